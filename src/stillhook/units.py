@@ -1,0 +1,301 @@
+"""Text with a unit to SI floats and back, on a closed table.
+
+A quantity enters Stillhook as text, ``"215 cm^3/rev"``, and is a float in SI from then on. Three rules keep it safe:
+
+1. The number is strict: optional sign, digits, point, exponent. No comma, no expression, no nan.
+2. The unit is one of the few listed for its kind in ``KINDS``. Nothing is guessed, so ``cm^3`` never passes for ``cm^3/rev``.
+3. Factors come from a pint registry built from empty, in which angle is a dimension and ``rev = 2*pi rad``. None of pint's
+   stock units exist there (in the stock registry ``12 ton`` is US short tons and ``1 Nm`` is 1000 m/kg).
+
+The registry is built on first use, so that importing this module stays cheap.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Annotated, Any
+
+from stillhook.errors import UnitError
+
+if TYPE_CHECKING:
+    from pydantic import GetCoreSchemaHandler
+    from pydantic_core import CoreSchema
+
+__all__ = ["KINDS", "Kind", "Quantity", "came", "from_display", "in_display", "parse", "show"]
+
+LONGEST_TEXT = 100  # characters; a longer text is no quantity
+
+
+@dataclass(frozen=True, slots=True)
+class Kind:
+    """What a number measures: its SI unit, the unit it prints in, and every unit it may be written in."""
+
+    si: str
+    display: str
+    allowed: tuple[str, ...]
+
+
+def _kind(si: str, display: str, *more: str) -> Kind:
+    return Kind(si, display, tuple(dict.fromkeys((si, display, *more))))
+
+
+KINDS: Mapping[str, Kind] = MappingProxyType(
+    {
+        "length": _kind("m", "m", "cm", "mm", "km"),
+        "diameter": _kind("m", "mm", "cm"),
+        "area": _kind("m^2", "m^2", "cm^2", "mm^2"),
+        "volume": _kind("m^3", "L", "cm^3"),
+        "mass": _kind("kg", "t"),
+        "mass_per_length": _kind("kg/m", "kg/m"),
+        "density": _kind("kg/m^3", "kg/m^3"),
+        "time": _kind("s", "s", "ms", "min", "h"),
+        "speed": _kind("m/s", "m/min", "mm/s"),
+        "acceleration": _kind("m/s^2", "m/s^2"),
+        "angle": _kind("rad", "deg", "rev"),
+        "rotation": _kind("rad/s", "rev/min"),
+        "frequency": _kind("rad/s", "rad/s", "Hz"),
+        "displacement": _kind("m^3/rad", "cm^3/rev"),
+        "pressure": _kind("Pa", "bar", "kPa", "MPa"),
+        "modulus": _kind("Pa", "GPa", "MPa", "bar"),
+        "flow": _kind("m^3/s", "L/min"),
+        "leakage": _kind("m^3/s/Pa", "L/min/bar"),
+        "leakage_per_speed": _kind("m^3/s/Pa/(rad/s)", "L/min/bar/(rev/min)"),
+        "flow_resistance": _kind("Pa s/m^3", "bar/(L/min)"),
+        "force": _kind("N", "kN", "MN"),
+        "force_per_speed": _kind("N s/m", "kN s/m"),
+        "force_per_speed_squared": _kind("N s^2/m^2", "kN s^2/m^2"),
+        "stiffness": _kind("N/m", "kN/m", "MN/m"),
+        "torque": _kind("N m", "N m", "kN m", "MN m"),
+        "drum_torque": _kind("N m", "kN m", "MN m"),
+        "torque_loss_turbulent": _kind("N m s^2/rad^2/(m^3/rad)^3", "N m s^2/rad^2/(m^3/rad)^3"),
+        "torque_loss_pressure": _kind("m^5/N", "m^5/N"),
+        "viscous_torque": _kind("N m s/rad", "N m s/rad"),
+        "stiffness_torsion": _kind("N m/rad", "N m/rad", "kN m/rad"),
+        "inertia": _kind("kg m^2", "kg m^2", "t m^2"),
+        "energy": _kind("J", "kJ", "MJ", "kWh"),
+        "power": _kind("W", "kW", "MW"),
+        "temperature": _kind("K", "degC"),
+        "gain_per_length": _kind("1/m", "1/m"),
+        "gain_per_pressure": _kind("1/Pa", "1/bar"),
+        "gain_per_time": _kind("1/s", "1/s"),
+        "time_per_length": _kind("s/m", "s/m"),
+        "time_squared_per_length": _kind("s^2/m", "s^2/m"),
+    }
+)
+
+_DEFINITIONS = (
+    *("m = [length]", "kg = [mass]", "s = [time]", "K = [temperature]; offset: 0", "rad = [angle]"),
+    *("mm = 1e-3 m", "cm = 1e-2 m", "km = 1e3 m", "L = 1e-3 m^3", "t = 1e3 kg"),
+    *("ms = 1e-3 s", "min = 60 s", "h = 3600 s"),
+    *(f"rev = {2 * math.pi!r} rad", f"deg = {math.pi / 180!r} rad", "Hz = rev/s"),
+    *("N = kg m/s^2", "kN = 1e3 N", "MN = 1e6 N"),
+    *("Pa = N/m^2", "kPa = 1e3 Pa", "MPa = 1e6 Pa", "GPa = 1e9 Pa", "bar = 1e5 Pa"),
+    *("J = N m", "kJ = 1e3 J", "MJ = 1e6 J", "W = J/s", "kW = 1e3 W", "MW = 1e6 W", "kWh = 3.6e6 J"),
+    "degC = K; offset: 273.15",
+)
+
+
+@functools.cache
+def _registry() -> Any:
+    import pint  # here, not above: building the registry costs more than the rest of the package's import
+
+    registry: Any = pint.UnitRegistry(None, autoconvert_offset_to_baseunit=False)
+    for line in _DEFINITIONS:
+        registry.define(line)
+    return registry
+
+
+@functools.cache
+def _scale(unit: str, si: str) -> tuple[float, float]:
+    """Factor and offset with value_si = factor*value + offset. The offset is 0 for all but temperatures."""
+    registry = _registry()
+    offset = float(registry.Quantity(0.0, unit).m_as(si))
+    if offset:
+        return 1.0, offset
+    return float(registry.Quantity(1.0, unit).m_as(si)), 0.0
+
+
+def _known(kind: str) -> Kind:
+    if kind not in KINDS:
+        raise UnitError(f'Unknown kind "{kind}": it is not one of {", ".join(KINDS)}.')
+    return KINDS[kind]
+
+
+def came(value: object) -> str:
+    """What the user gave, quoted on one line: texts in double quotes, long ones cut, control characters escaped."""
+    if value is None:
+        return "nothing"
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, str):
+        cut = value if len(value) <= LONGEST_TEXT else value[: LONGEST_TEXT - 3] + "..."
+        return '"' + "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in cut) + '"'
+    text = "".join(c if c.isprintable() else " " for c in repr(value))
+    return text if len(text) <= LONGEST_TEXT else text[: LONGEST_TEXT - 3] + "..."
+
+
+_NUMBER = r"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
+_QUANTITY = re.compile(rf"({_NUMBER})[ \t]+(\S.*)")
+_BARE = re.compile(_NUMBER)
+_GLUED = re.compile(rf"({_NUMBER})([^\s0-9.].*)")
+_COMMA = re.compile(r"[+-]?[0-9]+,[0-9]+(\s.*)?")
+_NOT_FINITE = re.compile(r"[+-]?(nan|inf(inity)?)\b.*", re.IGNORECASE)
+
+
+def _tidy(unit: str) -> str:
+    return re.sub(r"\s*([/()^])\s*", r"\1", " ".join(unit.split()))
+
+
+def _problem(text: object, kind: Kind) -> str:
+    """Why ``text`` is no quantity of this kind, and what to write instead."""
+    units = ", ".join(kind.allowed)
+    if isinstance(text, (int, float)) and not isinstance(text, bool):
+        return f'a bare number; write it as text with its unit, "{came(text)} {kind.display}" (allowed: {units}).'
+    if not isinstance(text, str):
+        return f'write a number and a unit as text, such as "1 {kind.display}" (allowed: {units}).'
+    text = text.strip()
+    if not text:
+        return f'empty; write a number and a unit, such as "1 {kind.display}" (allowed: {units}).'
+    if _BARE.fullmatch(text):
+        return f'no unit; write "{text} {kind.display}" (allowed: {units}).'
+    if _COMMA.fullmatch(text):
+        return f'a comma in the number; write a point, "{text.replace(",", ".", 1)}".'
+    if _NOT_FINITE.fullmatch(text):
+        return f'not a finite number; write one with a unit, such as "1 {kind.display}".'
+    glued = _GLUED.fullmatch(text)
+    if glued and _tidy(glued[2]) in kind.allowed:
+        return f'no space before the unit; write "{glued[1]} {_tidy(glued[2])}".'
+    return f'not a number, a space and a unit, such as "1 {kind.display}" (allowed: {units}).'
+
+
+def _read(text: object, kind: str) -> float:
+    """The SI value of ``text``; ValueError with the problem alone, for callers that know the place."""
+    known = _known(kind)
+    match = _QUANTITY.fullmatch(text.strip()) if isinstance(text, str) and len(text) <= LONGEST_TEXT else None
+    if match is None:
+        raise ValueError(_problem(text, known))
+    unit = _tidy(match[2])
+    if unit not in known.allowed:
+        raise ValueError(f"unit {came(match[2])} is not one of {', '.join(known.allowed)}.")
+    factor, offset = _scale(unit, known.si)
+    value = float(match[1]) * factor + offset
+    if not math.isfinite(value):
+        raise ValueError(f'not a finite number; write one with a unit, such as "1 {known.display}".')
+    return value
+
+
+def parse(text: object, kind: str, where: str = "") -> float:
+    """The SI value of a text such as ``"215 cm^3/rev"``.
+
+    Parameters: text number, space, unit; kind one of ``KINDS``; where the file and field, put first in the error.
+    Errors: UnitError of one line that names where, what came and the allowed units.
+    Negative values pass here; whether they make sense is for the field to say.
+    """
+    try:
+        return _read(text, kind)
+    except ValueError as problem:
+        place = f"{where} = " if where else ""
+        raise UnitError(f"{place}{came(text)}: {problem}") from None
+
+
+def in_display(value: float, kind: str) -> float:
+    """An SI value in the unit that its kind prints in (m^3/rad to cm^3/rev)."""
+    known = _known(kind)
+    factor, offset = _scale(known.display, known.si)
+    return (value - offset) / factor
+
+
+def from_display(value: float, kind: str) -> float:
+    """The SI value of a number given in the unit that its kind prints in; the inverse of ``in_display``."""
+    known = _known(kind)
+    factor, offset = _scale(known.display, known.si)
+    return value * factor + offset
+
+
+def show(value: float, kind: str, digits: int = 4) -> str:
+    """An SI value as text in its display unit with ``digits`` significant digits: ``"215 cm^3/rev"``."""
+    return f"{number(in_display(value, kind), digits)} {_known(kind).display}"
+
+
+def number(value: float, digits: int = 4) -> str:
+    """A number with ``digits`` significant digits, without an exponent from 1e-4 up to 1e9."""
+    if not math.isfinite(value):
+        return str(value)
+    rounded = float(f"{value:.{digits - 1}e}")
+    if rounded == 0.0:
+        return "0"
+    if 1e-4 <= abs(rounded) < 1e9:
+        decimals = max(0, digits - 1 - math.floor(math.log10(abs(rounded))))
+        text = f"{rounded:.{decimals}f}"
+        return text.rstrip("0").rstrip(".") if "." in text else text
+    return f"{rounded:.{digits}g}"
+
+
+@dataclass(frozen=True, slots=True)
+class Quantity:
+    """Marks a pydantic field as a quantity: text with a unit in, SI float inside. Bare numbers are refused."""
+
+    kind: str
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        """Read the text before the float is validated, so that ``Field(gt=0)`` sees the SI value."""
+        from pydantic_core import core_schema  # here, not above: units alone must not load pydantic
+
+        return core_schema.no_info_before_validator_function(_reader(self.kind), handler(source))
+
+
+def _reader(kind: str) -> Callable[[object], float]:
+    def read(text: object) -> float:
+        from pydantic_core import PydanticCustomError
+
+        try:
+            return _read(text, kind)
+        except ValueError as problem:
+            raise PydanticCustomError("unit", "{problem}", {"problem": str(problem)}) from None
+
+    return read
+
+
+Length = Annotated[float, Quantity("length")]
+Diameter = Annotated[float, Quantity("diameter")]
+Area = Annotated[float, Quantity("area")]
+Volume = Annotated[float, Quantity("volume")]
+Mass = Annotated[float, Quantity("mass")]
+MassPerLength = Annotated[float, Quantity("mass_per_length")]
+Density = Annotated[float, Quantity("density")]
+Time = Annotated[float, Quantity("time")]
+Speed = Annotated[float, Quantity("speed")]
+Acceleration = Annotated[float, Quantity("acceleration")]
+Angle = Annotated[float, Quantity("angle")]
+Rotation = Annotated[float, Quantity("rotation")]
+Frequency = Annotated[float, Quantity("frequency")]
+Displacement = Annotated[float, Quantity("displacement")]
+Pressure = Annotated[float, Quantity("pressure")]
+Modulus = Annotated[float, Quantity("modulus")]
+Flow = Annotated[float, Quantity("flow")]
+Leakage = Annotated[float, Quantity("leakage")]
+LeakagePerSpeed = Annotated[float, Quantity("leakage_per_speed")]
+FlowResistance = Annotated[float, Quantity("flow_resistance")]
+Force = Annotated[float, Quantity("force")]
+ForcePerSpeed = Annotated[float, Quantity("force_per_speed")]
+ForcePerSpeedSquared = Annotated[float, Quantity("force_per_speed_squared")]
+Stiffness = Annotated[float, Quantity("stiffness")]
+Torque = Annotated[float, Quantity("torque")]
+TorqueLossTurbulent = Annotated[float, Quantity("torque_loss_turbulent")]
+TorqueLossPressure = Annotated[float, Quantity("torque_loss_pressure")]
+ViscousTorque = Annotated[float, Quantity("viscous_torque")]
+StiffnessTorsion = Annotated[float, Quantity("stiffness_torsion")]
+Inertia = Annotated[float, Quantity("inertia")]
+Energy = Annotated[float, Quantity("energy")]
+Power = Annotated[float, Quantity("power")]
+Temperature = Annotated[float, Quantity("temperature")]
+GainPerLength = Annotated[float, Quantity("gain_per_length")]
+GainPerPressure = Annotated[float, Quantity("gain_per_pressure")]
+GainPerTime = Annotated[float, Quantity("gain_per_time")]
+TimePerLength = Annotated[float, Quantity("time_per_length")]
+TimeSquaredPerLength = Annotated[float, Quantity("time_squared_per_length")]
