@@ -1,0 +1,60 @@
+# Needs Python 3.11 or newer, pip and make. Choose the interpreter with: make demo PYTHON=python3.12
+PYTHON ?= python3
+VENV   ?= .venv
+PYTEST_ARGS ?= -q -n auto --dist worksteal
+
+BIN   := $(VENV)/bin
+STAMP := $(VENV)/.installed
+PIP   := $(BIN)/python -m pip --quiet --disable-pip-version-check --no-input
+
+.DEFAULT_GOAL := help
+.PHONY: help demo test check bench docs lock clean
+
+help:
+	@echo "make demo    set up, then run the demonstration (stillhook demo)"
+	@echo "make test    set up, then run the tests"
+	@echo "make check   set up, then ruff, import layers and mypy"
+	@echo "make bench   set up, then measure speed against the references"
+	@echo "make docs    set up, then write the generated pages and check the links"
+	@echo "make lock    write requirements.lock anew from pyproject.toml"
+	@echo "make clean   remove the environment and everything that tools leave behind"
+
+demo: $(STAMP)
+	@$(BIN)/stillhook demo
+
+test: $(STAMP)
+	@$(BIN)/python -m pytest $(PYTEST_ARGS)
+
+check: $(STAMP)
+	@echo "ruff check" && $(BIN)/ruff check --quiet .
+	@echo "import layers" && $(BIN)/lint-imports --no-logo --no-cache
+	@echo "mypy" && $(BIN)/mypy --no-error-summary
+	@echo "check: passed"
+
+bench: $(STAMP)
+	@$(BIN)/python -m benchmarks.run
+
+docs: $(STAMP)
+	@$(BIN)/python docs/generate.py
+
+# The set-up is done again only when the lock or pyproject.toml has changed.
+$(STAMP): requirements.lock pyproject.toml
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
+		{ echo "Stillhook needs Python 3.11 or newer. Choose one: make PYTHON=python3.12"; exit 1; }
+	@echo "Setting up $(VENV) from requirements.lock (a few minutes the first time)"
+	@test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
+	@$(PIP) install --require-hashes -r requirements.lock
+	@$(PIP) install --no-deps --no-build-isolation --editable .
+	@touch $@
+
+# Needs uv. Addresses of package indexes come from the environment only and must never reach the file.
+UV ?= uv
+lock:
+	@printf '%s\n' '# Every package that Stillhook needs, for every platform, with hashes. Written by: make lock' > lock.tmp
+	@$(UV) pip compile pyproject.toml --quiet --universal --generate-hashes --python-version 3.11 \
+		--extra dev --extra gas --no-emit-index-url --no-emit-find-links --no-header $(UV_ARGS) >> lock.tmp
+	@mv lock.tmp requirements.lock
+
+clean:
+	@rm -rf $(VENV) build dist .pytest_cache .ruff_cache .mypy_cache .hypothesis .import_linter_cache lock.tmp
+	@find src tests docs benchmarks -name __pycache__ -type d -prune -exec rm -rf {} +

@@ -1,0 +1,209 @@
+"""The repository keeps its own promises: lock, version, size of files, documentation, what the wheel carries."""
+
+import importlib.util
+import re
+import shutil
+import subprocess
+import sys
+import tomllib
+import zipfile
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+import stillhook
+
+ROOT = Path(__file__).resolve().parents[2]
+SOURCE = ROOT / "src" / "stillhook"
+DOCS = ROOT / "docs"
+
+LONGEST_FILE = 500  # lines; the aim is 300, beyond 500 a module is doing two things
+LONGEST_DECISION = 60  # lines; about a page
+
+PYTHON_FILES = sorted(SOURCE.rglob("*.py"))
+DECISIONS = sorted((DOCS / "decisions").glob("[0-9]*.md"))
+PAGES_WITH_CODE = sorted(p for p in DOCS.rglob("*.md") if "```python" in p.read_text(encoding="utf-8"))
+
+
+def relative(path: Path) -> str:
+    return path.relative_to(ROOT).as_posix()
+
+
+def tracked_files() -> list[Path]:
+    """Files under version control."""
+    git = shutil.which("git")
+    if git is None or not (ROOT / ".git").exists():
+        pytest.skip("not a git checkout: nothing says which files belong to the repository")
+    listed = subprocess.run([git, "ls-files", "-z"], cwd=ROOT, capture_output=True, check=True).stdout.decode()
+    return [ROOT / name for name in listed.split("\0") if name and (ROOT / name).is_file()]
+
+
+def project() -> dict:
+    return tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+
+
+def locked() -> dict[str, str]:
+    """Each locked package (name as in the index) with everything that the lock says about it."""
+    text = (ROOT / "requirements.lock").read_text(encoding="utf-8")
+    entries: dict[str, str] = {}
+    for entry in re.split(r"^(?=[a-z0-9])", text, flags=re.MULTILINE)[1:]:
+        name = re.match(r"[a-z0-9._-]+", entry)
+        assert name is not None
+        entries[name[0]] = entries.get(name[0], "") + entry
+    return entries
+
+
+def generator() -> ModuleType:
+    """docs/generate.py as a module."""
+    spec = importlib.util.spec_from_file_location("docs_generate", DOCS / "generate.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+# The lock
+
+
+def test_lock_pins_every_package_with_a_hash():
+    for name, entry in locked().items():
+        assert re.match(r"[a-z0-9._-]+==\S", entry), f"{name} is not pinned to one version"
+        assert re.search(r"--hash=sha256:[0-9a-f]{64}", entry), f"{name} has no hash"
+
+
+def test_lock_holds_every_declared_dependency():
+    groups = [project()["dependencies"], *project()["optional-dependencies"].values()]
+    names = {re.split(r"[\[<>=!~; ]", d)[0].lower().replace("_", "-") for group in groups for d in group}
+    assert names - locked().keys() == set()
+
+
+def test_lock_names_no_address_and_no_folder():
+    text = (ROOT / "requirements.lock").read_text(encoding="utf-8")
+    for forbidden in ("://", "file:", "--index", "--extra-index", "--find-links", "--trusted-host", " @ "):
+        assert forbidden not in text, f'requirements.lock contains "{forbidden}"'
+
+
+def test_there_is_one_lock_only():
+    names = {path.name for path in tracked_files()}
+    assert names.isdisjoint({"uv.lock", "pylock.toml", "poetry.lock", "Pipfile.lock"})
+
+
+# The version
+
+
+def test_version_is_the_changelogs_top_entry():
+    entries = re.findall(r"^## v?(\d\S*)", (ROOT / "CHANGELOG.md").read_text(encoding="utf-8"), flags=re.MULTILINE)
+    assert entries[0] == stillhook.__version__
+
+
+def test_citation_gives_this_version():
+    citation = (ROOT / "CITATION.cff").read_text(encoding="utf-8")
+    assert f"\nversion: {stillhook.__version__}\n" in citation
+
+
+# The source
+
+
+@pytest.mark.parametrize("path", PYTHON_FILES, ids=relative)
+def test_no_source_file_outgrows_its_subject(path: Path):
+    lines = len(path.read_text(encoding="utf-8").splitlines())
+    assert lines <= LONGEST_FILE, f"{relative(path)} has {lines} lines: split it by subject"
+
+
+def test_no_module_is_a_drawer_for_odds_and_ends():
+    drawers = {"utils", "util", "helpers", "helper", "misc", "common", "tools"}
+    assert [relative(p) for p in PYTHON_FILES if drawers & set(p.relative_to(SOURCE).with_suffix("").parts)] == []
+
+
+def test_no_file_names_a_folder_of_one_machine():
+    """Absolute paths of somebody's machine in a committed file are wrong for everybody else."""
+    folders = "|".join(("tmp", "work", "opt", "home", "root", "Users", "mnt"))
+    pattern = re.compile(rf"(?<![\w.)\]}}*/-])/(?:{folders})/\w|file://|[A-Z]:\\\\Users")
+    found = []
+    for path in tracked_files():
+        try:
+            text = path.read_text(encoding="utf-8")
+        except UnicodeDecodeError:
+            continue
+        if path != Path(__file__).resolve():
+            found += [f"{relative(path)}: {hit}" for hit in pattern.findall(text)]
+    assert found == []
+
+
+# The documentation
+
+
+def test_every_relative_link_leads_somewhere():
+    docs = generator()
+    assert list(docs.broken_links(docs.documents())) == []
+
+
+def test_link_check_sees_a_broken_link(tmp_path: Path):
+    page = tmp_path / "page.md"
+    page.write_text("# Head\n[good](page.md#head) [code] `[no](link.md)`\n[bad](gone.md) [worse](page.md#tail)\n")
+    found = [re.search(r"\((.*)\)", line)[1] for line in generator().broken_links([page])]
+    assert found == ["gone.md", "page.md#tail"]
+
+
+def test_generated_pages_are_up_to_date():
+    assert list(generator().outdated()) == []
+
+
+def test_every_page_can_be_reached_from_the_index():
+    docs = generator()
+    seen: set[Path] = set()
+    ahead = [DOCS / "index.md"]
+    while ahead:
+        page = ahead.pop()
+        if page in seen:
+            continue
+        seen.add(page)
+        links = (link.partition("#")[0] for link in docs.LINK.findall(docs.prose(page)))
+        ahead += [t for link in links if link and (t := (page.parent / link).resolve()).suffix == ".md" and t.is_file()]
+    lost = {p for p in DOCS.rglob("*.md") if "validation" not in p.parts} - seen
+    assert sorted(map(relative, lost)) == []
+
+
+@pytest.mark.parametrize("path", DECISIONS, ids=relative)
+def test_decision_is_short_and_says_what_was_chosen(path: Path):
+    text = path.read_text(encoding="utf-8")
+    assert len(text.splitlines()) <= LONGEST_DECISION
+    for part in ("Status:", "## Context", "## Decision", "## Consequences"):
+        assert part in text, f"{relative(path)} lacks {part}"
+
+
+@pytest.mark.parametrize("path", PAGES_WITH_CODE, ids=relative)
+def test_python_in_the_documentation_runs(path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.chdir(tmp_path)
+    names: dict[str, object] = {"__name__": "documentation"}
+    for block in re.findall(r"^```python\n(.*?)^```", path.read_text(encoding="utf-8"), flags=re.MULTILINE | re.DOTALL):
+        exec(compile(block, relative(path), "exec"), names)
+
+
+# The wheel
+
+
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory: pytest.TempPathFactory) -> set[str]:
+    """Names of the files in a wheel built from this tree."""
+    pytest.importorskip("hatchling", reason="hatchling is not installed: no wheel to look into")
+    folder = tmp_path_factory.mktemp("wheel")
+    command = [sys.executable, "-m", "hatchling", "build", "--target", "wheel", "--directory", str(folder)]
+    built = subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
+    assert built.returncode == 0, built.stderr
+    (path,) = folder.glob("*.whl")
+    with zipfile.ZipFile(path) as archive:
+        return set(archive.namelist())
+
+
+def test_wheel_carries_every_file_of_the_package(wheel: set[str]):
+    data = {p.relative_to(SOURCE.parent).as_posix() for s in (".py", ".toml", ".csv") for p in SOURCE.rglob(f"*{s}")}
+    assert data - wheel == set()
+
+
+def test_wheel_carries_the_licence_and_nothing_but_the_package(wheel: set[str]):
+    tops = {name.split("/")[0] for name in wheel}
+    assert tops == {"stillhook", f"stillhook-{stillhook.__version__}.dist-info"}
+    assert any(name.endswith("licenses/LICENSE") for name in wheel)
