@@ -26,7 +26,7 @@ test: $(STAMP)
 	@$(BIN)/python -m pytest $(PYTEST_ARGS)
 
 check: $(STAMP)
-	@echo "ruff check" && $(BIN)/ruff check --quiet .
+	@echo "ruff check" && $(BIN)/ruff check --quiet --output-format concise .
 	@echo "import layers" && $(BIN)/lint-imports --no-logo --no-cache
 	@echo "mypy" && $(BIN)/mypy --no-error-summary
 	@echo "check: passed"
