@@ -3,9 +3,10 @@
 A quantity enters Stillhook as text, ``"215 cm^3/rev"``, and is a float in SI from then on. Three rules keep it safe:
 
 1. The number is strict: optional sign, digits, point, exponent. No comma, no expression, no nan.
-2. The unit is one of the few listed for its kind in ``KINDS``. Nothing is guessed, so ``cm^3`` never passes for ``cm^3/rev``.
-3. Factors come from a pint registry built from empty, in which angle is a dimension and ``rev = 2*pi rad``. None of pint's
-   stock units exist there (in the stock registry ``12 ton`` is US short tons and ``1 Nm`` is 1000 m/kg).
+2. The unit is one of the few listed for its kind in ``KINDS``. Nothing is guessed: ``cm^3`` never passes for
+   ``cm^3/rev``.
+3. Factors come from a pint registry built from empty, in which angle is a dimension and ``rev = 2*pi rad``. None of
+   pint's stock units exist there (in the stock registry ``12 ton`` is US short tons and ``1 Nm`` is 1000 m/kg).
 
 The registry is built on first use, so that importing this module stays cheap.
 """

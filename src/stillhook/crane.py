@@ -1,0 +1,404 @@
+"""What the machine is: a frozen description of one crane winch, in SI, with the source of every number.
+
+A ``Crane`` is read from a file by ``stillhook.library.load_crane``. Its fields take text with a unit and hold SI
+floats. Signs: hoisting is positive; A is the hoisting side of the active circuit. Displacement is m^3/rad everywhere.
+Letters follow the thesis (Moslatt 2020); what a number means stands in its field's description, which the readable
+crane sheet prints.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from enum import StrEnum
+from typing import Annotated, Any, Self
+
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+from stillhook import units as u
+
+INERTIA_TOLERANCE = 0.005  # of J_m_eff: the published value has two digits, the split is ours
+DIAMETER_TOLERANCE = 0.005  # of d_max: printed 5.1 m against 5.104 m from drum, layers and wire
+RATIO_TOLERANCE = 0.001  # of i_hD: printed 501.6 against 35.4 * 14.17 = 501.618
+
+Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
+Fraction = Annotated[Number, Field(gt=0, le=1)]
+Count = Annotated[int, Field(strict=True, ge=1, le=1000)]
+Text = Annotated[str, Field(min_length=1)]
+
+
+class Spec(BaseModel):
+    """A table of a crane file: frozen, and closed to unknown fields."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+class SourceKind(StrEnum):
+    """How far a number can be trusted."""
+
+    PUBLISHED = "published"
+    DATASHEET = "datasheet"
+    FITTED = "fitted"
+    DERIVED = "derived"
+    ASSUMED = "assumed"
+    USER = "user"
+
+
+class Source(Spec):
+    """Where a number is from."""
+
+    text: Text
+    kind: SourceKind
+
+
+class Plant(StrEnum):
+    """Winch types: with or without a passive circuit that carries the load."""
+
+    ACTIVE_PASSIVE = "active-passive"
+    PURE_ACTIVE = "pure-active"
+
+
+class ServoVariant(StrEnum):
+    """How a motor's displacement is controlled (SPEC section 4)."""
+
+    CLOSED_LOOP = "closed-loop"
+    OPEN_LOOP_FEEDBACK = "open-loop-feedback"
+    OPEN_LOOP = "open-loop"
+
+
+class GasModel(StrEnum):
+    """Gas law of the accumulator."""
+
+    POLYTROPIC = "polytropic"
+    NITROGEN = "nitrogen"
+
+
+class Packing(StrEnum):
+    """How the layers of wire lie on each other."""
+
+    SQUARE = "square"
+
+
+class Servo(Spec):
+    """Second-order response of a displacement to its command."""
+
+    omega_n: u.Frequency = Field(gt=0, description="natural frequency")
+    zeta: Number = Field(gt=0, description="damping ratio")
+
+
+class TorqueLoss(Spec):
+    """Torque loss of one motor shaft, model MJ4 (Moslatt 2020 eq. 2.12)."""
+
+    X_1: u.ViscousTorque = Field(ge=0, description="loss per shaft speed")
+    X_2: u.TorqueLossTurbulent = Field(ge=0, description="turbulent loss per speed squared and displacement cubed")
+    X_3: Number = Field(ge=0, description="loss per pressure and displacement")
+    X_4: u.Torque = Field(ge=0, description="constant loss")
+    X_5: u.TorqueLossPressure = Field(ge=0, description="loss per pressure squared")
+
+
+class Motor(Spec):
+    """One hydraulic motor of the library. Its total leak is ``C_1 + C_2 |n_m|`` (eq. 2.18)."""
+
+    D_max: u.Displacement = Field(gt=0, description="full displacement of one motor")
+    n_max_full: u.Rotation = Field(gt=0, description="highest shaft speed at full displacement")
+    n_max: u.Rotation = Field(gt=0, description="highest shaft speed at reduced displacement")
+    J: u.Inertia = Field(gt=0, description="rotor inertia of one motor")
+    loss: TorqueLoss
+    C_1: u.Leakage = Field(ge=0, description="total leak of one motor at standstill")
+    C_2: u.LeakagePerSpeed = Field(ge=0, description="rise of that leak with shaft speed")
+
+    @model_validator(mode="after")
+    def _speeds_in_order(self) -> Self:
+        if self.n_max < self.n_max_full:
+            raise ValueError(
+                f"n_max {u.show(self.n_max, 'rotation')} is below n_max_full {u.show(self.n_max_full, 'rotation')}: "
+                "a motor turns fastest at reduced displacement. Raise n_max."
+            )
+        return self
+
+
+class MotorSet(Motor):
+    """All motors of one circuit, of one type, moved by one command."""
+
+    type: Text = Field(description="motor type in the library")
+    count: Count = Field(description="number of motors")
+    alpha_min: Number = Field(ge=0, le=1, description="smallest relative displacement")
+    servo: Servo
+    variant: ServoVariant = Field(description="displacement control")
+    offset: Number = Field(ge=0, lt=1, description="open loop: displacement above its command, part of D_max")
+    hysteresis: Number = Field(ge=0, lt=1, description="open loop: full width of the hysteresis, part of D_max")
+
+    @property
+    def D_total(self) -> float:
+        """Full displacement of all motors together [m^3/rad]."""
+        return self.count * self.D_max
+
+
+class PumpSet(Spec):
+    """All pumps of one circuit; each belongs to one hydraulic power unit."""
+
+    D: tuple[Annotated[u.Displacement, Field(gt=0)], ...] = Field(
+        min_length=1, max_length=100, description="full displacement of each pump"
+    )
+    omega_p: u.Rotation = Field(gt=0, description="shaft speed")
+    leak: Text = Field(description="leak table in the library, scaled with D_total")
+    servo: Servo
+
+    @property
+    def D_total(self) -> float:
+        """Full displacement of all pumps together [m^3/rad]."""
+        return sum(self.D)
+
+
+class Line(Spec):
+    """Oil between pumps and motors on one side."""
+
+    V: u.Volume = Field(gt=0, description="oil volume per side")
+    bulk_modulus: u.Modulus = Field(gt=0, description="effective bulk modulus")
+
+
+class Boost(Spec):
+    """Feed that holds up the low side."""
+
+    p: u.Pressure = Field(gt=0, description="boost pressure")
+    conductance: u.Leakage = Field(gt=0, description="boost flow per pressure below it")
+
+
+class Relief(Spec):
+    """Relief valve of the high side."""
+
+    p: u.Pressure = Field(gt=0, description="relief pressure")
+    conductance: u.Leakage = Field(gt=0, description="relief flow per pressure above it")
+
+
+class Flushing(Spec):
+    """Hot-oil shuttle that drains the low side."""
+
+    dp_open: u.Pressure = Field(ge=0, description="opens this far above boost")
+    conductance: u.Leakage = Field(ge=0, description="flushing flow per pressure above that")
+    dp_shuttle: u.Pressure = Field(ge=0, description="pressure between the sides that throws the shuttle fully")
+
+
+class ActiveCircuit(Spec):
+    """Closed circuit that moves the winch."""
+
+    motor: MotorSet
+    pump: PumpSet
+    line: Line
+    boost: Boost
+    relief: Relief
+    flushing: Flushing
+    C_leak: u.Leakage = Field(ge=0, description="total leak as published (linear analysis only)")
+
+    @model_validator(mode="after")
+    def _pressures_in_order(self) -> Self:
+        if self.relief.p <= self.boost.p + self.flushing.dp_open:
+            raise ValueError(
+                f"relief.p {u.show(self.relief.p, 'pressure')} is not above boost.p + flushing.dp_open "
+                f"{u.show(self.boost.p + self.flushing.dp_open, 'pressure')}. Raise relief.p."
+            )
+        if self.motor.alpha_min <= 0:
+            raise ValueError("motor.alpha_min = 0 leaves the winch without torque; give a value above 0, up to 1.")
+        return self
+
+
+class Gas(Spec):
+    """Gas charge of the accumulator, with the piston at mid stroke."""
+
+    model: GasModel = Field(description="gas law")
+    p_0: u.Pressure = Field(gt=0, description="pressure at mid stroke")
+    V_0: u.Volume = Field(gt=0, description="gas volume at mid stroke")
+    n: Number = Field(ge=1, le=2, description="polytropic exponent")
+    T_0: u.Temperature = Field(gt=0, description="gas temperature at mid stroke")
+
+
+class Accumulator(Spec):
+    """Double-piston accumulator between the high and the low side of the passive circuit."""
+
+    gas: Gas
+    V_stroke: u.Volume = Field(gt=0, description="oil volume of the whole stroke, from mid stroke at the start")
+    R_piston: u.FlowResistance = Field(ge=0, description="viscous friction of the piston as pressure per flow")
+    C_leak: u.Leakage = Field(ge=0, description="leak from the high to the low side")
+
+    @model_validator(mode="after")
+    def _gas_outlasts_the_stroke(self) -> Self:
+        if self.V_stroke / 2 >= self.gas.V_0:
+            raise ValueError(
+                f"gas.V_0 {u.show(self.gas.V_0, 'volume')} is not above half of V_stroke "
+                f"{u.show(self.V_stroke, 'volume')}: the gas would vanish at the end of the stroke. Raise gas.V_0."
+            )
+        return self
+
+
+class PassiveCircuit(Spec):
+    """Circuit on an accumulator that carries the weight of the load."""
+
+    motor: MotorSet
+    pump: PumpSet
+    accumulator: Accumulator
+    p_lp: u.Pressure = Field(gt=0, description="pressure of the low side")
+    relief: Relief
+    line: Line
+
+    @model_validator(mode="after")
+    def _pressures_in_order(self) -> Self:
+        p_0 = self.accumulator.gas.p_0
+        if not self.p_lp < p_0 < self.relief.p:
+            raise ValueError(
+                f"p_lp {u.show(self.p_lp, 'pressure')}, accumulator.gas.p_0 {u.show(p_0, 'pressure')} and relief.p "
+                f"{u.show(self.relief.p, 'pressure')} must rise in this order. Change the one that is out of place."
+            )
+        return self
+
+
+class Drum(Spec):
+    """Winch drum."""
+
+    d: u.Length = Field(gt=0, description="diameter of the bare drum")
+    width: u.Length = Field(gt=0, description="width between the flanges")
+    layers: Count = Field(description="layers of wire on the full drum")
+    turns: Count = Field(description="turns per layer")
+    d_max: u.Length = Field(gt=0, description="outer diameter of the full drum; effective one in published numbers")
+    packing: Packing = Field(description="how the layers lie on each other")
+
+
+class Wire(Spec):
+    """Winch wire."""
+
+    d: u.Diameter = Field(gt=0, description="diameter")
+    E: u.Modulus = Field(gt=0, description="elastic modulus of the steel")
+    fill: Fraction = Field(description="part of the cross section that is steel")
+    mass_per_length: u.MassPerLength = Field(gt=0, description="mass per length")
+    zeta: Number = Field(gt=0, description="damping ratio of wire and load")
+    L_0: u.Length = Field(gt=0, description="length between drum and crane tip")
+
+
+class Inertia(Spec):
+    """Inertia of the winch. Motors, J_gear and (J_drum + full wire)/i_hD^2 add up to J_m_eff."""
+
+    J_m_eff: u.Inertia = Field(gt=0, description="effective inertia at the motor shaft, full drum")
+    J_gear: u.Inertia = Field(ge=0, description="gears, brakes and couplings, at the motor shaft")
+    J_drum: u.Inertia = Field(gt=0, description="bare drum about its own axis")
+
+
+class SystemFriction(Spec):
+    """Friction of gears, bearings, sheaves and wire, per motor shaft (Moslatt 2020 eq. 2.7)."""
+
+    Y_1: Number = Field(ge=0, description="breakaway part of the drum torque")
+    Y_2: u.Torque = Field(ge=0, description="constant friction")
+    Y_3: u.Torque = Field(ge=0, description="breakaway friction")
+    Y_4: u.Rotation = Field(gt=0, description="motor speed over which breakaway fades")
+    Y_5: u.ViscousTorque = Field(ge=0, description="friction per motor speed")
+    Y_6: Number = Field(ge=0, description="friction part of the drum torque")
+
+
+class Friction(Spec):
+    """System friction and the stick-slip model's own numbers."""
+
+    library: Text = Field(description="system friction set in the library")
+    system: SystemFriction
+    sigma_0: u.StiffnessTorsion = Field(gt=0, description="bristle stiffness at the motor shaft")
+    sigma_1_ratio: Number = Field(ge=0, description="bristle damping over sqrt(sigma_0 J)")
+    omega_fade: u.Rotation = Field(gt=0, description="motor speed over which bristle damping fades")
+    omega_reg: u.Rotation = Field(gt=0, description="regularised option: motor speed of the tanh")
+
+
+class Control(Spec):
+    """Settings of the heave-compensation controller. K_1 and K_2 are derived from the winch unless given."""
+
+    K_p: u.GainPerLength = Field(ge=0, description="position gain")
+    K_1: u.TimePerLength | None = Field(default=None, description="speed feedforward")
+    K_2: u.TimeSquaredPerLength | None = Field(default=None, description="acceleration feedforward")
+    u_thr: Number = Field(ge=0, lt=1, description="feedforward at which SSC starts to reduce the motors")
+    alpha_ns: Fraction = Field(description="motor displacement in normal-speed mode")
+    alpha_hs: Fraction = Field(description="motor displacement in high-speed mode")
+    t_cycle: u.Time = Field(gt=0, description="cycle of the controller")
+    tau_F: u.Time = Field(ge=0, description="low-pass of the load cell")
+    u_m_rate: u.GainPerTime = Field(gt=0, description="fastest change of the motor command at a mode change")
+    t_bumpless: u.Time = Field(ge=0, description="time over which a mode change is blended")
+    K_acc: u.GainPerPressure = Field(ge=0, description="passive pump command per gas pressure below p_0")
+    B_v: u.ViscousTorque = Field(ge=0, description="viscous friction of the linear analysis, for all friction models")
+
+
+class Crane(Spec):
+    """One crane winch."""
+
+    name: Text = Field(description="name")
+    title: Text = Field(description="what it is")
+    plant: Plant = Field(description="winch type")
+    SWL: u.Mass = Field(gt=0, description="safe working load")
+    hook_mass: u.Mass = Field(ge=0, description="hook block")
+    active: ActiveCircuit
+    passive: PassiveCircuit | None = None
+    drum: Drum
+    gear_ratios: tuple[Annotated[Number, Field(gt=0)], ...] = Field(
+        min_length=1, max_length=10, description="gear stages from motor to drum"
+    )
+    i_hD: Number = Field(gt=0, description="motor turns per drum turn")
+    wire: Wire
+    inertia: Inertia
+    friction: Friction
+    control: Control
+    sources: Mapping[str, Source] = Field(default_factory=dict, repr=False, description="field to source")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _ratio_from_its_stages(cls, data: Any) -> Any:
+        """i_hD is the product of the gear stages unless a (rounded) value is given."""
+        if isinstance(data, Mapping) and "i_hD" not in data:
+            stages = data.get("gear_ratios")
+            if isinstance(stages, (list, tuple)) and all(type(i) in (int, float) for i in stages):
+                return {**data, "i_hD": float(math.prod(stages))}
+        return data
+
+    @model_validator(mode="after")
+    def _parts_fit_together(self) -> Self:
+        for problem in _misfits(self):
+            raise ValueError(problem)
+        return self
+
+
+def wire_inertia(drum: Drum, wire: Wire) -> float:
+    """Inertia of the wire of a full drum about the drum axis, each layer a ring at its wire's centre [kg m^2]."""
+    diameters = (drum.d + (2 * layer + 1) * wire.d for layer in range(drum.layers))
+    return sum(math.pi * d * drum.turns * wire.mass_per_length * (d / 2) ** 2 for d in diameters)
+
+
+def effective_inertia(crane: Crane) -> float:
+    """Inertia at the motor shaft with a full drum, added up from its parts [kg m^2]."""
+    sets = [crane.active.motor] + ([crane.passive.motor] if crane.passive else [])
+    drum = crane.inertia.J_drum + wire_inertia(crane.drum, crane.wire)
+    return sum(m.count * m.J for m in sets) + crane.inertia.J_gear + drum / crane.i_hD**2
+
+
+def _misfits(crane: Crane) -> Iterator[str]:
+    """Why the parts of a crane do not fit together, worst first."""
+    if (crane.passive is not None) != (crane.plant is Plant.ACTIVE_PASSIVE):
+        need, do = ("needs", "add") if crane.passive is None else ("has no", "remove")
+        yield f'plant "{crane.plant}" {need} a passive circuit. Change plant, or {do} [passive].'
+    drum, wire, control, alpha_min = crane.drum, crane.wire, crane.control, crane.active.motor.alpha_min
+    if not alpha_min <= control.alpha_hs <= control.alpha_ns:
+        yield (
+            f"active.motor.alpha_min {alpha_min}, control.alpha_hs {control.alpha_hs} and control.alpha_ns "
+            f"{control.alpha_ns} must not fall in this order. Change the one that is out of place."
+        )
+    if drum.turns * wire.d > drum.width:
+        yield (
+            f"drum.turns {drum.turns} x wire.d {u.show(wire.d, 'diameter')} = {drum.turns * wire.d:.4g} m is more than "
+            f"drum.width {u.show(drum.width, 'length')}. Lower drum.turns or widen the drum."
+        )
+    d_max = drum.d + 2 * drum.layers * wire.d
+    if abs(d_max - drum.d_max) > DIAMETER_TOLERANCE * drum.d_max:
+        yield (
+            f"drum.d_max {u.show(drum.d_max, 'length')} is not drum.d + 2 x {drum.layers} layers x wire.d = "
+            f'{d_max:.4g} m. Set drum.d_max = "{d_max:.4g} m" or change the layers.'
+        )
+    i_hD = math.prod(crane.gear_ratios)
+    if abs(i_hD - crane.i_hD) > RATIO_TOLERANCE * crane.i_hD:
+        yield f"i_hD {crane.i_hD:.6g} is not the product {i_hD:.6g} of gear_ratios. Set i_hD = {i_hD:.6g}."
+    J, J_m_eff = effective_inertia(crane), crane.inertia.J_m_eff
+    if abs(J - J_m_eff) > INERTIA_TOLERANCE * J_m_eff:
+        yield (
+            f"inertia.J_m_eff {u.show(J_m_eff, 'inertia')} is not the sum {J:.4g} kg m^2 of motors, J_gear, drum and "
+            f'full wire. Set inertia.J_m_eff = "{J:.4g} kg m^2", or change inertia.J_drum or inertia.J_gear.'
+        )
