@@ -5,7 +5,7 @@ PYTEST_ARGS ?= -q -n auto --dist worksteal
 
 BIN   := $(VENV)/bin
 STAMP := $(VENV)/.installed
-PIP   := $(BIN)/python -m pip --quiet --disable-pip-version-check --no-input
+PIP   := $(BIN)/python -m pip --quiet --quiet --disable-pip-version-check --no-input
 
 .DEFAULT_GOAL := help
 .PHONY: help demo test check bench docs lock clean
