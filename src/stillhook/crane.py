@@ -154,7 +154,7 @@ class Line(Spec):
     """Oil between pumps and motors on one side."""
 
     V: u.Volume = Field(gt=0, description="oil volume per side")
-    bulk_modulus: u.Modulus = Field(gt=0, description="effective bulk modulus")
+    bulk_modulus: u.Pressure = Field(gt=0, description="effective bulk modulus")
 
 
 class Boost(Spec):
@@ -314,8 +314,8 @@ class Control(Spec):
     alpha_hs: Fraction = Field(description="motor displacement in high-speed mode")
     t_cycle: u.Time = Field(gt=0, description="cycle of the controller")
     tau_F: u.Time = Field(ge=0, description="low-pass of the load cell")
-    u_m_rate: u.GainPerTime = Field(gt=0, description="fastest change of the motor command at a mode change")
     t_bumpless: u.Time = Field(ge=0, description="time over which a mode change is blended")
+    tau_acc: u.Time = Field(ge=0, description="slow mean of the accumulator pressure that the passive pumps follow")
     K_acc: u.GainPerPressure = Field(ge=0, description="passive pump command per gas pressure below p_0")
     B_v: u.ViscousTorque = Field(ge=0, description="viscous friction of the linear analysis, for all friction models")
 
@@ -347,8 +347,8 @@ class Crane(Spec):
         """i_hD is the product of the gear stages unless a (rounded) value is given."""
         if isinstance(data, Mapping) and "i_hD" not in data:
             stages = data.get("gear_ratios")
-            if isinstance(stages, (list, tuple)) and all(type(i) in (int, float) for i in stages):
-                return {**data, "i_hD": float(math.prod(stages))}
+            if isinstance(stages, (list, tuple)) and all(type(i) in (int, float) and 0 < i < 1e6 for i in stages):
+                return {**data, "i_hD": math.prod(stages)}
         return data
 
     @model_validator(mode="after")

@@ -1,14 +1,18 @@
 """Cranes, motors, pump leak tables and system frictions, every number with its source and its kind.
 
-``cranes()`` lists the library's cranes; ``load_crane`` reads one of them, or a file of your own.
+``cranes()`` lists the library's cranes; ``load_crane`` reads one of them, or a file of your own;
+``changed`` gives a crane with other values, ``crane_toml`` writes one as a file.
 """
 
-from stillhook.library.load import cranes, load_crane
+from stillhook.library.load import changed, cranes, load_crane
 from stillhook.library.sheet import sheet, sheet_json
 from stillhook.library.tables import LeakTable, frictions, leak_table, leak_tables, motor, motors, system_friction
+from stillhook.library.write import crane_toml
 
 __all__ = [
     "LeakTable",
+    "changed",
+    "crane_toml",
     "cranes",
     "frictions",
     "leak_table",

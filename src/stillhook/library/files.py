@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import difflib
 import functools
+import stat
 import tomllib
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
@@ -71,10 +72,12 @@ def file_tree(path: Path) -> Tree:
 
 
 def _text(path: Path) -> str:
-    if path.is_dir():
-        raise SpecError(f"{came(str(path))}: a folder, not a crane file. Give the path of a TOML file.")
     try:
-        if path.stat().st_size > LARGEST_FILE:
+        status = path.stat()
+        if not stat.S_ISREG(status.st_mode):
+            what = "a folder" if stat.S_ISDIR(status.st_mode) else "a device"
+            raise SpecError(f"{came(str(path))}: {what}, not a file. Give the path of a TOML file.")
+        if status.st_size > LARGEST_FILE:
             raise SpecError(f"{came(str(path))}: larger than {LARGEST_FILE} bytes, so it is no crane file.")
         return path.read_bytes().decode("utf-8-sig")
     except FileNotFoundError:
@@ -102,7 +105,9 @@ def tree(table: Mapping[str, Any], name: str, *, user: bool, path: str = "") -> 
     """Tables and leaves of a parsed file; plain values are allowed in a user's file only."""
     out: Tree = {}
     for key, value in table.items():
-        place = f"{path}.{key}" if path else str(key)
+        if not isinstance(key, str):
+            raise SpecError(f"{name}: {path or 'top'}: key {came(key)} is no text. Name the field.")
+        place = f"{path}.{key}" if path else key
         if isinstance(value, Mapping) and "value" not in value:
             out[key] = tree(value, name, user=user, path=place)
         elif isinstance(value, Mapping):

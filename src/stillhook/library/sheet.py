@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import Any, NamedTuple, get_args
+from typing import Any, NamedTuple
 
-from pydantic.fields import FieldInfo
-
-from stillhook.crane import Crane, Source, SourceKind, Spec, effective_inertia
-from stillhook.units import KINDS, Quantity, number, show
+from stillhook.crane import Crane, SourceKind, effective_inertia
+from stillhook.library.write import Item, items
+from stillhook.units import KINDS, number, show
 
 DIGITS = 6  # significant digits on the sheet; published numbers have up to 5
 
@@ -31,23 +30,16 @@ class Section(NamedTuple):
     rows: tuple[Row, ...]
 
 
-class _Item(NamedTuple):
-    path: str
-    meaning: str
-    value: Any
-    quantity: str | None
-
-
 def sheet(crane: Crane) -> tuple[Section, ...]:
     """Sections of rows, in the order of the crane file; the last one follows from the others.
 
     Values are in display units (bar, L/min, rev/min, cm^3/rev, mm, t). ``sheet_json`` has the same in SI.
     """
     sections: dict[str, list[Row]] = {}
-    for item in _items(crane):
+    for item in _numbers(crane):
         table = item.path.rpartition(".")[0] or "crane"
-        source = _source(crane, item.path)
-        row = Row(item.path, item.meaning, _text(item.value, item.quantity), source.kind.value, source.text)
+        value = _text(item.value, item.quantity)
+        row = Row(item.path, item.meaning, value, item.source.kind.value, item.source.text)
         sections.setdefault(table, []).append(row)
     sections["derived"] = list(_derived(crane))
     return tuple(Section(title, tuple(rows)) for title, rows in sections.items())
@@ -56,42 +48,15 @@ def sheet(crane: Crane) -> tuple[Section, ...]:
 def sheet_json(crane: Crane) -> dict[str, Any]:
     """The sheet in SI, ready for JSON: dotted field to value, unit (none for ratios and texts), kind and source."""
     fields = {}
-    for item in _items(crane):
-        source = _source(crane, item.path)
+    for item in _numbers(crane):
         value = list(item.value) if isinstance(item.value, tuple) else item.value
         unit = KINDS[item.quantity].si if item.quantity else None
-        fields[item.path] = {"value": value, "unit": unit, "kind": source.kind.value, "source": source.text}
+        fields[item.path] = {"value": value, "unit": unit, "kind": item.source.kind.value, "source": item.source.text}
     return {"name": crane.name, "title": crane.title, "fields": fields}
 
 
-def _items(spec: Spec, path: str = "") -> Iterator[_Item]:
-    """Every value below a table, depth first; absent options and the sources themselves are left out."""
-    for name, field in type(spec).model_fields.items():
-        value = getattr(spec, name)
-        place = f"{path}.{name}" if path else name
-        if value is None or name == "sources":
-            continue
-        if isinstance(value, Spec):
-            yield from _items(value, place)
-        else:
-            plain = str(value) if isinstance(value, str) else value
-            yield _Item(place, field.description or name, plain, _quantity(field))
-
-
-def _quantity(field: FieldInfo) -> str | None:
-    """Kind of quantity of a field, also of an optional one or of a list."""
-    marks = list(field.metadata)
-    for inner in get_args(field.annotation):
-        marks += getattr(inner, "__metadata__", ())
-    return next((mark.kind for mark in marks if isinstance(mark, Quantity)), None)
-
-
-def _source(crane: Crane, path: str) -> Source:
-    named = {"name", "title"}
-    without = "name of the crane" if path in named else "not stated"
-    if path == "i_hD":
-        return crane.sources.get(path, Source(text="product of gear_ratios", kind=SourceKind.DERIVED))
-    return crane.sources.get(path, Source(text=without, kind=SourceKind.USER))
+def _numbers(crane: Crane) -> Iterator[Item]:
+    return (item for item in items(crane) if item.path not in {"name", "title"})
 
 
 def _text(value: Any, quantity: str | None) -> str:
