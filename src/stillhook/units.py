@@ -155,11 +155,15 @@ def _tidy(unit: str) -> str:
 def _problem(text: object, kind: Kind) -> str:
     """Why ``text`` is no quantity of this kind, and what to write instead."""
     units = ", ".join(kind.allowed)
+    if isinstance(text, float) and not math.isfinite(text):
+        return f'not a finite number; write one as text with its unit, such as "1 {kind.display}".'
     if isinstance(text, (int, float)) and not isinstance(text, bool):
         return f'a bare number; write it as text with its unit, "{came(text)} {kind.display}" (allowed: {units}).'
     if not isinstance(text, str):
         return f'write a number and a unit as text, such as "1 {kind.display}" (allowed: {units}).'
     text = text.strip()
+    if len(text) > LONGEST_TEXT:
+        return f'too long for a number and a unit, such as "1 {kind.display}" (allowed: {units}).'
     if not text:
         return f'empty; write a number and a unit, such as "1 {kind.display}" (allowed: {units}).'
     if _BARE.fullmatch(text):
