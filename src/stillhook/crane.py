@@ -374,8 +374,8 @@ def effective_inertia(crane: Crane) -> float:
 def _misfits(crane: Crane) -> Iterator[str]:
     """Why the parts of a crane do not fit together, worst first."""
     if (crane.passive is not None) != (crane.plant is Plant.ACTIVE_PASSIVE):
-        need, do = ("needs", "add") if crane.passive is None else ("has no", "remove")
-        yield f'plant "{crane.plant}" {need} a passive circuit. Change plant, or {do} [passive].'
+        need, do = ("needs a", "add") if crane.passive is None else ("has no", "remove")
+        yield f'plant "{crane.plant}" {need} passive circuit. Change plant, or {do} [passive].'
     drum, wire, control, alpha_min = crane.drum, crane.wire, crane.control, crane.active.motor.alpha_min
     if not alpha_min <= control.alpha_hs <= control.alpha_ns:
         yield (

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import re
+from collections.abc import Mapping, Sequence
 from typing import Any, get_args
 
 from pydantic import BaseModel, ValidationError
@@ -14,20 +15,21 @@ from stillhook.units import KINDS, Quantity, came
 # Typing errors first: a misspelt field is also a missing one, and the misspelling is what to mend.
 _ORDER = {"extra_forbidden": 0, "unit": 1, "missing": 3, "value_error": 4}
 _OTHER = 2
+_SHOULD = re.compile(r"^[A-Z]\w+ should")
 
 
-def explain(error: ValidationError, model: type[BaseModel], where: str) -> StillhookError:
-    """The first problem of a validation as one line, with the number of further ones."""
+def explain(error: ValidationError, model: type[BaseModel], where: str, data: Mapping[str, Any]) -> StillhookError:
+    """The first problem of a validation of ``data`` as one line, with the number of further ones."""
     problems = sorted(error.errors(include_url=False), key=lambda p: _ORDER.get(p["type"], _OTHER))
     first = problems[0]
     more = f" (and {len(problems) - 1} more)" if len(problems) > 1 else ""
-    text = f"{where}: {_line(first, model)}{more}"
+    text = f"{where}: {_line(first, model, data)}{more}"
     return UnitError(text) if first["type"] == "unit" else SpecError(text)
 
 
-def _line(problem: Any, model: type[BaseModel]) -> str:
+def _line(problem: Any, model: type[BaseModel], data: Mapping[str, Any]) -> str:
     loc: tuple[int | str, ...] = problem["loc"]
-    place = _dotted(loc)
+    place, given = _dotted(loc), came(_given(data, loc, problem["input"]))
     kind, message = problem["type"], str(problem["msg"]).removeprefix("Value error, ")
     if kind == "extra_forbidden":
         fields = _fields(model, loc[:-1])
@@ -37,10 +39,20 @@ def _line(problem: Any, model: type[BaseModel]) -> str:
     if kind == "value_error":
         return f"{place}: {message}" if place else message
     if kind == "unit":
-        return f"{place} = {came(problem['input'])}: {message}"
+        return f"{place} = {given}: {message}"
     if kind in {"model_type", "model_attributes_type", "dict_type"}:
-        return f"{place} = {came(problem['input'])}: a table is due, with {', '.join(_fields(model, loc))}."
-    return f"{place} = {came(problem['input'])}: {message.replace('Input should', 'it must', 1)}."
+        return f"{place} = {given}: a table is due, with {', '.join(_fields(model, loc))}."
+    return f"{place} = {given}: {_SHOULD.sub('it must', message, count=1)}."
+
+
+def _given(data: Any, loc: Sequence[int | str], otherwise: Any) -> Any:
+    """What was written at ``loc``: "-80 L", where pydantic reports the -0.08 that it was read as."""
+    for part in loc:
+        try:
+            data = data[part]
+        except (KeyError, IndexError, TypeError):
+            return otherwise
+    return data
 
 
 def _dotted(loc: Sequence[int | str]) -> str:

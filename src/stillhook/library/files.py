@@ -21,7 +21,7 @@ from stillhook.errors import SpecError
 from stillhook.units import came
 
 LARGEST_FILE = 1_000_000  # bytes; the library's longest file has 20 kB
-SHELVES = ("cranes", "motors", "pumps", "friction")
+LONGEST_KEY = 100  # characters; the longest field has 15
 
 _LEAF_KEYS = frozenset({"value", "kind", "source"})
 _ONE_VALUE = (str, int, float, bool)
@@ -105,8 +105,8 @@ def tree(table: Mapping[str, Any], name: str, *, user: bool, path: str = "") -> 
     """Tables and leaves of a parsed file; plain values are allowed in a user's file only."""
     out: Tree = {}
     for key, value in table.items():
-        if not isinstance(key, str):
-            raise SpecError(f"{name}: {path or 'top'}: key {came(key)} is no text. Name the field.")
+        if not isinstance(key, str) or not key.isprintable() or len(key) > LONGEST_KEY:
+            raise SpecError(f"{name}: {path or 'top'}: key {came(key)} is no field. Write the name of a field.")
         place = f"{path}.{key}" if path else key
         if isinstance(value, Mapping) and "value" not in value:
             out[key] = tree(value, name, user=user, path=place)

@@ -57,10 +57,11 @@ def _crane(fields: Tree, label: str) -> Crane:
         raise SpecError(f"{label}: sources: unknown field; write the source beside its value.")
     fields = _with_library(fields, label)
     stated = {path: source for path, source in sources(fields) if path not in _LABELS}
+    data = values(fields)
     try:
-        return Crane.model_validate(values(fields) | {"sources": {"i_hD": _PRODUCT} | stated})
+        return Crane.model_validate(data | {"sources": {"i_hD": _PRODUCT} | stated})
     except ValidationError as error:
-        raise explain(error, Crane, label) from None
+        raise explain(error, Crane, label, data) from None
 
 
 def _fields(name_or_path: str | Path, above: tuple[Path, ...]) -> tuple[str, Tree]:

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Self
+from typing import Annotated, Any, Self, TypeVar
 
 from pydantic import Field, ValidationError, model_validator
 
 from stillhook import units as u
 from stillhook.crane import Motor, Spec, SystemFriction
 from stillhook.library.explain import explain
-from stillhook.library.files import Leaf, Tree, library_tree, shelf, values
+from stillhook.library.files import Tree, library_tree, shelf, values
+
+_Table = TypeVar("_Table", bound=Spec)
 
 
 class LeakTable(Spec):
@@ -56,29 +58,22 @@ def without_title(tree: Tree) -> Tree:
 
 def motor(name: str) -> Motor:
     """One motor of the library; SpecError for an unknown name."""
-    tree = without_title(library_tree("motors", name, "motor"))
-    try:
-        return Motor.model_validate(values(tree))
-    except ValidationError as error:
-        raise explain(error, Motor, f"{name}.toml") from None
+    return _read(Motor, name, values(without_title(library_tree("motors", name, "motor"))))
 
 
 def system_friction(name: str) -> SystemFriction:
     """One system friction of the library; SpecError for an unknown name."""
-    tree = without_title(library_tree("friction", name, "system friction"))
-    try:
-        return SystemFriction.model_validate(values(tree))
-    except ValidationError as error:
-        raise explain(error, SystemFriction, f"{name}.toml") from None
+    return _read(SystemFriction, name, values(without_title(library_tree("friction", name, "system friction"))))
 
 
 def leak_table(name: str) -> LeakTable:
     """One pump leak table of the library; SpecError for an unknown name."""
-    tree = without_title(library_tree("pumps", name, "leak table"))
-    rows = tree.pop("C")
-    assert isinstance(rows, dict)
-    data = values(tree) | {"C": [row.value for row in rows.values() if isinstance(row, Leaf)]}
+    data = values(without_title(library_tree("pumps", name, "leak table")))
+    return _read(LeakTable, name, data | {"C": list(data["C"].values())})
+
+
+def _read(model: type[_Table], name: str, data: dict[str, Any]) -> _Table:
     try:
-        return LeakTable.model_validate(data)
+        return model.model_validate(data)
     except ValidationError as error:
-        raise explain(error, LeakTable, f"{name}.toml") from None
+        raise explain(error, model, f"{name}.toml", data) from None
