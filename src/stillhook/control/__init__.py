@@ -1,0 +1,1 @@
+"""The winch's PLC: motor levels, semi-secondary control, heave compensation, passive circuit, modes."""

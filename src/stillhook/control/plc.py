@@ -1,0 +1,151 @@
+"""One cycle of the crane's PLC: what it reads, what it remembers, what it commands. Outputs are held until the next cycle."""
+
+from typing import NamedTuple
+
+from stillhook.control.ahc import AhcGains, feedback, feedforward
+from stillhook.control.motors import (
+    MotorSettings,
+    displacement_by_layer,
+    displacement_min,
+    displacement_ssc,
+    reduction_cubic,
+    reduction_linear,
+)
+from stillhook.physics.scalar import clip, scalar
+
+MANUAL = 0.0
+LEVEL_1 = 1.0
+LEVEL_2 = 2.0
+NS = 3.0
+HS = 4.0
+SSC = 5.0
+SSC_CUBIC = 6.0
+
+
+class Plc(NamedTuple):
+    """Settings: t_cycle [s]; tau_F low-pass of the load cell [s]; tau_p slow mean of the accumulator pressure [s];
+    t_bumpless time constant in which a command's jump at a mode change fades [s]."""
+
+    gains: AhcGains
+    motors: MotorSettings
+    t_cycle: float
+    tau_F: float
+    tau_p: float
+    t_bumpless: float
+
+
+class Sensed(NamedTuple):
+    """What the PLC reads: motion unit s_tip [m], v_tip [m/s], a_tip [m/s^2]; operator's speed v_op [m/s, hoisting positive] and its
+    integral s_op [m]; mode; f_pump share of the pumps known to run; encoder s_w [m]; load cell F [N]; alpha_m known displacement;
+    K_wire of the present layer."""
+
+    s_tip: float
+    v_tip: float
+    a_tip: float
+    v_op: float
+    s_op: float
+    mode: float
+    f_pump: float
+    s_w: float
+    F: float
+    alpha_m: float
+    K_wire: float
+
+
+class Memory(NamedTuple):
+    """What the PLC remembers: mode; datum of the wire reference [m]; filtered load F [N]; slow mean of the accumulator pressure [Pa];
+    last commands u_p, u_m; fading bumpless biases b_p, b_m; held value of the motor control's play."""
+
+    mode: float
+    datum: float
+    F: float
+    p_mean: float
+    u_p: float
+    u_m: float
+    b_p: float
+    b_m: float
+    held: float
+
+
+class Drive(NamedTuple):
+    """Commands to the active circuit: u_p pumps, u_m motors, u_ff the feedforward in it, u_raw pumps before the limit;
+    e_c control error against the measured tip motion [m]."""
+
+    u_p: float
+    u_m: float
+    u_ff: float
+    u_raw: float
+    e_c: float
+
+
+@scalar
+def low_pass(held, x, tau, t_cycle):
+    """First-order filter, one cycle (backward Euler: stable for any tau >= 0)."""
+    return held + (x - held) * t_cycle / (tau + t_cycle)
+
+
+@scalar
+def reference_datum(y, m):
+    """Datum of the wire reference: kept while compensating, laid at the present wire while not, so that e_c starts at 0."""
+    holding = m.mode > MANUAL and y.mode > MANUAL
+    return m.datum if holding else y.s_w - y.s_tip + y.s_op
+
+
+@scalar
+def pump_demand(y, e_c, plc):
+    """Feedforward and whole pump command before limits [-]; in manual mode the tip is not compensated and nothing is fed back.
+
+    With f_pump of the pumps left the commands grow by 1 / f_pump: feedforward and loop gain stay as they were.
+    """
+    ahc = 1.0 if y.mode > MANUAL else 0.0
+    u_ff = feedforward(ahc * y.v_tip - y.v_op, ahc * y.a_tip, y.K_wire, y.alpha_m, plc.gains) / y.f_pump
+    return u_ff, u_ff + ahc * feedback(e_c, plc.gains) / y.f_pump
+
+
+@scalar
+def motor_demand(y, u_ff, F, plc):
+    """Displacement that the mode asks for [-]. Manual mode keeps full displacement at low speed by the law of SSC."""
+    s = plc.motors
+    alpha_min = displacement_min(F, y.K_wire, s)
+    linear = displacement_ssc(reduction_linear(u_ff, s.u_thr), alpha_min)
+    cubic = displacement_ssc(reduction_cubic(u_ff, s.u_thr), alpha_min)
+    u_m = linear
+    if y.mode == SSC_CUBIC:
+        u_m = cubic
+    if y.mode == LEVEL_1:
+        u_m = 1.0
+    if y.mode == LEVEL_2:
+        u_m = displacement_by_layer(1.0, y.K_wire, s)
+    if y.mode == NS:
+        u_m = displacement_by_layer(s.alpha_ns, y.K_wire, s)
+    if y.mode == HS:
+        u_m = displacement_by_layer(s.alpha_hs, y.K_wire, s)
+    return u_m
+
+
+@scalar
+def cycle(y, m, p_hp, plc):
+    """One cycle: what was read and remembered gives the commands and the new memory.
+
+    Bumpless mode change: the commands start where they were and the difference fades with t_bumpless.
+    """
+    datum = reference_datum(y, m)
+    e_c = datum + y.s_tip - y.s_op - y.s_w
+    F = low_pass(m.F, y.F, plc.tau_F, plc.t_cycle)
+    p_mean = low_pass(m.p_mean, p_hp, plc.tau_p, plc.t_cycle)
+    u_ff, demand = pump_demand(y, e_c, plc)
+    wish = motor_demand(y, u_ff, F, plc)
+    fade = 1.0 - plc.t_cycle / (plc.t_bumpless + plc.t_cycle)
+    changed = y.mode != m.mode
+    b_p = m.u_p - demand if changed else m.b_p * fade
+    b_m = m.u_m - wish if changed else m.b_m * fade
+    u_raw = demand + b_p
+    u_p = clip(u_raw, -1.0, 1.0)
+    u_m = clip(wish + b_m, plc.motors.alpha_min, 1.0)
+    return Drive(u_p, u_m, u_ff, u_raw, e_c), Memory(y.mode, datum, F, p_mean, u_p, u_m, b_p, b_m, m.held)
+
+
+@scalar
+def hold(m, held):
+    """The memory with the held value of the motor control's play."""
+    return Memory(m.mode, m.datum, m.F, m.p_mean, m.u_p, m.u_m, m.b_p, m.b_m, held)

@@ -1,0 +1,145 @@
+"""What drives a run from outside, one row per PLC cycle: tip motion, its measured image, operator, mode, faults, noise."""
+
+import bisect
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stillhook.crane import Crane
+from stillhook.engine.pack import MODE_CODE
+from stillhook.scenario import Operator, PowerLoss, Scenario
+from stillhook.sea.motion import Motion, Ramped
+
+Array = NDArray[np.float64]
+TICK = 13
+THIN = 3
+"""Columns of a full row (`stillhook.plants.state.Tick`), and of one that only moves the tip."""
+
+
+def hermite_weights(n_sub: int) -> Array:
+    """Weights of s, v, a at both ends of a cycle (t_cycle = 1) for s and v at the middle and end of each of n_sub steps.
+
+    The quintic through both ends; rows of 12, to be scaled with `scale_weights`.
+    """
+    tau = np.arange(1, 2 * n_sub + 1) / (2 * n_sub)
+    ends = np.array([[1, 0, 0, 0, 0, 0], [0, 1, 0, 0, 0, 0], [0, 0, 2, 0, 0, 0], [1] * 6, range(6), [0, 0, 2, 6, 12, 20]], float)
+    solve = np.linalg.inv(ends)
+    s = np.vander(tau, 6, increasing=True) @ solve
+    powers = np.column_stack([k * tau ** max(k - 1, 0) for k in range(6)])
+    return np.hstack([s, powers @ solve])
+
+
+def scale_weights(H: Array, t_cycle: float) -> Array:
+    """`hermite_weights` for a cycle of t_cycle [s], flat."""
+    unit = np.array([1.0, t_cycle, t_cycle**2] * 2)
+    return np.ascontiguousarray(np.hstack([H[:, :6] * unit, H[:, 6:] * unit / t_cycle])).ravel()
+
+
+class Drive:
+    """Rows of Tick for one scenario on one crane, made piece by piece."""
+
+    def __init__(self, crane: Crane, case: Scenario) -> None:
+        self.case = case
+        self.t_cycle = crane.control.t_cycle
+        self.motion: Motion = Ramped.from_si(case.tip, case.ramp) if case.ramp > 0.0 else case.tip
+        self.n_ticks = round(case.duration / self.t_cycle)
+        self.first = min(round(case.warm_up / self.t_cycle), self.n_ticks)
+        self._pumps = crane.active.pump.D
+        self._noise = _Noise(case, self.n_ticks + 1)
+        self.cols = THIN if self._only_the_tip_moves() else TICK
+
+    def _only_the_tip_moves(self) -> bool:
+        case, s = self.case, self.case.sensors
+        plain = not case.modes and not case.operator.profile and not case.operator.steps and case.power_loss is None
+        ideal = not any((s.delay, s.noise_s_tip, s.noise_v_tip, s.noise_a_tip, s.noise_s_w, s.noise_F, s.step_s_tip, s.step_v_tip))
+        return plain and ideal
+
+    def rows(self, k: int, n: int) -> Array:
+        """Cycles k .. k + n - 1, shape (n, cols)."""
+        t = np.arange(k, k + n) * self.t_cycle
+        thin = _tip(self.motion, k, n, self.t_cycle)
+        return thin if self.cols == THIN else self._full(t, k, n, thin)
+
+    def first_row(self) -> Array:
+        """The full first row."""
+        return self._full(np.zeros(1), 0, 1, _tip(self.motion, 0, 1, self.t_cycle))[0]
+
+    def _full(self, t: Array, k: int, n: int, thin: Array) -> Array:
+        case, out = self.case, np.empty((n, TICK))
+        out[:, :3] = thin
+        out[:, 3:6] = self._measured(t, k, n, thin)
+        out[:, 6], out[:, 7] = operator_motion(case.operator, t)
+        out[:, 8] = mode_codes(case, t)
+        out[:, 9], out[:, 10] = pump_shares(case.power_loss, self._pumps, t)
+        out[:, 11] = self._noise.wire[k : k + n]
+        out[:, 12] = self._noise.load[k : k + n]
+        return out
+
+    def _measured(self, t: Array, k: int, n: int, thin: Array) -> Array:
+        """The tip as the PLC receives it: delayed (before the start it stood as at the start), noisy, quantised."""
+        sensors = self.case.sensors
+        seen = thin if sensors.delay == 0.0 else np.column_stack(self.motion.sample(np.maximum(t - sensors.delay, 0.0)))
+        seen = seen + self._noise.tip[k : k + n]
+        for column, step in ((0, sensors.step_s_tip), (1, sensors.step_v_tip)):
+            if step > 0.0:
+                seen[:, column] = np.round(seen[:, column] / step) * step
+        return seen
+
+
+@lru_cache(maxsize=64)
+def _tip(motion: Motion, k: int, n: int, t_cycle: float) -> Array:
+    """True tip s, v, a of cycles k .. k + n - 1; remembered, because controllers are compared on the same motion."""
+    rows = np.column_stack(motion.sample(np.arange(k, k + n) * t_cycle))
+    rows.flags.writeable = False
+    return rows
+
+
+class _Noise:
+    """White noise of every noisy signal for a whole run, from the scenario's seed; one stream per signal."""
+
+    def __init__(self, case: Scenario, n: int) -> None:
+        s = case.sensors
+        streams = np.random.SeedSequence(s.seed).spawn(5)
+        levels = (s.noise_s_tip, s.noise_v_tip, s.noise_a_tip, s.noise_s_w, s.noise_F)
+        columns = [
+            np.random.default_rng(i).standard_normal(n) * level if level > 0.0 else np.broadcast_to(0.0, n)
+            for i, level in zip(streams, levels, strict=True)
+        ]
+        self.tip = np.column_stack(columns[:3]) if any(levels[:3]) else np.broadcast_to(0.0, (n, 3))
+        self.wire, self.load = columns[3], columns[4]
+
+
+def operator_motion(operator: Operator, t: Array) -> tuple[Array, Array]:
+    """Joystick speed [m/s] and what it asks for in all [m], hoisting positive; set-point steps add to the latter alone."""
+    v, s = np.zeros_like(t), np.zeros_like(t)
+    if operator.profile:
+        times = np.array([i for i, _ in operator.profile])
+        speeds = np.array([i for _, i in operator.profile])
+        v = np.interp(t, times, speeds)
+        knots = np.unique(np.concatenate([[0.0], times]))
+        at = np.interp(knots, times, speeds)
+        area = np.concatenate([[0.0], np.cumsum(0.5 * (at[1:] + at[:-1]) * np.diff(knots))])
+        i = np.clip(np.searchsorted(knots, t, side="right") - 1, 0, len(knots) - 1)
+        s = area[i] + 0.5 * (at[i] + v) * (t - knots[i])
+    for time, step in operator.steps:
+        s = s + np.where(t >= time, step, 0.0)
+    return v, s
+
+
+def mode_codes(case: Scenario, t: Array) -> Array:
+    """Code of the mode in force at each time."""
+    times = [i for i, _ in case.modes]
+    codes = [MODE_CODE[case.mode], *(MODE_CODE[m] for _, m in case.modes)]
+    return np.array([codes[bisect.bisect_right(times, i)] for i in t]) if times else np.full_like(t, codes[0])
+
+
+def pump_shares(loss: PowerLoss | None, pumps: tuple[float, ...], t: Array) -> tuple[Array, Array]:
+    """Share of the active pumps' flow that is there, and the share that the PLC reckons with."""
+    there = np.ones_like(t)
+    if loss is None:
+        return there, there
+    left = 1.0 - pumps[loss.unit - 1] / sum(pumps)
+    gone = np.clip((t - loss.time) / loss.run_down, 0.0, 1.0) if loss.run_down > 0.0 else (t >= loss.time).astype(float)
+    known = np.where(t >= loss.time + loss.detection, left, 1.0)
+    return 1.0 - (1.0 - left) * gone, known

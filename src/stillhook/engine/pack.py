@@ -1,0 +1,221 @@
+"""The only place where a crane and a scenario become records that the compiled kernels read."""
+
+import math
+from types import ModuleType
+from typing import Any, NamedTuple
+
+from stillhook import crane as spec
+from stillhook.control.ahc import AhcGains
+from stillhook.control.motors import MotorSettings
+from stillhook.control.passive import PassiveSettings
+from stillhook.control.plc import HS, LEVEL_1, LEVEL_2, MANUAL, NS, SSC, SSC_CUBIC, Memory, Plc
+from stillhook.crane import Crane
+from stillhook.engine.gas_fit import gas_record
+from stillhook.library import leak_table
+from stillhook.physics.accumulator import Accumulator
+from stillhook.physics.drum import Drum, Inertia
+from stillhook.physics.friction import Bristle, SystemFriction
+from stillhook.physics.line import capacitance
+from stillhook.physics.load import Load
+from stillhook.physics.motor import Motors, TorqueLossFit
+from stillhook.physics.pump import LEAK_KNOTS, PumpLeak, Pumps
+from stillhook.physics.scalar import G
+from stillhook.physics.swash import MotorControl, Servo
+from stillhook.physics.valves import Boost, Flushing, Relief
+from stillhook.physics.wire import Wire
+from stillhook.plants import active_passive, pure_active
+from stillhook.plants.active_circuit import ActiveCircuit
+from stillhook.plants.hoist import Hoist
+from stillhook.plants.state import Sensors
+from stillhook.scenario import FrictionModel, Mode, Scenario
+
+MODE_CODE = {
+    Mode.MANUAL: MANUAL,
+    Mode.LEVEL_1: LEVEL_1,
+    Mode.LEVEL_2: LEVEL_2,
+    Mode.NS: NS,
+    Mode.HS: HS,
+    Mode.SSC: SSC,
+    Mode.SSC_CUBIC: SSC_CUBIC,
+}
+DP_LEAST = 1.0e6
+"""Pressure below which the passive torque law stops dividing by it [Pa]: 10 bar, far below any charge."""
+
+
+class Packed(NamedTuple):
+    """A crane and a scenario as the kernels read them: plant module, its Params, and the PLC's memory before the first cycle."""
+
+    plant: ModuleType
+    name: str
+    params: Any
+    memory: Memory
+    s_w: float
+
+
+def wire_speed_max(crane: Crane, alpha_m: float = 1.0, d: float | None = None) -> float:
+    """Wire speed with the pumps full and no leakage [m/s], on diameter d [m] (default: the published outer one)."""
+    return motor_speed_max(crane, alpha_m) / crane.i_hD * (crane.drum.d_max if d is None else d) / 2.0
+
+
+def motor_speed_max(crane: Crane, alpha_m: float = 1.0) -> float:
+    """Motor speed with the active pumps full and no leakage [rad/s]."""
+    pump = crane.active.pump
+    return pump.D_total * pump.omega_p / (crane.active.motor.D_total * alpha_m)
+
+
+def gains(crane: Crane) -> AhcGains:
+    """K_1 = 1 / v_w(alpha_p = 1, alpha_m = 1) on the largest diameter, K_2 = K_1 2 zeta_p / omega_np, unless the file gives them.
+
+    Differs from print: paper E's K_1 = 0.68 s/m contradicts the speed of its own table 2 (0.8279 s/m).
+    """
+    c, servo = crane.control, crane.active.pump.servo
+    K_1 = c.K_1 if c.K_1 is not None else 1.0 / wire_speed_max(crane)
+    K_2 = c.K_2 if c.K_2 is not None else K_1 * 2.0 * servo.zeta / servo.omega_n
+    return AhcGains(K_1=K_1, K_2=K_2, K_p=c.K_p)
+
+
+def pump_leak(pump: spec.PumpSet) -> PumpLeak:
+    """The library's leak table at this pump speed, scaled with the installed size (Moslatt 2020 section 2.5.2.4).
+
+    Speeds between the two measured ones are interpolated linearly; beyond them the line goes on.
+    """
+    table = leak_table(pump.leak)
+    (w_1, w_2), scale = table.omega, pump.D_total / table.D_ref
+    f = (pump.omega_p - w_1) / (w_2 - w_1)
+    rows = sorted(zip(table.D, table.C[0], table.C[1], strict=True))
+    parts = [round(D / table.D_ref, 3) for D, _, _ in rows]
+    assert all(abs(a - b) < 1e-3 for a, b in zip(parts, LEAK_KNOTS, strict=True)), f"{pump.leak}: displacements {parts}"
+    return PumpLeak(*(scale * (C_1 + f * (C_2 - C_1)) for _, C_1, C_2 in rows))
+
+
+def _pumps(pump: spec.PumpSet) -> Pumps:
+    return Pumps(D_max=pump.D_total, omega_p=pump.omega_p, leak=pump_leak(pump))
+
+
+def _motors(motor: spec.MotorSet) -> Motors:
+    loss = motor.loss
+    fit = TorqueLossFit(loss.X_1, loss.X_2, loss.X_3, loss.X_4, loss.X_5)
+    return Motors(count=float(motor.count), D_max=motor.D_max, C_1=motor.C_1, C_2=motor.C_2, fit=fit)
+
+
+def _servo(servo: spec.Servo, lo: float, hi: float = 1.0) -> Servo:
+    return Servo(omega_n=servo.omega_n, zeta=servo.zeta, lo=lo, hi=hi)
+
+
+def _motor_control(motor: spec.MotorSet) -> MotorControl:
+    if motor.variant is spec.ServoVariant.CLOSED_LOOP:
+        return MotorControl(offset=0.0, half_width=0.0, feedback=1.0)
+    feedback = 1.0 if motor.variant is spec.ServoVariant.OPEN_LOOP_FEEDBACK else 0.0
+    return MotorControl(offset=motor.offset, half_width=0.5 * motor.hysteresis, feedback=feedback)
+
+
+def _active(crane: Crane) -> ActiveCircuit:
+    a = crane.active
+    return ActiveCircuit(
+        pumps=_pumps(a.pump),
+        pump_servo=_servo(a.pump.servo, -1.0),
+        motors=_motors(a.motor),
+        motor_servo=_servo(a.motor.servo, a.motor.alpha_min),
+        control=_motor_control(a.motor),
+        i_C_h=1.0 / capacitance(a.line.V, a.line.bulk_modulus),
+        boost=Boost(a.boost.p, a.boost.conductance),
+        relief=Relief(a.relief.p, a.relief.conductance),
+        flushing=Flushing(a.boost.p + a.flushing.dp_open, a.flushing.conductance, 1.0 / max(a.flushing.dp_shuttle, 1.0)),
+        n_full=a.motor.n_max_full,
+        n_max=a.motor.n_max,
+    )
+
+
+def _passive(crane: Crane) -> active_passive.PassiveCircuit:
+    p = crane.passive
+    assert p is not None
+    acc, pump = p.accumulator, _pumps(p.pump)
+    return active_passive.PassiveCircuit(
+        pumps=pump,
+        pump_servo=_servo(p.pump.servo, -1.0),
+        motors=_motors(p.motor),
+        motor_servo=_servo(p.motor.servo, p.motor.alpha_min),
+        accumulator=Accumulator(
+            V_stroke=acc.V_stroke,
+            i_half=2.0 / acc.V_stroke,
+            i_C=1.0 / capacitance(p.line.V, p.line.bulk_modulus),
+            R=acc.R_piston,
+            C_leak=acc.C_leak,
+            gas=gas_record(acc),
+        ),
+        relief=Relief(p.relief.p, p.relief.conductance),
+        settings=PassiveSettings(
+            D_m_max=p.motor.D_total,
+            Q_p_max=pump.D_max * pump.omega_p,
+            p_lp=p.p_lp,
+            p_set=acc.gas.p_0,
+            K_acc=crane.control.K_acc,
+            dp_least=DP_LEAST,
+        ),
+    )
+
+
+def drum_record(crane: Crane) -> Drum:
+    """The drum as the kernels read it; L_full is the wire on the full drum (square stacked)."""
+    d, n, d_w = crane.drum.d, crane.drum.layers, crane.wire.d
+    L_full = math.pi * crane.drum.turns * (n * d + n * n * d_w)
+    return Drum(d, d_w, float(crane.drum.turns), float(n), crane.drum.d_max, L_full, crane.wire.mass_per_length)
+
+
+def _inertia(crane: Crane) -> Inertia:
+    motors = crane.active.motor.count * crane.active.motor.J
+    if crane.passive is not None:
+        motors += crane.passive.motor.count * crane.passive.motor.J
+    return Inertia(motors, crane.inertia.J_gear, crane.inertia.J_drum, crane.i_hD**-2)
+
+
+def load_record(crane: Crane, case: Scenario) -> Load:
+    """Hook and payload; the hook's own buoyancy is left out (a few per cent of 3 t)."""
+    m = case.load + crane.hook_mass
+    W = case.weight + crane.hook_mass * G
+    if case.water is None:
+        return Load(W=W, m=m, i_m=1.0 / m, b=0.0)
+    m += case.water.added_mass
+    return Load(W=W, m=m, i_m=1.0 / m, b=0.5 * case.water.rho * case.water.C_D * case.water.area)
+
+
+def _hoist(crane: Crane, case: Scenario) -> Hoist:
+    w, f = crane.wire, crane.friction
+    load = load_record(crane, case)
+    EA = w.E * w.fill * math.pi / 4.0 * w.d**2
+    c = 2.0 * w.zeta * math.sqrt(EA / (w.L_0 + case.s_w) * load.m)
+    s = f.system
+    n_motors = crane.active.motor.count + (crane.passive.motor.count if crane.passive is not None else 0)
+    sigma_1 = f.sigma_1_ratio * math.sqrt(f.sigma_0 * crane.inertia.J_m_eff)
+    regular = 1.0 if case.friction is FrictionModel.REGULARISED else 0.0
+    return Hoist(
+        drum=drum_record(crane),
+        inertia=_inertia(crane),
+        wire=Wire(EA=EA, L_0=w.L_0, c=c),
+        load=load,
+        friction=SystemFriction(s.Y_1, s.Y_2, s.Y_3, 1.0 / s.Y_4, s.Y_5, s.Y_6),
+        bristle=Bristle(f.sigma_0, sigma_1, 1.0 / f.omega_fade, regular, 1.0 / f.omega_reg),
+        i_i=1.0 / crane.i_hD,
+        s_w_0=case.s_w,
+        n_motors=float(n_motors),
+    )
+
+
+def plc_record(crane: Crane) -> Plc:
+    c = crane.control
+    settings = MotorSettings(crane.active.motor.alpha_min, c.alpha_ns, c.alpha_hs, c.u_thr, 1.0 / (crane.SWL * G))
+    return Plc(gains(crane), settings, c.t_cycle, c.tau_F, c.tau_acc, c.t_bumpless)
+
+
+def pack(crane: Crane, case: Scenario) -> Packed:
+    """Records for one run. The scenario must have passed `stillhook.engine.checks.check`."""
+    hoist = _hoist(crane, case)
+    sensors = Sensors(q_s=case.sensors.step_s_w, q_F=case.sensors.step_F)
+    p_0 = crane.passive.accumulator.gas.p_0 if crane.passive is not None else 0.0
+    mode = MODE_CODE[case.mode]
+    memory = Memory(mode, 0.0, hoist.load.W, p_0, 0.0, 1.0, 0.0, 0.0, 1.0)
+    if crane.plant is spec.Plant.PURE_ACTIVE:
+        params: Any = pure_active.Params(_active(crane), hoist, plc_record(crane), sensors)
+        return Packed(pure_active, crane.plant.value, params, memory, case.s_w)
+    params = active_passive.Params(_active(crane), _passive(crane), hoist, plc_record(crane), sensors)
+    return Packed(active_passive, crane.plant.value, params, memory, case.s_w)

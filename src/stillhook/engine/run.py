@@ -1,0 +1,239 @@
+"""One trajectory, or blocks of sixteen, from the first cycle to the last; progress, interruption, failure of a case."""
+
+import itertools
+import threading
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from enum import StrEnum
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stillhook.control.plc import Memory
+from stillhook.crane import Crane
+from stillhook.engine.build import driver
+from stillhook.engine.checks import check
+from stillhook.engine.drive import Drive, hermite_weights, scale_weights
+from stillhook.engine.lanes import VL, flatten, offset, size, unflatten
+from stillhook.engine.pack import Packed, pack
+from stillhook.engine.stability import check_step
+from stillhook.engine.stats import Stats, blank
+from stillhook.engine.window import SIGNALS, blank_window
+from stillhook.plants.state import Geometry, Signals, Tick, Tip
+from stillhook.scenario import Scenario
+
+Array = NDArray[np.float64]
+Progress = Callable[[float], None]
+Pair = tuple[Packed, Drive]
+
+WINDOW = 30.0
+"""Length of the moving window of the peak-to-peak error [s]. Source: Moslatt 2020 paper F table 2."""
+
+CHUNK = 4096
+"""Cycles handed to the kernel at once: progress and failures are seen this often."""
+
+
+class Ending(StrEnum):
+    """How a run ended."""
+
+    DONE = "done"
+    DIVERGED = "diverged"
+
+
+class Result(NamedTuple):
+    """What came out of one run: statistics, the three peak-to-peak values over the moving window [m], end state, series (or None)
+    with one row of Signals every `dt` [s], number of samples in the window, step [s], time reached [s]."""
+
+    stats: Stats
+    span: tuple[float, float, float]
+    full_window: bool
+    ending: Ending
+    t_end: float
+    state: Any
+    memory: Memory
+    series: Array | None
+    dt: float
+    step: float
+    t_cycle: float
+
+
+class Interrupted(Exception):
+    """The caller's stop flag was set; nothing is returned."""
+
+
+def run_one(
+    crane: Crane, case: Scenario, *, n_sub: int, every: int = 1, series: bool = True, progress: Progress | None = None
+) -> Result:
+    """One trajectory with time series. n_sub steps per PLC cycle; a row of the series every `every` cycles.
+
+    Errors: ScenarioError from the checks; SpecError where the step is too long for the crane.
+    """
+    check(crane, case)
+    packed, drive = pack(crane, case), Drive(crane, case)
+    check_step(packed, drive.t_cycle / n_sub)
+    block = Block([(packed, drive)], lanes=1, n_sub=n_sub, every=every if series else 0)
+    for share in block.steps():
+        if progress is not None:
+            progress(share)
+    return block.results()[0]
+
+
+class Block:
+    """Runs of equal length side by side in one flat array; missing lanes repeat the first case."""
+
+    def __init__(self, packs: list[Pair], *, lanes: int, n_sub: int, every: int) -> None:
+        self.packs = packs
+        self.lanes = [packs[i] if i < len(packs) else packs[0] for i in range(lanes)]
+        self.drive, self.n_sub, self.every = packs[0][1], n_sub, every
+        self.d = driver(packs[0][0].name, lanes)
+        self.n_x = size(self.d.State)
+        self.H = scale_weights(hermite_weights(n_sub), self.drive.t_cycle)
+        self.n_win = round(WINDOW / self.drive.t_cycle) + 1
+        self.W = blank_window(self.n_win, lanes)
+        rows = self.drive.n_ticks // every + 1 if every else 0
+        self.out = np.full((rows, size(Signals), lanes), np.nan)
+        self.failed: dict[int, float] = {}
+        self.A = np.array([self._record(*lane) for lane in self.lanes]).T.copy()
+        self.d.at_rest(self.A.reshape(-1))
+
+    def _record(self, packed: Packed, drive: Drive) -> list[float]:
+        """One lane before the first cycle: the reference lies where the wire is; state and memory await `at_rest`."""
+        tick, d = Tick(*drive.first_row()), self.d
+        memory = packed.memory._replace(datum=packed.s_w - tick.s_m + tick.s_op, mode=tick.mode)
+        x = nothing(d.State)._replace(s_w=packed.s_w)
+        tip = Tip(tick.s, tick.v)
+        lane = d.Lane(
+            x, nothing(d.Command), nothing(Geometry), memory, blank(), nothing(Signals), tip, tip, tip, tick, packed.params
+        )
+        return flatten(lane)
+
+    def steps(self) -> Iterator[float]:
+        """Run to the end in pieces; yields the share done. A case without numbers is marked and its lane set to rest."""
+        n, first, k = self.drive.n_ticks, self.drive.first, 0
+        while k < n:
+            count = min(CHUNK, n - k) if k >= first else min(CHUNK, first - k)
+            if k == first:
+                self._count_from_here()
+            self._piece(k, count, n, first)
+            k += count
+            self._mark_failures(k * self.drive.t_cycle)
+            if len(self.failed) == len(self.packs):
+                break
+            yield k / n
+
+    def _piece(self, k: int, count: int, n: int, first: int) -> None:
+        rows = [lane[1].rows(k, count + 1) for lane in self.lanes]
+        D = rows[0] if len(rows) == 1 else np.stack(rows, axis=-1)
+        self.d.run(
+            self.A.reshape(-1), D.reshape(-1), self.drive.cols, self.H, self.W, self.out.reshape(-1), self.every,
+            k, count, first, n, self.n_win, self.n_sub, self.drive.t_cycle,
+        )  # fmt: skip
+
+    def _count_from_here(self) -> None:
+        """The warm-up is over: statistics start anew."""
+        at = offset(self.d.Lane, "st", 1)
+        fresh = np.array(flatten(blank()))
+        self.A[at : at + len(fresh)] = fresh[:, None]
+
+    def _mark_failures(self, t: float) -> None:
+        for i in np.flatnonzero(~np.isfinite(self.A[: self.n_x]).all(axis=0)):
+            self.failed.setdefault(int(i), t)
+            fresh = np.array(self._record(*self.lanes[int(i)]))[:, None]
+            self.d.at_rest(lane := np.repeat(fresh, len(self.lanes), axis=1).reshape(-1))
+            self.A[:, i] = lane.reshape(self.A.shape)[:, i]
+
+    def results(self) -> list[Result]:
+        best = self.W.reshape(-1, SIGNALS, len(self.lanes))[2]
+        return [self._result(i, best[:, i]) for i in range(len(self.packs))]
+
+    def _result(self, i: int, best: Array) -> Result:
+        lane = unflatten(self.d.Lane, iter(self.A[:, i].tolist()))
+        span, full = _span(best, lane.st, self.n_win)
+        t_cycle, failed = self.drive.t_cycle, self.failed.get(i)
+        return Result(
+            stats=lane.st,
+            span=span,
+            full_window=full,
+            ending=Ending.DONE if failed is None else Ending.DIVERGED,
+            t_end=self.drive.n_ticks * t_cycle if failed is None else failed,
+            state=lane.x,
+            memory=lane.m,
+            series=self.out[:, :, i] if self.every else None,
+            dt=self.every * t_cycle,
+            step=t_cycle / self.n_sub,
+            t_cycle=t_cycle,
+        )
+
+
+def nothing(cls: type) -> Any:
+    """A record of zeros."""
+    return unflatten(cls, itertools.repeat(0.0))
+
+
+def _span(best: Array, st: Stats, n_win: int) -> tuple[tuple[float, float, float], bool]:
+    """Largest peak-to-peak over the window; over the whole counted run where that is shorter than the window."""
+    if st.cycles >= n_win:
+        return (float(best[0]), float(best[1]), float(best[2])), True
+    return (st.e_max - st.e_min, st.em_max - st.em_min, st.tip_max - st.tip_min), False
+
+
+def run_many(
+    crane: Crane, cases: Sequence[Scenario], *, n_sub: int, threads: int = 2, progress: Progress | None = None
+) -> list[Result]:
+    """Statistics of many runs on one crane, sixteen side by side; a failed case is marked and spoils no other.
+
+    Cases of equal length, warm-up and drive share a block. Errors: ScenarioError of the first case that cannot be run.
+    """
+    packs = []
+    for i, case in enumerate(cases):
+        try:
+            check(crane, case)
+        except Exception as e:
+            raise type(e)(f"case {i}: {e}" if len(cases) > 1 else str(e)) from None
+        packs.append((pack(crane, case), Drive(crane, case)))
+    check_step(packs[0][0], packs[0][1].t_cycle / n_sub)
+    groups: dict[tuple[int, int, int], list[int]] = {}
+    for i, (_, drive) in enumerate(packs):
+        groups.setdefault((drive.n_ticks, drive.first, drive.cols), []).append(i)
+    blocks = [g[i : i + VL] for g in groups.values() for i in range(0, len(g), VL)]
+    meter = _Meter(len(blocks), progress)
+    results: list[Result | None] = [None] * len(cases)
+
+    def work(indices: list[int]) -> None:
+        block = Block([packs[i] for i in indices], lanes=VL, n_sub=n_sub, every=0)
+        done = 0.0
+        for share in block.steps():
+            meter.add(share - done)
+            done = share
+        for i, r in zip(indices, block.results(), strict=True):
+            results[i] = r
+
+    try:
+        if threads > 1 and len(blocks) > 1:
+            driver(packs[0][0].name, VL)
+            with ThreadPoolExecutor(threads) as pool:
+                list(pool.map(work, blocks))
+        else:
+            for indices in blocks:
+                work(indices)
+    except BaseException:
+        meter.stopped = True
+        raise
+    return [r for r in results if r is not None]
+
+
+class _Meter:
+    """Adds up what all blocks have done and tells the caller; also carries the stop flag to the worker threads."""
+
+    def __init__(self, total: float, progress: Progress | None) -> None:
+        self.total, self.progress, self.done, self.stopped = total, progress, 0.0, False
+        self.lock = threading.Lock()
+
+    def add(self, share: float) -> None:
+        if self.stopped:
+            raise Interrupted
+        with self.lock:
+            self.done += share
+            if self.progress is not None:
+                self.progress(self.done / self.total)

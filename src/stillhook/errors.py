@@ -1,0 +1,28 @@
+"""Every error that Stillhook raises on purpose, in one place.
+
+A message is one line: where, what came, what is allowed, what to do. The command line prints it and exits with 2.
+"""
+
+
+class StillhookError(Exception):
+    """Root of all errors that a user can mend."""
+
+
+class UnitError(StillhookError):
+    """A text that is not a number with one of the allowed units."""
+
+
+class SpecError(StillhookError):
+    """A crane file, or one of its fields, that does not describe a crane."""
+
+
+class ScenarioError(StillhookError):
+    """A scenario that cannot be run on this crane, or does not describe a run."""
+
+
+class MotionError(StillhookError):
+    """A motion text, log or table that cannot be turned into crane-tip motion."""
+
+
+class SimulationError(StillhookError):
+    """A run that failed: the state left the physical range or lost its numbers."""

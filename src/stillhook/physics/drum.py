@@ -1,0 +1,76 @@
+"""Drum and wire layers (square stacked), and the inertia that hangs on the motor shaft."""
+
+from typing import NamedTuple
+
+from stillhook.physics.scalar import ceil, clip, fmax, scalar, sqrt
+
+PI = 3.141592653589793
+
+
+class Drum(NamedTuple):
+    """d bare drum diameter [m]; d_wire wire diameter [m]; turns per layer; layers; d_max outer diameter that published numbers use [m];
+    L_full wire on the full drum [m]; m_wire wire mass per length [kg/m]."""
+
+    d: float
+    d_wire: float
+    turns: float
+    layers: float
+    d_max: float
+    L_full: float
+    m_wire: float
+
+
+class Inertia(NamedTuple):
+    """J_motor all motors and J_gear gears at the motor shaft [kg m^2]; J_drum about the drum's axis [kg m^2]; i_i2 = 1 / i_hD^2."""
+
+    J_motor: float
+    J_gear: float
+    J_drum: float
+    i_i2: float
+
+
+@scalar
+def layers_filled(L_left, drum):
+    r"""Number of layers that a length of wire fills, as a real number in 0..layers.
+
+    .. math:: L = \pi N (k\,d + k^2 d_w)
+    """
+    c = fmax(L_left, 0.0) / (PI * drum.turns)
+    k = (sqrt(drum.d * drum.d + 4.0 * drum.d_wire * c) - drum.d) / (2.0 * drum.d_wire)
+    return clip(k, 0.0, drum.layers)
+
+
+@scalar
+def layer_diameter(k, drum):
+    """Diameter of the wire centre on the layer in use [m], k from `layers_filled`."""
+    n = clip(ceil(k - 1.0e-9), 1.0, drum.layers)
+    return drum.d + (2.0 * n - 1.0) * drum.d_wire
+
+
+@scalar
+def wire_to_layer(n, drum):
+    """Wire on the drum with n layers full [m]."""
+    return PI * drum.turns * (n * drum.d + n * n * drum.d_wire)
+
+
+@scalar
+def K_wire(d_layer, drum):
+    """Ratio of the largest diameter to the present one [-], at least 1. Source: Moslatt 2020 E eq. 5."""
+    return drum.d_max / d_layer
+
+
+@scalar
+def wire_inertia(L_left, k, drum):
+    """Inertia of the wire left, as a hollow cylinder about the drum's axis [kg m^2]."""
+    r_1 = 0.5 * drum.d
+    r_2 = r_1 + k * drum.d_wire
+    return 0.5 * drum.m_wire * fmax(L_left, 0.0) * (r_1 * r_1 + r_2 * r_2)
+
+
+@scalar
+def shaft_inertia(L_left, k, drum, inertia):
+    """All inertia at the motor shaft [kg m^2]: motors, gears, drum and wire left. Source: Moslatt 2020 figure 2.19.
+
+    Differs from print: eq. 2.15 adds a J-dot term; it stays below 0.5 N m and is left out.
+    """
+    return inertia.J_motor + inertia.J_gear + (inertia.J_drum + wire_inertia(L_left, k, drum)) * inertia.i_i2

@@ -1,0 +1,67 @@
+"""Valves of a closed circuit: boost check valves, relief valves, flushing shuttle. Pressures are gauge [Pa], flows [m^3/s]."""
+
+from typing import NamedTuple
+
+from stillhook.physics.scalar import clip, fmax, scalar
+
+INTERNAL_SHARE = 2.0 / 3.0
+"""Share of a unit's leak that goes from port to port; the rest goes to the housing.
+
+Moslatt 2020 section 2.5.2.4: the external path is twice as restrictive as the internal one.
+"""
+
+
+class Boost(NamedTuple):
+    """p boost pressure [Pa]; G conductance of each check valve [m^3/s/Pa]."""
+
+    p: float
+    G: float
+
+
+class Relief(NamedTuple):
+    """p opening pressure [Pa]; G conductance beyond it [m^3/s/Pa]."""
+
+    p: float
+    G: float
+
+
+class Flushing(NamedTuple):
+    """p opening pressure [Pa]; G conductance [m^3/s/Pa]; i_dp inverse of the pressure difference that strokes the shuttle [1/Pa]."""
+
+    p: float
+    G: float
+    i_dp: float
+
+
+@scalar
+def boost_flow(p, boost):
+    """Flow into a line that has fallen below the boost pressure, never out of it."""
+    return boost.G * fmax(boost.p - p, 0.0)
+
+
+@scalar
+def relief_flow(p, relief):
+    """Flow out of a line that has risen above the relief setting, never into it."""
+    return relief.G * fmax(p - relief.p, 0.0)
+
+
+@scalar
+def flushing_flow(p, p_other, flushing):
+    """Flow out of the line through the flushing valve: only the line with the lower pressure is flushed.
+
+    The shuttle is centred at equal pressures and opens in proportion to the difference over its stroke.
+    """
+    shuttle = clip((p_other - p) * flushing.i_dp, 0.0, 1.0)
+    return shuttle * flushing.G * fmax(p - flushing.p, 0.0)
+
+
+@scalar
+def internal_leakage(C_leak, dp):
+    """Leak from the port at the higher pressure to the other one [m^3/s]; C_leak total conductance of the unit."""
+    return INTERNAL_SHARE * C_leak * dp
+
+
+@scalar
+def external_leakage(C_leak, p):
+    """Leak from one port to the housing [m^3/s]; C_leak total conductance of the unit."""
+    return (1.0 - INTERNAL_SHARE) * C_leak * p

@@ -1,0 +1,1 @@
+"""Whole winches: each module holds one `rates()` that reads like its circuit diagram."""

@@ -1,0 +1,97 @@
+"""Records that every plant shares: the tip's motion at an instant, what drives one PLC cycle, what is observed."""
+
+from typing import NamedTuple
+
+
+class Tip(NamedTuple):
+    """Crane tip, up positive: s [m], v [m/s]."""
+
+    s: float
+    v: float
+
+
+class Geometry(NamedTuple):
+    """What the drum is during one PLC cycle, in which at most some centimetres of wire pass: layers filled; d diameter of the wire's
+    centre [m]; lever wire per motor angle [m/rad]; i_J inverse of the inertia at the motor shaft [1/(kg m^2)]."""
+
+    layers: float
+    d: float
+    lever: float
+    i_J: float
+
+
+class Tick(NamedTuple):
+    """What comes from outside in one PLC cycle. True tip s, v, a at its start; s_m, v_m, a_m as the PLC receives them;
+    v_op operator's speed and s_op its integral; mode; f_pump share of the pumps that run, f_known share that the PLC knows of;
+    n_s, n_F noise on encoder [m] and load cell [N]."""
+
+    s: float
+    v: float
+    a: float
+    s_m: float
+    v_m: float
+    a_m: float
+    v_op: float
+    s_op: float
+    mode: float
+    f_pump: float
+    f_known: float
+    n_s: float
+    n_F: float
+
+
+class Sensors(NamedTuple):
+    """Smallest steps of the signals (0: none): q_s encoder [m], q_F load cell [N]."""
+
+    q_s: float
+    q_F: float
+
+
+class Signals(NamedTuple):
+    """One row of a time series; names and units as in `stillhook.variables`."""
+
+    s_tip: float
+    v_tip: float
+    a_tip: float
+    s_w: float
+    v_w: float
+    e_c: float
+    e_c_measured: float
+    u_p: float
+    u_m: float
+    u_ff: float
+    u_raw: float
+    alpha_p: float
+    alpha_m: float
+    p_a: float
+    p_b: float
+    omega_m: float
+    F_w: float
+    s_load: float
+    v_load: float
+    Q_relief: float
+    T_f: float
+    layer: float
+    p_hp: float
+    alpha_pp: float
+    alpha_pm: float
+    V_acc: float
+    f_pump: float
+    mode: float
+
+
+class Powers(NamedTuple):
+    """Powers at an instant [W]. In: pumps active and passive, boost, tip (through the wire). Out: the rest, each as a loss or work done.
+    The sum of the inputs less the outputs is the rate of the stored energy."""
+
+    pump: float
+    boost: float
+    passive_pump: float
+    tip: float
+    friction: float
+    leakage: float
+    relief: float
+    flushing: float
+    wire: float
+    drag: float
+    passive: float

@@ -1,0 +1,195 @@
+"""What is done to a crane: load, wire out, tip motion, operator, mode, sensors, faults. Frozen; text with units in, SI inside."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from enum import StrEnum
+from typing import Annotated, Any, Self
+
+from pydantic import BaseModel, ConfigDict, Field, SerializeAsAny, ValidationError, field_validator, model_validator
+
+from stillhook import units as u
+from stillhook.errors import ScenarioError, StillhookError
+from stillhook.physics.scalar import G
+from stillhook.sea.motion import Motion, Still
+from stillhook.sea.text import parse_motion
+
+RHO_SEA = 1025.0
+"""Default density of sea water [kg/m^3]."""
+
+SHORTEST = 0.01
+LONGEST = 86400.0
+
+Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
+
+
+class Mode(StrEnum):
+    """How the winch is controlled."""
+
+    MANUAL = "manual"
+    LEVEL_1 = "level-1"
+    LEVEL_2 = "level-2"
+    NS = "ns"
+    HS = "hs"
+    SSC = "ssc"
+    SSC_CUBIC = "ssc-cubic"
+
+
+class FrictionModel(StrEnum):
+    """Dry friction: LuGre bristle, or the regularised tanh law (peak pressure up to +-15 bar, error up to 1.5 mm off)."""
+
+    LUGRE = "lugre"
+    REGULARISED = "regularised"
+
+
+class Record(BaseModel):
+    """A table of a scenario: frozen, and closed to unknown fields."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", arbitrary_types_allowed=True)
+
+    def __init__(self, **data: Any) -> None:
+        try:
+            super().__init__(**data)
+        except ValidationError as e:
+            raise ScenarioError(one_line(type(self).__name__, e)) from None
+
+
+class Water(Record):
+    """Fully submerged payload. Weight is less by buoyancy, moving mass more by added mass, drag 1/2 rho C_D A v|v|."""
+
+    volume: u.Volume = Field(gt=0, description="displaced volume of payload")
+    added_mass: u.Mass = Field(default=0.0, ge=0, description="added mass in heave")
+    C_D: Number = Field(default=0.0, ge=0, description="drag coefficient on `area`")
+    area: u.Area = Field(default=0.0, ge=0, description="projected area")
+    rho: u.Density = Field(default=RHO_SEA, gt=0, description="water density")
+
+
+class Sensors(Record):
+    """What stands between the winch and the PLC. Default: ideal. Noise is white per PLC cycle, from `seed`."""
+
+    delay: u.Time = Field(default=0.0, ge=0, le=10, description="delay of the tip motion signals")
+    noise_s_tip: u.Length = Field(default=0.0, ge=0, description="standard deviation of the tip position signal")
+    noise_v_tip: u.Speed = Field(default=0.0, ge=0, description="standard deviation of the tip speed signal")
+    noise_a_tip: u.Acceleration = Field(default=0.0, ge=0, description="standard deviation of the tip acceleration signal")
+    noise_s_w: u.Length = Field(default=0.0, ge=0, description="standard deviation of the wire encoder")
+    noise_F: u.Force = Field(default=0.0, ge=0, description="standard deviation of the load cell")
+    step_s_tip: u.Length = Field(default=0.0, ge=0, description="smallest step of the tip position signal")
+    step_v_tip: u.Speed = Field(default=0.0, ge=0, description="smallest step of the tip speed signal")
+    step_s_w: u.Length = Field(default=0.0, ge=0, description="smallest step of the wire encoder")
+    step_F: u.Force = Field(default=0.0, ge=0, description="smallest step of the load cell")
+    seed: Annotated[int, Field(strict=True, ge=0)] = 0
+
+
+class Operator(Record):
+    """Joystick: wire speeds held from a time on, hoisting positive, and set-point steps of the wire reference, hoisting positive.
+
+    `profile` joins its points by straight lines; before the first and after the last point the nearest speed holds.
+    """
+
+    profile: tuple[tuple[u.Time, u.Speed], ...] = ()
+    steps: tuple[tuple[u.Time, u.Length], ...] = ()
+
+    @model_validator(mode="after")
+    def _times_rise(self) -> Self:
+        for name, rows in (("profile", self.profile), ("steps", self.steps)):
+            times = [t for t, _ in rows]
+            if any(b < a for a, b in zip(times, times[1:], strict=False)) or any(t < 0 for t in times):
+                raise ValueError(f"{name}: times must not be negative nor fall. Sort the points.")
+        return self
+
+
+class PowerLoss(Record):
+    """One hydraulic power unit stops: its pumps run down, the PLC notices, isolates them and reconfigures its gains."""
+
+    time: u.Time = Field(ge=0, description="when the unit stops")
+    unit: Annotated[int, Field(strict=True, ge=1)] = Field(default=1, description="which unit, counted from 1")
+    run_down: u.Time = Field(default=0.3, ge=0, description="time in which the pump's flow falls to nothing (assumed)")
+    detection: u.Time = Field(default=0.1, ge=0, description="time until the PLC knows (assumed)")
+
+
+class Scenario(Record):
+    """One run. `load` is the hook load without the hook; `s_w` the wire paid out at the start; `tip` the crane tip's motion.
+
+    The motion is ramped in over `ramp`; metrics count from `warm_up` on. `modes` changes the mode at given times, bumpless.
+    Texts carry units: `Scenario(load="100 t", s_w="100 m", tip="sine 2.8 m 12 s", mode="ssc")`.
+    Raises ScenarioError, one line, for anything else.
+    """
+
+    name: str = ""
+    load: u.Mass = Field(ge=0, description="payload on the hook")
+    s_w: u.Length = Field(ge=0, description="wire paid out at the start")
+    tip: SerializeAsAny[Motion] = Field(default_factory=Still, description="crane tip motion")
+    mode: Mode = Mode.SSC
+    modes: tuple[tuple[u.Time, Mode], ...] = ()
+    duration: u.Time = Field(default=120.0, ge=SHORTEST, le=LONGEST, description="length of the run")
+    ramp: u.Time = Field(default=10.0, ge=0, description="time in which the motion grows to full size")
+    warm_up: u.Time = Field(default=30.0, ge=0, description="start of the run that metrics leave out")
+    water: Water | None = None
+    operator: Operator = Field(default_factory=Operator)
+    sensors: Sensors = Field(default_factory=Sensors)
+    power_loss: PowerLoss | None = None
+    friction: FrictionModel = FrictionModel.LUGRE
+
+    @field_validator("tip", mode="before")
+    @classmethod
+    def _tip_from_text(cls, value: object) -> object:
+        return parse_motion(value, "tip") if isinstance(value, str) else value
+
+    @model_validator(mode="after")
+    def _times_fit(self) -> Self:
+        if self.warm_up >= self.duration:
+            raise ValueError(
+                f"warm_up {self.warm_up:g} s leaves nothing of the duration {self.duration:g} s. Shorten warm_up or run longer."
+            )
+        if any(b <= a for (a, _), (b, _) in zip(self.modes, self.modes[1:], strict=False)):
+            raise ValueError("modes: times must rise. Sort the mode changes.")
+        if self.tip.duration is not None and self.duration > self.tip.duration + 1e-9:
+            raise ValueError(
+                f"duration {self.duration:g} s is longer than the recorded motion, {self.tip.duration:g} s. Shorten the run."
+            )
+        return self
+
+    @property
+    def weight(self) -> float:
+        """Weight of the payload, in water less buoyancy [N]."""
+        buoyancy = self.water.rho * self.water.volume if self.water else 0.0
+        return (self.load - buoyancy) * G
+
+    def with_mode(self, mode: Mode) -> Scenario:
+        """The same run in another mode."""
+        return self.model_copy(update={"mode": mode})
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data that `from_dict` turns into the same scenario: SI numbers, for storing in a result."""
+        data = self.model_dump(mode="json", exclude={"tip"})
+        return {**data, "tip": self.tip.to_dict()}
+
+    @classmethod
+    def from_dict(cls, data: Mapping[str, Any]) -> Scenario:
+        """The scenario that `to_dict` wrote."""
+        from stillhook.sea.motion import from_dict as motion
+
+        raw = {**data, "tip": motion(data["tip"])}
+        return cls.model_construct(**_rebuilt(raw))
+
+
+def _rebuilt(raw: dict[str, Any]) -> dict[str, Any]:
+    """SI data of `to_dict` with its tables as records again."""
+    raw["mode"] = Mode(raw["mode"])
+    raw["modes"] = tuple((t, Mode(m)) for t, m in raw["modes"])
+    raw["friction"] = FrictionModel(raw["friction"])
+    raw["operator"] = Operator.model_construct(**{k: tuple(map(tuple, v)) for k, v in raw["operator"].items()})
+    raw["sensors"] = Sensors.model_construct(**raw["sensors"])
+    raw["water"] = Water.model_construct(**raw["water"]) if raw["water"] else None
+    raw["power_loss"] = PowerLoss.model_construct(**raw["power_loss"]) if raw["power_loss"] else None
+    return raw
+
+
+def one_line(what: str, error: ValidationError) -> str:
+    """The first problem of a pydantic error in one line: where, what came, what is allowed."""
+    first = error.errors()[0]
+    cause = first.get("ctx", {}).get("error")
+    if isinstance(cause, StillhookError):
+        return str(cause)
+    where = ".".join(str(i) for i in (what, *first["loc"]))
+    return f"{where} = {first['input']!r}: {first['msg'].removeprefix('Value error, ')}."
