@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from enum import StrEnum
+from itertools import pairwise
 from typing import Annotated, Any, Self
 
 from pydantic import BaseModel, ConfigDict, Field, SerializeAsAny, ValidationError, field_validator, model_validator
@@ -12,7 +13,7 @@ from stillhook import units as u
 from stillhook.errors import ScenarioError, StillhookError
 from stillhook.physics.scalar import G
 from stillhook.sea.motion import Motion, Still
-from stillhook.sea.text import parse_motion
+from stillhook.sea.text import motion_from_dict, parse_motion
 
 RHO_SEA = 1025.0
 """Default density of sea water [kg/m^3]."""
@@ -93,7 +94,7 @@ class Operator(Record):
     def _times_rise(self) -> Self:
         for name, rows in (("profile", self.profile), ("steps", self.steps)):
             times = [t for t, _ in rows]
-            if any(b < a for a, b in zip(times, times[1:], strict=False)) or any(t < 0 for t in times):
+            if any(b < a for a, b in pairwise(times)) or any(t < 0 for t in times):
                 raise ValueError(f"{name}: times must not be negative nor fall. Sort the points.")
         return self
 
@@ -130,6 +131,15 @@ class Scenario(Record):
     power_loss: PowerLoss | None = None
     friction: FrictionModel = FrictionModel.LUGRE
 
+    @model_validator(mode="before")
+    @classmethod
+    def _whole_record(cls, data: Any) -> Any:
+        """A recorded motion is run to its end unless a duration is given."""
+        tip = data.get("tip") if isinstance(data, dict) else None
+        if isinstance(tip, Motion) and tip.duration is not None and "duration" not in data:
+            return {**data, "duration": f"{tip.duration!r} s"}
+        return data
+
     @field_validator("tip", mode="before")
     @classmethod
     def _tip_from_text(cls, value: object) -> object:
@@ -141,7 +151,7 @@ class Scenario(Record):
             raise ValueError(
                 f"warm_up {self.warm_up:g} s leaves nothing of the duration {self.duration:g} s. Shorten warm_up or run longer."
             )
-        if any(b <= a for (a, _), (b, _) in zip(self.modes, self.modes[1:], strict=False)):
+        if any(b <= a for (a, _), (b, _) in pairwise(self.modes)):
             raise ValueError("modes: times must rise. Sort the mode changes.")
         if self.tip.duration is not None and self.duration > self.tip.duration + 1e-9:
             raise ValueError(
@@ -167,9 +177,7 @@ class Scenario(Record):
     @classmethod
     def from_dict(cls, data: Mapping[str, Any]) -> Scenario:
         """The scenario that `to_dict` wrote."""
-        from stillhook.sea.motion import from_dict as motion
-
-        raw = {**data, "tip": motion(data["tip"])}
+        raw = {**data, "tip": motion_from_dict(data["tip"])}
         return cls.model_construct(**_rebuilt(raw))
 
 

@@ -1,5 +1,7 @@
 """Coefficients of the accumulator gas: polytropic, or nitrogen along its isentrope from a property library."""
 
+import functools
+
 import numpy as np
 from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
@@ -14,6 +16,7 @@ FIT_TOLERANCE = 1.0e-6
 """Largest relative error of the fitted pressure over the stroke (the library cranes stay below 1e-8)."""
 
 
+@functools.lru_cache(maxsize=256)
 def gas_record(acc: Accumulator) -> Gas:
     """The engine's gas: a polynomial through the gas law over the piston's stroke, checked against the law itself.
 

@@ -1,5 +1,6 @@
 """Nested NamedTuples to and from one flat array A[field * lanes + lane]. Generic over plants; also runs as plain Python."""
 
+import functools
 import itertools
 import typing
 from collections.abc import Callable, Iterator
@@ -11,10 +12,12 @@ VL = 16
 """Trajectories side by side: one loop over 16 lanes vectorises fully (8 and 32 are slower)."""
 
 
+@functools.cache
 def fields(cls: type) -> list[tuple[str, Any]]:
     return list(typing.get_type_hints(cls).items())
 
 
+@functools.cache
 def size(cls: type) -> int:
     """Number of floats in a record."""
     return 1 if cls is float else sum(size(t) for _, t in fields(cls))

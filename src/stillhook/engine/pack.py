@@ -1,5 +1,6 @@
 """The only place where a crane and a scenario become records that the compiled kernels read."""
 
+import functools
 import math
 from types import ModuleType
 from typing import Any, NamedTuple
@@ -74,6 +75,7 @@ def gains(crane: Crane) -> AhcGains:
     return AhcGains(K_1=K_1, K_2=K_2, K_p=c.K_p)
 
 
+@functools.lru_cache(maxsize=256)
 def pump_leak(pump: spec.PumpSet) -> PumpLeak:
     """The library's leak table at this pump speed, scaled with the installed size (Moslatt 2020 section 2.5.2.4).
 

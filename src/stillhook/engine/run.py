@@ -15,7 +15,7 @@ from stillhook.crane import Crane
 from stillhook.engine.build import driver
 from stillhook.engine.checks import check
 from stillhook.engine.drive import Drive, hermite_weights, scale_weights
-from stillhook.engine.lanes import VL, flatten, offset, size, unflatten
+from stillhook.engine.lanes import VL, fields, flatten, offset, size, unflatten
 from stillhook.engine.pack import Packed, pack
 from stillhook.engine.stability import check_step
 from stillhook.engine.stats import Stats, blank
@@ -147,18 +147,23 @@ class Block:
         best = self.W.reshape(-1, SIGNALS, len(self.lanes))[2]
         return [self._result(i, best[:, i]) for i in range(len(self.packs))]
 
+    def _part(self, name: str, i: int) -> Any:
+        """One record of lane i."""
+        at, cls = offset(self.d.Lane, name, 1), dict(fields(self.d.Lane))[name]
+        return unflatten(cls, iter(self.A[at : at + size(cls), i].tolist()))
+
     def _result(self, i: int, best: Array) -> Result:
-        lane = unflatten(self.d.Lane, iter(self.A[:, i].tolist()))
-        span, full = _span(best, lane.st, self.n_win)
+        x, m, st = (self._part(name, i) for name in ("x", "m", "st"))
+        span, full = _span(best, st, self.n_win)
         t_cycle, failed = self.drive.t_cycle, self.failed.get(i)
         return Result(
-            stats=lane.st,
+            stats=st,
             span=span,
             full_window=full,
             ending=Ending.DONE if failed is None else Ending.DIVERGED,
             t_end=self.drive.n_ticks * t_cycle if failed is None else failed,
-            state=lane.x,
-            memory=lane.m,
+            state=x,
+            memory=m,
             series=self.out[:, :, i] if self.every else None,
             dt=self.every * t_cycle,
             step=t_cycle / self.n_sub,

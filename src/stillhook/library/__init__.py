@@ -4,7 +4,7 @@
 ``changed`` gives a crane with other values, ``crane_toml`` writes one as a file.
 """
 
-from stillhook.library.load import changed, cranes, load_crane
+from stillhook.library.load import changed, crane_from_toml, cranes, load_crane
 from stillhook.library.sheet import sheet, sheet_json
 from stillhook.library.tables import LeakTable, frictions, leak_table, leak_tables, motor, motors, system_friction
 from stillhook.library.write import crane_toml
@@ -12,6 +12,7 @@ from stillhook.library.write import crane_toml
 __all__ = [
     "LeakTable",
     "changed",
+    "crane_from_toml",
     "crane_toml",
     "cranes",
     "frictions",

@@ -63,12 +63,12 @@ def library_tree(shelf_name: str, name: str, where: str) -> Tree:
         raise SpecError(
             f"{where} = {came(name)}: not in the library, which has {have}{nearest(name, shelf(shelf_name))}"
         )
-    return tree(_parsed(_library_text(shelf_name, name), f"{name}.toml"), f"{name}.toml", user=False)
+    return tree(parsed(_library_text(shelf_name, name), f"{name}.toml"), f"{name}.toml", user=False)
 
 
 def file_tree(path: Path) -> Tree:
     """A user's own file; SpecError of one line if it cannot be read as TOML."""
-    return tree(_parsed(_text(path), path.name), path.name, user=True)
+    return tree(parsed(_text(path), path.name), path.name, user=True)
 
 
 def _text(path: Path) -> str:
@@ -88,7 +88,7 @@ def _text(path: Path) -> str:
         raise SpecError(f"{came(str(path))}: cannot be read ({_one_line(problem)}).") from None
 
 
-def _parsed(text: str, name: str) -> dict[str, Any]:
+def parsed(text: str, name: str) -> dict[str, Any]:
     if not text.strip():
         raise SpecError(f'{name}: empty. Start it with base = "nov-250t", or copy a crane of the library.')
     try:

@@ -11,7 +11,7 @@ from pydantic import ValidationError
 from stillhook.crane import Crane, Motor, Plant, Source, SourceKind
 from stillhook.errors import SpecError
 from stillhook.library.explain import explain
-from stillhook.library.files import Leaf, Tree, file_tree, lay_over, library_tree, nearest, shelf, sources, tree, values
+from stillhook.library.files import Leaf, Tree, file_tree, lay_over, library_tree, nearest, parsed, shelf, sources, tree, values
 from stillhook.library.tables import without_title
 from stillhook.library.write import crane_tree
 from stillhook.units import came
@@ -36,6 +36,11 @@ def load_crane(name_or_path: str | Path) -> Crane:
     """
     label, fields = _fields(name_or_path, ())
     return _crane(fields, label)
+
+
+def crane_from_toml(text: str, label: str) -> Crane:
+    """The crane that `crane_toml` wrote, from the text itself; label names it in errors (SpecError, UnitError of one line)."""
+    return _crane(tree(parsed(text, label), label, user=True), label)
 
 
 def changed(crane: Crane, changes: Mapping[str, Any]) -> Crane:

@@ -1,0 +1,78 @@
+"""Stillhook keeps the hook still: a digital twin of hydraulic active-heave-compensated crane winches.
+
+>>> import stillhook
+>>> crane = stillhook.load_crane("nov-250t")
+>>> case = stillhook.Scenario(load="100 t", s_w="100 m", tip=stillhook.Sine(amplitude="2.8 m", period="12 s"), mode="ssc")
+>>> run = stillhook.simulate(crane, case)
+>>> float(run.e_c_pp)  # doctest: +SKIP
+"""
+
+__version__ = "0.1.0"
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from stillhook import metrics
+    from stillhook.analysis.compare import compare
+    from stillhook.crane import Crane
+    from stillhook.engine.simulate import simulate
+    from stillhook.errors import StillhookError
+    from stillhook.io.motion_file import read_tip_motion
+    from stillhook.io.results import load_run, save_run
+    from stillhook.library import cranes, load_crane
+    from stillhook.scenario import Mode, Scenario
+    from stillhook.sea.motion import Profile, Sine, Still
+    from stillhook.sea.recorded import Recorded
+
+_HOMES = {
+    "Crane": "crane",
+    "Mode": "scenario",
+    "Profile": "sea.motion",
+    "Recorded": "sea.recorded",
+    "Scenario": "scenario",
+    "Sine": "sea.motion",
+    "Still": "sea.motion",
+    "StillhookError": "errors",
+    "compare": "analysis.compare",
+    "cranes": "library",
+    "load_crane": "library",
+    "load_run": "io.results",
+    "read_tip_motion": "io.motion_file",
+    "save_run": "io.results",
+    "simulate": "engine.simulate",
+}
+__all__ = [
+    "Crane",
+    "Mode",
+    "Profile",
+    "Recorded",
+    "Scenario",
+    "Sine",
+    "Still",
+    "StillhookError",
+    "__version__",
+    "compare",
+    "cranes",
+    "load_crane",
+    "load_run",
+    "metrics",
+    "read_tip_motion",
+    "save_run",
+    "simulate",
+]
+
+
+def __getattr__(name: str) -> Any:
+    """Public names are loaded when they are first used, so that `import stillhook` costs nothing."""
+    if name == "metrics":
+        return import_module("stillhook.metrics")
+    if name not in _HOMES:
+        raise AttributeError(f"module 'stillhook' has no attribute {name!r}")
+    value = getattr(import_module(f"stillhook.{_HOMES[name]}"), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

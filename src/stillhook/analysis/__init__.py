@@ -1,0 +1,1 @@
+"""What an engineer asks of the twin: comparisons, linear analysis, steady operation."""

@@ -1,0 +1,1 @@
+"""Files that come in and go out: logs of ship motion, tables of crane-tip motion."""

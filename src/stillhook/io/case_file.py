@@ -1,0 +1,111 @@
+"""Case files: one TOML with a crane and a scenario."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from stillhook.crane import Crane
+from stillhook.errors import ScenarioError, StillhookError
+from stillhook.io.motion_file import read_tip_motion
+from stillhook.library import load_crane
+from stillhook.scenario import Operator, PowerLoss, Scenario, Sensors, Water
+from stillhook.sea.motion import Motion
+from stillhook.sea.text import parse_motion
+
+TOP = ("crane", "scenario", "step", "every")
+TIP_FILE = ("file", "position", "heave", "time", "max_gap", "start", "duration")
+TABLES: Mapping[str, type] = {"water": Water, "sensors": Sensors, "operator": Operator, "power_loss": PowerLoss}
+
+
+class CaseFile(NamedTuple):
+    """A crane, what is done to it, and how finely it is run and stored (None: default)."""
+
+    crane: Crane
+    case: Scenario
+    step: str | None
+    every: str | None
+
+
+def load_case(path: str | Path) -> CaseFile:
+    """Read a case file::
+
+        crane = "nov-250t"            # or the path of a crane file, seen from this file
+        [scenario]
+        load = "100 t"
+        s_w  = "100 m"
+        mode = "ssc"
+        tip  = "sine 2.8 m 12 s"      # or { file = "log.txt", position = ["20 m", "-8 m", "25 m"] }
+
+    Errors: StillhookError, one line that names file, field, what came and what is allowed.
+    """
+    file = Path(path)
+    data = _read(file)
+    try:
+        _known(data, TOP, "")
+        for name in ("crane", "scenario"):
+            if name not in data:
+                raise ScenarioError(f"{name}: missing. A case file needs crane and [scenario].")
+        crane = load_crane(_crane_name(data["crane"], file.parent))
+        if not isinstance(data["scenario"], dict):
+            raise ScenarioError("scenario: give a table [scenario].")
+        case = build_scenario(data["scenario"], file.parent, file.stem)
+        for name in ("step", "every"):
+            if not isinstance(data.get(name, ""), str):
+                raise ScenarioError(f'{name} = {data[name]!r}: give a text with a unit, such as "2 ms".')
+        return CaseFile(crane, case, data.get("step"), data.get("every"))
+    except StillhookError as e:
+        raise type(e)(f"{file.name}: {e}") from None
+
+
+def build_scenario(table: Mapping[str, Any], folder: Path, name: str) -> Scenario:
+    """A Scenario from a TOML table; files are looked for beside the case file."""
+    values = {"name": name, **table}
+    if "tip" in values:
+        values["tip"] = read_tip(values["tip"], folder)
+    for key, cls in TABLES.items():
+        if key in values:
+            if not isinstance(values[key], dict):
+                raise ScenarioError(f"{key}: give a table [scenario.{key}].")
+            values[key] = cls(**values[key])
+    return Scenario(**values)
+
+
+def read_tip(tip: Any, folder: Path) -> Motion:
+    """Tip motion from a text ("sine 2.8 m 12 s") or a table that names a file."""
+    if isinstance(tip, str):
+        return parse_motion(tip, "tip")
+    if not isinstance(tip, dict) or "file" not in tip:
+        raise ScenarioError('tip: give a text such as "sine 2.8 m 12 s", or a table { file = ..., position = [...] }.')
+    _known(tip, TIP_FILE, "tip.")
+    options = {k: v for k, v in tip.items() if k not in ("file", "position")}
+    position = tuple(tip["position"]) if isinstance(tip.get("position"), list) else tip.get("position")
+    return read_tip_motion(folder / str(tip["file"]), tip=position, **options)
+
+
+def _read(file: Path) -> dict[str, Any]:
+    try:
+        return tomllib.loads(file.read_text(encoding="utf-8-sig"))
+    except FileNotFoundError:
+        raise ScenarioError(f"{file}: no such file. Check the path.") from None
+    except UnicodeDecodeError:
+        raise ScenarioError(f"{file.name}: not UTF-8 text. Save it as UTF-8.") from None
+    except tomllib.TOMLDecodeError as e:
+        raise ScenarioError(f"{file.name}: not valid TOML: {' '.join(str(e).split())} Mend that line.") from None
+    except OSError as e:
+        raise ScenarioError(f"{file}: cannot be read ({e.strerror}). Give the path of a TOML file.") from None
+
+
+def _known(table: Mapping[str, Any], allowed: tuple[str, ...], place: str) -> None:
+    for key in table:
+        if key not in allowed:
+            raise ScenarioError(f"{place}{key}: unknown field. Allowed: {', '.join(allowed)}.")
+
+
+def _crane_name(value: Any, folder: Path) -> str:
+    if not isinstance(value, str):
+        raise ScenarioError(f"crane = {value!r}: give a library name or the path of a crane file.")
+    beside = folder / value
+    return str(beside) if value.endswith(".toml") and beside.is_file() else value

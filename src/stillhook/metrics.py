@@ -1,0 +1,68 @@
+"""Figures of merit from any Dataset with the names of `stillhook.variables`: simulated runs and measured logs alike.
+
+Series must be sampled evenly over "time" [s]. A run's own summary is taken at every PLC cycle and so sees a little more than
+these functions do on a series stored at a coarser step.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray
+from scipy.ndimage import maximum_filter1d, minimum_filter1d
+
+from stillhook.errors import StillhookError
+
+WINDOW = 30.0
+"""Window of the peak-to-peak error [s]. Source: Moslatt 2020 paper F table 2."""
+
+
+def time_step(run: xarray.Dataset) -> float:
+    """Spacing of the series [s]. Errors: StillhookError where there is none, or it is uneven."""
+    if "time" not in run.coords or run.sizes["time"] < 2:
+        raise StillhookError("metrics: the Dataset has no time series. Run simulate with series=True.")
+    steps = np.diff(run["time"].values)
+    if np.ptp(steps) > 1e-6 * steps[0]:
+        raise StillhookError("metrics: the time series is not evenly spaced. Resample it first.")
+    return float(steps[0])
+
+
+def peak_to_peak(series: xarray.DataArray, dt: float, window: float = WINDOW) -> xarray.DataArray:
+    """Largest less smallest value over a moving window that trails and includes both ends; NaN until the first is full."""
+    n = round(window / dt) + 1
+    x, axis = series.values, series.get_axis_num("time")
+    assert isinstance(axis, int)
+    origin = (n - 1) // 2 if n % 2 else n // 2 - 1  # shifts the centred filter so that it trails
+    span = maximum_filter1d(x, n, axis=axis, origin=origin) - minimum_filter1d(x, n, axis=axis, origin=origin)
+    out = series.copy(data=span)
+    return out.where(out["time"] >= out["time"][0] + window - 1e-9)
+
+
+def e_c_pp(run: xarray.Dataset, *, measured: bool = False, window: float = WINDOW) -> xarray.DataArray:
+    """Peak-to-peak control error over the moving window [m], as a series. Source: Moslatt 2020 paper F eq. 2.
+
+    measured: against the tip motion that the PLC saw instead of the true one.
+    """
+    return peak_to_peak(run["e_c_measured" if measured else "e_c"], time_step(run), window).rename("e_c_pp")
+
+
+def s_tip_pp(run: xarray.Dataset, *, window: float = WINDOW) -> xarray.DataArray:
+    """Peak-to-peak tip motion over the moving window [m], as a series."""
+    return peak_to_peak(run["s_tip"], time_step(run), window).rename("s_tip_pp")
+
+
+def eta_c(run: xarray.Dataset, *, measured: bool = False, window: float = WINDOW) -> xarray.DataArray:
+    """Compensation efficiency 1 - e_c_pp / s_tip_pp over the moving window [-], as a series. Source: Moslatt 2020 paper F eq. 3."""
+    tip = s_tip_pp(run, window=window)
+    return (1.0 - e_c_pp(run, measured=measured, window=window) / tip.where(tip > 0.0)).rename("eta_c")
+
+
+def settling_time(run: xarray.Dataset, *, start: float, target: float, step: float, band: float = 0.02) -> xarray.DataArray:
+    """Time from `start` [s] until the wire speed stays within band * |step| of target [s]; NaN where it never does.
+
+    target [m/s] is the speed after the step of `step` [m/s]. Source: Moslatt 2020 paper E section 4.3 (2 % of 5 m/min).
+    """
+    after = run["v_w"].where(run["time"] >= start, drop=True)
+    outside = np.abs(after - target) > band * abs(step)
+    last = after["time"].where(outside).max("time")
+    never = outside.isel(time=-1)
+    return (last - start).fillna(0.0).where(~never).rename("settling_time")
