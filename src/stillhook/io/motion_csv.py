@@ -74,9 +74,7 @@ def _load(path: str | os.PathLike[str]) -> _Table:
         raise MotionError(f"{table.name}: has a header (line {table.header_line}) and no data below it.")
     schema = {f"c{i}": pl.String for i in range(len(table.headings))}
     try:
-        rows = pl.read_csv(
-            table.body, has_header=False, schema=schema, separator=table.separator, comment_prefix="#", quote_char=None
-        )
+        rows = pl.read_csv(table.body, has_header=False, schema=schema, separator=table.separator, comment_prefix="#", quote_char=None)
     except (pl.exceptions.PolarsError, OSError) as problem:
         raise _ragged(table, problem) from None
     return replace(table, rows=rows)
@@ -110,9 +108,7 @@ def _ragged(table: _Table, problem: Exception) -> MotionError:
         except UnicodeDecodeError:
             return MotionError(f"{place}: is not UTF-8 text. Save the file as CSV UTF-8.")
         if line.strip() and not line.startswith(b"#") and len(fields) != wanted:
-            comma = (
-                ' A decimal comma needs ";" between columns.' if table.separator == "," and len(fields) > wanted else ""
-            )
+            comma = ' A decimal comma needs ";" between columns.' if table.separator == "," and len(fields) > wanted else ""
             return MotionError(f"{place}: {len(fields)} fields where the header has {wanted}.{comma} Mend the line.")
     return MotionError(f"{table.name}: cannot be read as CSV ({came(str(problem).splitlines()[0])}).")
 

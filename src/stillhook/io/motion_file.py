@@ -47,9 +47,7 @@ def read_ship_motion(
     Errors: MotionError or UnitError, one line.
     """
     if motion_form(path) == "psxn":
-        return read_psxn(
-            path, heave=heave or "down", time=time or "logger", max_gap=max_gap, start=start, duration=duration
-        )
+        return read_psxn(path, heave=heave or "down", time=time or "logger", max_gap=max_gap, start=start, duration=duration)
     from stillhook.io.motion_csv import read_ship_csv  # here, so that a Seapath log is read without polars
 
     _only_seapath(path, time)
@@ -81,9 +79,7 @@ def read_tip_motion(
         if has_column(path, "tip"):
             _only_seapath(path, time)
             if heave is not None:
-                raise MotionError(
-                    f"{Path(path).name}: heave tells how a column heave counts; the column tip is up. Leave heave out."
-                )
+                raise MotionError(f"{Path(path).name}: heave tells how a column heave counts; the column tip is up. Leave heave out.")
             return read_tip_csv(path, max_gap=max_gap, start=start, duration=duration, every=every)
     raise MotionError(
         f"{Path(path).name}: holds the motion of the ship, not of the crane tip. Give the way from the motion sensor "

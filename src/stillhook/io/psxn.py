@@ -170,9 +170,7 @@ def _why_nothing(counts: Mapping[str, int], time: str) -> str:
     return f"no usable $PSXN,23 line ({found}). {way_out[time]}"
 
 
-def _in_order(
-    name: str, rows: FloatArray, counts: Mapping[str, int], time: Literal["logger", "instrument"], sign: HeaveSign
-) -> RawLog:
+def _in_order(name: str, rows: FloatArray, counts: Mapping[str, int], time: Literal["logger", "instrument"], sign: HeaveSign) -> RawLog:
     """The samples with times that increase; what repeats a time or runs backwards is counted and left out."""
     latest = np.maximum.accumulate(rows[:, 0])
     ahead = np.concatenate(([True], rows[1:, 0] > latest[:-1]))
@@ -214,6 +212,5 @@ def _doubts(heave: FloatArray, altitude: FloatArray, sign: HeaveSign) -> tuple[s
         return ()
     other = "up" if sign == "down" else "down"
     return (
-        f"the $..GGA altitude moves against the heave (correlation {agreement:.2f}): the log counts heave {other}, "
-        f'so use heave="{other}"',
+        f'the $..GGA altitude moves against the heave (correlation {agreement:.2f}): the log counts heave {other}, so use heave="{other}"',
     )

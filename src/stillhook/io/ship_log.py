@@ -76,9 +76,7 @@ def head_of(path: str | os.PathLike[str]) -> tuple[Path, bytes]:
         raise MotionError(f"{came(str(file))}: cannot be read ({reason}). Check the name and your rights.") from None
     for magic, name in _FOREIGN:
         if head.startswith(magic):
-            raise MotionError(
-                f"{file.name}: is a {name} file. Give the log as plain text (unpack it or save it as CSV)."
-            )
+            raise MotionError(f"{file.name}: is a {name} file. Give the log as plain text (unpack it or save it as CSV).")
     if head.startswith((b"\xff\xfe", b"\xfe\xff")):
         raise MotionError(f"{file.name}: is UTF-16 text. Save it as CSV UTF-8.")
     if not head.strip(b"\xef\xbb\xbf \t\r\n"):
@@ -110,8 +108,7 @@ def finish(raw: RawLog, *, heave: HeaveSign, max_gap: str, start: str | None, du
             _refuse_beyond(raw, piece, name, np.degrees(angle), LARGEST_ANGLE, "deg")
     if np.ptp(z) == 0.0:
         raise MotionError(
-            f"{raw.source}: {raw.column} stands at {z[0]:g} m throughout: the sensor was stuck or off. Choose another "
-            "piece or log."
+            f"{raw.source}: {raw.column} stands at {z[0]:g} m throughout: the sensor was stuck or off. Choose another piece or log."
         )
     return ShipMotion(t, -z if heave == "down" else z, roll, pitch, report)
 
@@ -129,17 +126,13 @@ def _piece(raw: RawLog, start: str | None, duration: str | None) -> slice:
     low = int(np.searchsorted(t, begin - 1e-6))
     high = int(np.searchsorted(t, begin + length + 1e-6, side="right"))
     if high - low < FEWEST_POINTS:
-        raise MotionError(
-            f"{raw.source}: {high - low} samples{_left_out(raw)}. A motion needs {FEWEST_POINTS} or more."
-        )
+        raise MotionError(f"{raw.source}: {high - low} samples{_left_out(raw)}. A motion needs {FEWEST_POINTS} or more.")
     return slice(low, high)
 
 
 def _left_out(raw: RawLog) -> str:
     """What the reader left out, for errors about what is missing."""
-    return (
-        f" ({', '.join(f'{name} {n}' for name, n in raw.left_out.items() if n)})" if any(raw.left_out.values()) else ""
-    )
+    return f" ({', '.join(f'{name} {n}' for name, n in raw.left_out.items() if n)})" if any(raw.left_out.values()) else ""
 
 
 def _report(raw: RawLog, piece: slice, heave: HeaveSign, max_gap: float) -> tuple[FloatArray, ReadReport]:
@@ -191,7 +184,7 @@ def _refuse_jumps(raw: RawLog, piece: slice, t: FloatArray, z: FloatArray) -> No
         i = int(np.argmax(jumps))
         raise MotionError(
             f"{raw.source}: line {raw.line_of(piece.start + i + 1)}: {raw.column} jumps from {z[i]:.4g} m to "
-            f"{z[i + 1]:.4g} m in {t[i + 1] - t[i]:.3g} s. Mend the spike, or choose another piece with start and duration."
+            f"{z[i + 1]:.4g} m in {t[i + 1] - t[i]:.3g} s. Mend the spike or choose a piece without it (start, duration)."
         )
 
 
@@ -201,5 +194,5 @@ def _refuse_beyond(raw: RawLog, piece: slice, name: str, column: FloatArray, bou
         i = int(np.argmax(beyond))
         raise MotionError(
             f"{raw.source}: line {raw.line_of(piece.start + i)}: {name} {column[i]:.5g} {unit} is beyond "
-            f"{bound:g} {unit}. Check the unit in the file; choose another piece with start and duration to avoid a spike."
+            f"{bound:g} {unit}. Check the unit in the file, or choose a piece without the spike (start, duration)."
         )

@@ -106,9 +106,7 @@ class Sine(Motion):
     phase: float
     kind: ClassVar[str] = "sine"
 
-    def __init__(
-        self, *, period: str, amplitude: str | None = None, height: str | None = None, phase: str = "0 deg"
-    ) -> None:
+    def __init__(self, *, period: str, amplitude: str | None = None, height: str | None = None, phase: str = "0 deg") -> None:
         if (amplitude is None) == (height is None):
             raise MotionError(
                 f"Sine: {'neither' if amplitude is None else 'both'} of amplitude and height given. Give one: "

@@ -111,7 +111,7 @@ class Recorded(Motion):
         Gaps longer than two steps are bridged by a curve through samples a step or more apart.
         Errors: MotionError for a record shorter than 12 steps, and for a step shorter than twice the median interval.
         """
-        from scipy.interpolate import make_interp_spline, make_lsq_spline  # here, so that motions start without scipy
+        from scipy.interpolate import LSQUnivariateSpline  # here, so that motions start without scipy
 
         step = parse(every, "time", "every")
         interval = float(np.median(np.diff(self.times)))
@@ -122,9 +122,9 @@ class Recorded(Motion):
                 f"samples every {interval:.3g} s: it takes two samples to a point and {2 * FEWEST_POINTS} points."
             )
         grid = np.linspace(0.0, self.duration, count + 1)
-        knots = make_interp_spline(grid, np.zeros_like(grid), k=5).t
         t, s = self._bridged(2.0 * step, interval)
-        heights = make_lsq_spline(t, s, knots, k=5)(grid)
+        # The knots of the curve through the new points (not-a-knot ends), so that this curve is that one.
+        heights = LSQUnivariateSpline(t, s, grid[3:-3], k=5)(grid)
         report = f"{self.report} Least squares with a point every {grid[1]:.4g} s.".strip()
         return Recorded(grid, heights, source=self.source, report=report)
 

@@ -132,8 +132,8 @@ def tip_motion(ship: ShipMotion, tip: Lever, *, every: str | None = "0.5 s") -> 
 
     Parameters: ship; tip, the lever arm from the motion sensor's point to the crane tip as texts: forward, to port, up.
     All zeros gives the heave itself. A steady heel or trim stays in as a steady height; `about_mean` takes it off.
-    every, where the log samples at least twice as fast, is the step of the points that `Recorded.thinned` makes, so that
-    rounding in the log does not become acceleration; None keeps every sample.
+    every: where the log samples at least twice as fast, the step of the points that `Recorded.thinned` makes, so
+    that rounding in the log does not become acceleration; None keeps every sample.
     Errors: MotionError for a lever without roll and pitch to turn it, for one that is no ship's, and for a tip that
     would fall faster than gravity, which is a spike or a jumping clock in the log; UnitError for a bare number.
     """
@@ -156,9 +156,7 @@ def tip_motion(ship: ShipMotion, tip: Lever, *, every: str | None = "0.5 s") -> 
 def lever(tip: Lever) -> tuple[float, float, float]:
     """The three texts of a lever arm as x, y, z [m]."""
     if isinstance(tip, str) or not isinstance(tip, tuple | list) or len(tip) != 3:
-        raise MotionError(
-            f'tip = {came(tip)} is not three lengths. Give forward, to port and up, as tip=("-20 m", "12 m", "35 m").'
-        )
+        raise MotionError(f'tip = {came(tip)} is not three lengths. Give forward, to port and up, as tip=("-20 m", "12 m", "35 m").')
     x, y, z = (parse(text, "length", f"tip {name}") for text, name in zip(tip, ("x", "y", "z"), strict=True))
     if max(abs(x), abs(y), abs(z)) > LONGEST_LEVER:
         raise MotionError(f"tip = {came(tip)} lies more than {LONGEST_LEVER:g} m from the sensor. Check its units.")
