@@ -40,12 +40,7 @@ def four_panels(runs: Mapping[str, xarray.Dataset], *, title: str = "", start: f
         _panel(axes[2], cut, "e_c", "diameter", colour, label)
         _panel(axes[3], cut, "alpha_p", "", colour, f"{label} pump")
         _panel(axes[3], cut, "alpha_m", "", colour, f"{label} motor", ls=":")
-    names = (
-        "wire speed [m/min]\n(hoisting positive)",
-        "A-side pressure [bar]",
-        "control error [mm]",
-        "displacement [-]\npump solid, motor dotted",
-    )
+    names = ("wire speed [m/min]\n(hoisting positive)", "A-side pressure [bar]", "control error [mm]", "displacement [-]\npump solid, motor dotted")
     for ax, name in zip(axes, names, strict=True):
         ax.set_ylabel(name)
         ax.grid(alpha=0.3)

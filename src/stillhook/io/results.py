@@ -24,9 +24,7 @@ def save_run(run: xarray.Dataset, path: str | Path) -> Path:
     """Write a run to NetCDF (h5netcdf). The file appears under its name only when it is complete."""
     target = Path(path)
     with whole_file(target) as part:
-        run.to_netcdf(
-            part, engine="h5netcdf", encoding={v: {"zlib": True} for v in run.data_vars if run[v].ndim and run[v].dtype.kind == "f"}
-        )
+        run.to_netcdf(part, engine="h5netcdf", encoding={v: {"zlib": True} for v in run.data_vars if run[v].ndim and run[v].dtype.kind == "f"})
     return target
 
 
