@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from stillhook.crane import Crane
-from stillhook.engine.run import Result
-from stillhook.engine.simulate import SERIES_STEP, foreseen_notes, run_cases, steps_per_cycle, to_dataset
+from stillhook.engine.run import Progress, Result
+from stillhook.engine.simulate import SERIES_STEP, cycles, foreseen_notes, run_cases, steps_per_cycle, to_dataset
 from stillhook.engine.summary import OK, summarise
 from stillhook.errors import ScenarioError
 from stillhook.scenario import Mode, Scenario
@@ -30,6 +30,10 @@ class ModeRun(NamedTuple):
     def ok(self) -> bool:
         """Whether the run stayed inside every limit."""
         return bool(self.summary["status"] == OK)
+
+    def dataset(self, crane: Crane) -> xarray.Dataset:
+        """The run as a Dataset."""
+        return to_dataset(crane, [self.case], [self.result], single=True)
 
 
 class Comparison(NamedTuple):
@@ -59,7 +63,7 @@ def compare(
     modes: Sequence[Mode | str] = CLASSIC_AND_NEW,
     *,
     step: str = SERIES_STEP,
-    progress: Callable[[float], None] | None = None,
+    progress: Progress | None = None,
 ) -> Comparison:
     """Run one scenario under several controllers (default NS, HS and SSC) with time series every 0.1 s.
 
@@ -70,24 +74,20 @@ def compare(
         raise ScenarioError("modes: empty. Give at least one, such as ns,hs,ssc.")
     if case.modes:
         raise ScenarioError("modes: a scenario that changes its mode cannot be compared between modes. Use simulate.")
-    n_sub = steps_per_cycle(crane, step)
-    every = max(1, round(0.1 / crane.control.t_cycle))
-    runs = tuple(_runs(crane, case, chosen, n_sub, every, progress))
-    return Comparison(crane, runs)
+    def part(i: int) -> Progress | None:
+        return (lambda x: progress((i + x) / len(chosen))) if progress is not None else None
+
+    runs = [run_mode(crane, case.with_mode(m), step=step, progress=part(i)) for i, m in enumerate(chosen)]
+    return Comparison(crane, tuple(runs))
 
 
-def _runs(
-    crane: Crane, case: Scenario, modes: list[Mode], n_sub: int, every: int, progress: Callable[[float], None] | None
-) -> Iterator[ModeRun]:
-    for i, mode in enumerate(modes):
-        this = case.with_mode(mode)
-
-        def part(x: float, i: int = i) -> None:
-            if progress is not None:
-                progress((i + x) / len(modes))
-
-        result = run_cases(crane, [this], n_sub=n_sub, every=every, progress=part)[0]
-        yield ModeRun(mode, this, result, summarise(result, foreseen_notes(crane, this)))
+def run_mode(
+    crane: Crane, case: Scenario, *, step: str | None = None, every: str | None = None, progress: Progress | None = None
+) -> ModeRun:
+    """One run with time series (default every 0.1 s) and its summary."""
+    n_sub = steps_per_cycle(crane, step or SERIES_STEP)
+    result = run_cases(crane, [case], n_sub=n_sub, every=cycles(crane, every or "0.1 s"), progress=progress)[0]
+    return ModeRun(case.mode, case, result, summarise(result, foreseen_notes(crane, case)))
 
 
 def mode_of(text: Mode | str) -> Mode:

@@ -164,7 +164,7 @@ def drum_record(crane: Crane) -> Drum:
     return Drum(d, d_w, float(crane.drum.turns), float(n), crane.drum.d_max, L_full, crane.wire.mass_per_length)
 
 
-def _inertia(crane: Crane) -> Inertia:
+def inertia_record(crane: Crane) -> Inertia:
     motors = crane.active.motor.count * crane.active.motor.J
     if crane.passive is not None:
         motors += crane.passive.motor.count * crane.passive.motor.J
@@ -192,7 +192,7 @@ def _hoist(crane: Crane, case: Scenario) -> Hoist:
     regular = 1.0 if case.friction is FrictionModel.REGULARISED else 0.0
     return Hoist(
         drum=drum_record(crane),
-        inertia=_inertia(crane),
+        inertia=inertia_record(crane),
         wire=Wire(EA=EA, L_0=w.L_0, c=c),
         load=load,
         friction=SystemFriction(s.Y_1, s.Y_2, s.Y_3, 1.0 / s.Y_4, s.Y_5, s.Y_6),

@@ -72,7 +72,7 @@ def simulate(
         raise ScenarioError("simulate: the list of cases is empty. Give at least one Scenario.")
     stored = single if series is None else series
     n_sub = steps_per_cycle(crane, step or (SERIES_STEP if stored else STATISTICS_STEP))
-    results = run_cases(crane, cases, n_sub=n_sub, every=_cycles(crane, every), series=stored, threads=threads, progress=progress)
+    results = run_cases(crane, cases, n_sub=n_sub, every=cycles(crane, every), series=stored, threads=threads, progress=progress)
     if OnFailure(on_failure) is OnFailure.RAISE:
         raise_failures(results)
     return to_dataset(crane, cases, results, single=single)
@@ -111,7 +111,8 @@ def steps_per_cycle(crane: Crane, step: str) -> int:
     return n
 
 
-def _cycles(crane: Crane, every: str) -> int:
+def cycles(crane: Crane, every: str) -> int:
+    """PLC cycles in a spacing given as text. Errors: ScenarioError where it is not a whole number of them."""
     dt, t_cycle = units.parse(every, "time", "every"), crane.control.t_cycle
     n = round(dt / t_cycle)
     if n < 1 or abs(n * t_cycle - dt) > 1e-9 * dt:

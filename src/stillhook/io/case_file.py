@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Mapping
+from importlib.resources import as_file, files
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -58,6 +59,13 @@ def load_case(path: str | Path) -> CaseFile:
         return CaseFile(crane, case, data.get("step"), data.get("every"))
     except StillhookError as e:
         raise type(e)(f"{file.name}: {e}") from None
+
+
+def demo_cases() -> list[CaseFile]:
+    """The package's own cases, in the order of their files."""
+    shelf = files("stillhook.library") / "demo"
+    with as_file(shelf) as folder:
+        return [load_case(path) for path in sorted(folder.glob("*.toml"))]
 
 
 def build_scenario(table: Mapping[str, Any], folder: Path, name: str) -> Scenario:

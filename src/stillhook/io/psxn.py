@@ -134,7 +134,7 @@ def read_psxn(
     Parameters: path; heave, which way the file counts it: "down" as the Seapath manual has it (default) or "up";
     time: "logger" for the time of receipt, which every line has (default), or "instrument" for the last $..ZDA or
     $..GGA, free of the delays of the network; max_gap, the longest stretch without samples that the curve may
-    bridge: at 1 Hz, a gap of 3 s costs up to 5 cm of a 0.83 m (standard deviation) sea, 4 s 18 cm, 5 s 50 cm;
+    bridge: at 1 Hz, a gap of 3 s costs up to 5 cm of a 0.84 m (standard deviation) sea, 4 s 18 cm, 5 s 50 cm;
     start and duration, a piece of the log counted from its first usable sample.
 
     Left out and counted in the report: lines with a wrong or no checksum, with missing fields, flagged invalid by

@@ -24,7 +24,7 @@ FloatArray = NDArray[np.float64]
 Sample = tuple[FloatArray, FloatArray, FloatArray]
 
 LARGEST_AMPLITUDE = 50.0  # m: no sea moves a crane tip so far; mm or km meant as m are caught here
-SHORTEST_PERIOD = 0.1  # s: no sea moves a ship so fast; ms meant as s are caught here
+SHORTEST_PERIOD, LONGEST_PERIOD = 0.1, 3600.0  # s: no sea moves a ship so fast; ms or h meant as s are caught here
 
 
 class Motion(ABC):
@@ -67,10 +67,6 @@ def _write(target: Motion, /, **fields: Any) -> None:
         object.__setattr__(target, name, value)
 
 
-def _times(t: ArrayLike) -> FloatArray:
-    return np.asarray(t, dtype=np.float64)
-
-
 @dataclass(frozen=True)
 class Still(Motion):
     """A crane tip that does not move: s = v = a = 0."""
@@ -78,7 +74,7 @@ class Still(Motion):
     kind: ClassVar[str] = "still"
 
     def sample(self, t: ArrayLike) -> Sample:
-        zero = np.zeros_like(_times(t))
+        zero = np.zeros_like(np.asarray(t, dtype=np.float64))
         return zero, zero.copy(), zero.copy()
 
     def describe(self) -> str:
@@ -98,7 +94,7 @@ class Sine(Motion):
     2 A, from trough to crest as a wave height is; phase, 0 deg by default (rising through the middle at t = 0;
     -90 deg starts at rest in the trough).
     Raises UnitError for a text without a length, time or angle, MotionError for an amplitude outside 0 to 50 m or a
-    period below 0.1 s.
+    period outside 0.1 s to 1 h.
     """
 
     amplitude: float
@@ -131,15 +127,17 @@ class Sine(Motion):
                 f"{where}: amplitude {A:g} m is not between 0 m and {LARGEST_AMPLITUDE:g} m. Check its unit; "
                 "a sine is turned over with phase 180 deg."
             )
-        if not SHORTEST_PERIOD <= T < math.inf:
-            raise MotionError(f"{where}: period {T:g} s is shorter than {SHORTEST_PERIOD:g} s. Check its unit.")
+        if not SHORTEST_PERIOD <= T <= LONGEST_PERIOD:
+            raise MotionError(
+                f"{where}: period {T:g} s is not between {SHORTEST_PERIOD:g} s and {LONGEST_PERIOD:g} s. Check its unit."
+            )
         if not math.isfinite(phase):
             raise MotionError(f"{where}: phase {phase:g} rad is not a number. Give a phase in deg or rad.")
         _write(self, amplitude=A, period=T, phase=phase)
 
     def sample(self, t: ArrayLike) -> Sample:
         omega = 2.0 * math.pi / self.period
-        angle = omega * _times(t) + self.phase
+        angle = omega * np.asarray(t, dtype=np.float64) + self.phase
         sine, cosine = np.sin(angle), np.cos(angle)
         return self.amplitude * sine, self.amplitude * omega * cosine, -self.amplitude * omega**2 * sine
 
@@ -233,7 +231,7 @@ class Profile(Motion):
         _write(self, t=tuple(t), v=tuple(v))
 
     def sample(self, t: ArrayLike) -> Sample:
-        time = _times(t)
+        time = np.asarray(t, dtype=np.float64)
         knots, speeds = np.array(self.t), np.array(self.v)
         slopes = np.diff(speeds) / np.diff(knots)
         heights = np.concatenate(([0.0], np.cumsum(np.diff(knots) * (speeds[1:] + speeds[:-1]) / 2.0)))
@@ -290,7 +288,7 @@ class Ramped(Motion):
 
     def sample(self, t: ArrayLike) -> Sample:
         s_0, v_0, a_0 = self.motion.sample(t)
-        x = np.clip(_times(t) / self.t_ramp, 0.0, 1.0)
+        x = np.clip(np.asarray(t, dtype=np.float64) / self.t_ramp, 0.0, 1.0)
         r = x**3 * (10.0 + x * (6.0 * x - 15.0))
         dr = 30.0 * x**2 * (1.0 - x) ** 2 / self.t_ramp
         ddr = 60.0 * x * (1.0 - x) * (1.0 - 2.0 * x) / self.t_ramp**2
@@ -301,8 +299,3 @@ class Ramped(Motion):
 
     def to_dict(self) -> dict[str, Any]:
         return {"type": self.kind, "motion": self.motion.to_dict(), "t_ramp": self.t_ramp}
-
-
-def ramp(motion: Motion, t_ramp: str) -> Ramped:
-    """The motion with a smooth start over t_ramp (a text such as "20 s"); see `Ramped`."""
-    return Ramped(motion, t_ramp)

@@ -29,11 +29,11 @@ class Recorded(Motion):
     many; source, where they are from; report, how they were read. Velocity and acceleration are the derivatives of
     the spline, so they agree with the height and with one another. Nothing is taken off the heights: see `about_mean`.
 
-    What the spline makes of 1 Hz samples of a sea (periods of 5 s and longer, standard deviation 0.83 m), measured:
-    away from the ends it is right to 0.1 mm, 0.3 mm/s and 2 mm/s^2; shorter waves come out worse (4 s: 0.2 % of the
-    height, 3 % of the acceleration) and none below 2 s can. Within 5 s of either end, where nothing is known of the
-    far side, it is wrong by up to 1 cm, 7 cm/s and 0.4 m/s^2 (not-a-knot ends; natural ends are three times worse): a
-    ramped start covers the first. Heights rounded to 1 cm add 7 mm, 14 mm/s and 0.04 m/s^2.
+    What the spline makes of 1 Hz samples of a sea (periods of 5 s and longer, standard deviation 0.84 m), measured:
+    from 5 s off the ends it is right to 0.2 mm, 0.5 mm/s and 2 mm/s^2; shorter waves come out worse (4 s: 0.2 % of
+    the height, 1.3 % of the acceleration; 3 s: 3 and 7 %) and none below 2 s can. Nearer to either end, where nothing
+    is known of the far side, it is wrong by up to 1 cm, 8 cm/s and 0.4 m/s^2 (not-a-knot ends; natural ends are two
+    to three times worse): a ramped start covers the first. Heights rounded to 1 cm add 7 mm, 14 mm/s and 0.04 m/s^2.
 
     Errors: MotionError for a bad record, and for `sample` outside 0 .. duration.
     """
@@ -107,7 +107,7 @@ class Recorded(Motion):
 
         For logs much faster than the sea: between 10 Hz samples rounded to 1 cm, a curve through every one swings by
         4 m/s^2 (20 at the ends), at 50 Hz by 60 m/s^2, and all of that is rounding. With a point every 0.5 s it is
-        0.04 and 0.02 m/s^2, and waves of 3 s and longer pass with less than 0.01 % lost (2 s: 0.15 %), without delay.
+        0.07 m/s^2 (0.3 at the ends), and waves of 3 s and longer pass with less than 0.01 % lost (2 s: 0.15 %), without delay.
         Gaps longer than two steps are bridged by a curve through samples a step or more apart.
         Errors: MotionError for a record shorter than 12 steps, and for a step shorter than twice the median interval.
         """

@@ -1,0 +1,59 @@
+"""`stillhook cranes`, `stillhook crane NAME`."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from stillhook.cli.show import print_json, print_table
+
+Json = Annotated[bool, typer.Option("--json", help="Print JSON in SI units.")]
+
+
+def register(app: typer.Typer) -> None:
+    app.command("cranes")(list_cranes)
+    app.command("crane")(show_crane)
+
+
+def list_cranes(json: Json = False) -> None:
+    """List the cranes of the library. Example: stillhook cranes"""
+    from stillhook.library import cranes, load_crane
+    from stillhook.units import show
+
+    known = [load_crane(name) for name in cranes()]
+    if json:
+        print_json([{"name": c.name, "title": c.title, "plant": c.plant.value, "SWL": c.SWL} for c in known])
+        return
+    print_table(
+        ("crane", "what it is", "winch", "SWL"), [(c.name, c.title, c.plant.value, show(c.SWL, "mass")) for c in known], left=3
+    )
+
+
+def show_crane(
+    name: Annotated[str, typer.Argument(help="Library name, or path of a crane file (TOML).")],
+    json: Json = False,
+) -> None:
+    """Print a crane's sheet: every number with its kind and source. Example: stillhook crane nov-250t"""
+    from stillhook.library import load_crane, sheet, sheet_json
+
+    crane = load_crane(name)
+    if json:
+        print_json(sheet_json(crane))
+        return
+    print(f"{crane.name}: {crane.title}")
+    rows = [(r.field, r.value, r.meaning, r.kind, r.source) for section in sheet(crane) for r in section.rows]
+    print_sheet(rows)
+
+
+def print_sheet(rows: list[tuple[str, str, str, str, str]]) -> None:
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table(header_style="bold")
+    for title in ("field", "value", "meaning", "kind", "source"):
+        table.add_column(title, overflow="fold", no_wrap=title in ("field", "value", "kind"))
+    for row in rows:
+        table.add_row(*row)
+    console = Console()
+    (console if console.is_terminal else Console(width=200)).print(table)

@@ -1,0 +1,216 @@
+"""`stillhook run`, `stillhook compare`, `stillhook demo`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from stillhook.cli.cranes import Json
+from stillhook.cli.show import human, print_json, print_table, progress_bar, say, unit_of
+
+if TYPE_CHECKING:
+    from stillhook.analysis.compare import Comparison
+    from stillhook.crane import Crane
+    from stillhook.sea.motion import Motion
+
+Out = Annotated[Path | None, typer.Option("--out", help="Folder for figure, NetCDF and summary.json; nothing is written without it.")]
+COLUMNS = ("e_c_pp", "eta_c", "e_c_max", "e_c_mean", "p_max", "u_p_max", "alpha_m_min", "saturation_time", "relief_time", "status")
+HEADERS = {
+    "e_c_pp": "error\np-p 30 s",
+    "eta_c": "effi-\nciency",
+    "e_c_max": "largest\nerror",
+    "e_c_mean": "offset",
+    "p_max": "peak\npressure",
+    "u_p_max": "pump\nuse",
+    "alpha_m_min": "least\nmotor",
+    "saturation_time": "pump\nsaturated",
+    "relief_time": "relief\nopen",
+    "status": "status",
+}
+IN_MM = ("e_c_pp", "e_c_max", "e_c_mean")
+IN_PERCENT = ("eta_c", "u_p_max", "alpha_m_min")
+
+
+def register(app: typer.Typer) -> None:
+    app.command("run")(run)
+    app.command("compare")(compare)
+    app.command("demo")(demo)
+
+
+def _cell(name: str, value: Any) -> str:
+    if name in IN_MM:
+        return f"{value * 1e3:.1f} mm"
+    if name in IN_PERCENT:
+        return f"{value:.1%}"
+    if name in ("saturation_time", "relief_time"):
+        return f"{value:.2f} s"
+    if name == "p_max":
+        return f"{human(name, value, 4)} {unit_of(name)}"
+    return human(name, value, 4)
+
+
+def _row(summary: dict[str, Any]) -> list[str]:
+    return [_cell(name, summary[name]) for name in COLUMNS]
+
+
+def _say_if_compiling(crane: Crane, lanes: int = 1) -> None:
+    from stillhook.engine.build import is_compiled
+
+    if not is_compiled(crane.plant.value, lanes):
+        say("compiling the winch model for this machine (once, about 10 s) ...")
+
+
+def _print_notes(summaries: dict[str, dict[str, Any]]) -> None:
+    for label, summary in summaries.items():
+        for note in summary["notes"]:
+            print(f"{label}: {note}")
+
+
+def run(
+    case_file: Annotated[Path, typer.Argument(metavar="CASE.toml", help="Case file: crane and [scenario].")],
+    out: Out = None,
+    json: Json = False,
+) -> None:
+    """Run one case file. Exit code 1 if a limit was exceeded. Example: stillhook run case.toml --out results"""
+    from stillhook.analysis.compare import run_mode
+    from stillhook.io.case_file import load_case
+
+    file = load_case(case_file)
+    _say_if_compiling(file.crane)
+    with progress_bar(case_file.stem) as bar:
+        one = run_mode(file.crane, file.case, step=file.step, every=file.every, progress=bar)
+    label = file.case.name or case_file.stem
+    if json:
+        print_json(one.summary)
+    else:
+        print_table(["case", *(HEADERS[c] for c in COLUMNS)], [[label, *_row(one.summary)]], title=_title(file.crane, file.case))
+        _print_notes({label: one.summary})
+    if out is not None:
+        _write(out, label, {label: one.dataset(file.crane)}, {label: one.summary}, quiet=json, title=_title(file.crane, file.case))
+    raise typer.Exit(0 if one.ok else 1)
+
+
+def compare(
+    crane: Annotated[str, typer.Option(help="Library crane, or path of a crane file.")] = "nov-250t",
+    load: Annotated[str, typer.Option(help='Payload on the hook, such as "100 t".')] = "100 t",
+    s_w: Annotated[str, typer.Option("--s-w", help='Wire paid out, such as "100 m".')] = "100 m",
+    motion: Annotated[str, typer.Option(help='Tip motion: "sine 2.8 m 12 s" (amplitude, period; sums with +), or a log: CSV or $PSXN,23.')] = "sine 2.8 m 12 s",
+    modes: Annotated[str, typer.Option(help="Controllers, comma-separated: ns, hs, ssc, ssc-cubic, level-1, level-2, manual.")] = "ns,hs,ssc",
+    position: Annotated[str | None, typer.Option(help='Crane tip from the motion sensor for ship logs: forward, port, up, such as "20 m, -12 m, 30 m".')] = None,
+    heave: Annotated[str | None, typer.Option(help='How a ship log counts heave: "up" or "down" (default: the rule of its kind).')] = None,
+    start: Annotated[str | None, typer.Option(help="Where in a log to start.")] = None,
+    duration: Annotated[str | None, typer.Option(help='Length of the run (default 120 s, or the whole log), such as "300 s".')] = None,
+    warm_up: Annotated[str, typer.Option("--warm-up", help="Start of the run that is left out of the figures.")] = "30 s",
+    delay: Annotated[str, typer.Option(help="Delay of the measured tip motion.")] = "0 s",
+    step: Annotated[str, typer.Option(help="Integration step.")] = "2 ms",
+    out: Out = None,
+    json: Json = False,
+) -> None:
+    """Run one motion under several controllers and put them side by side.
+
+    Exit code 1 if none of them stays inside its limits.
+
+    Example: stillhook compare --crane nov-250t --load "100 t" --s-w "100 m" --motion "sine 2.8 m 12 s" --modes ns,hs,ssc
+    """
+    from stillhook.analysis.compare import compare as side_by_side
+    from stillhook.library import load_crane
+    from stillhook.scenario import Scenario, Sensors
+
+    machine = load_crane(crane)
+    tip = _motion(motion, position, heave, start, duration)
+    times = {} if duration is None or tip.duration is not None else {"duration": duration}
+    case = Scenario(load=load, s_w=s_w, tip=tip, warm_up=warm_up, sensors=Sensors(delay=delay), **times)
+    chosen = [m.strip() for m in modes.split(",") if m.strip()]
+    _say_if_compiling(machine)
+    with progress_bar("comparing") as bar:
+        result = side_by_side(machine, case, chosen, step=step, progress=bar)
+    _report(result, json=json)
+    if out is not None:
+        _write_comparison(result, out, "compare", quiet=json)
+    raise typer.Exit(0 if result.ok else 1)
+
+
+def _motion(text: str, position: str | None, heave: str | None, start: str | None, duration: str | None) -> Motion:
+    """A motion text, or the log that it names."""
+    from stillhook.errors import MotionError
+    from stillhook.sea.text import parse_motion
+
+    if text.split(" ")[0].lower() in ("sine", "still"):
+        return parse_motion(text, "--motion")
+    if not Path(text).exists():
+        raise MotionError(f'--motion "{text}": no such file, and not a motion such as "sine 2.8 m 12 s". Check the path.')
+    from stillhook.io.motion_file import read_tip_motion
+
+    arm = tuple(p.strip() for p in position.split(",")) if position is not None else None
+    tip = read_tip_motion(text, tip=arm, heave=heave, start=start, duration=duration)  # type: ignore[arg-type]
+    say(tip.report)
+    return tip
+
+
+def _title(crane: Crane, case: Any) -> str:
+    from stillhook.units import show
+
+    medium = "in water" if case.water else "in air"
+    return f"{crane.name}, {show(case.load, 'mass')} {medium}, {show(case.s_w, 'length')} of wire out, tip: {case.tip.describe()}"
+
+
+def _report(result: Comparison, *, json: bool) -> None:
+    if json:
+        print_json(result.table())
+        return
+    rows = [[r.mode.value, *_row(r.summary)] for r in result.runs]
+    print_table(["mode", *(HEADERS[c] for c in COLUMNS)], rows, title=_title(result.crane, result.runs[0].case))
+    _print_notes(result.table())
+
+
+def _write_comparison(result: Comparison, out: Path, name: str, *, quiet: bool, start: float = 0.0) -> None:
+    data = result.dataset()
+    runs = {r.mode.value.upper(): data.sel(case=r.mode.value) for r in result.runs}
+    _write(out, name, runs, result.table(), quiet=quiet, title=_title(result.crane, result.runs[0].case), start=start, whole=data)
+
+
+def _write(
+    out: Path, name: str, runs: dict[str, Any], summary: dict[str, Any], *, quiet: bool, title: str, start: float = 0.0, whole: Any = None
+) -> None:
+    """Picture, NetCDF and summary of a set of runs."""
+    from stillhook.io.figures import four_panels, save_figure
+    from stillhook.io.results import save_json, save_run
+
+    first = next(iter(runs.values()))
+    paths = (
+        save_figure(four_panels(runs, title=title, start=start), out / f"{name}.png"),
+        save_run(first if whole is None else whole, out / f"{name}.nc"),
+        save_json(summary, out / f"{name}-summary.json"),
+    )
+    if not quiet:
+        print("written: " + ", ".join(str(p) for p in paths))
+
+
+def demo(
+    out: Annotated[Path, typer.Option("--out", help="Folder for the pictures.")] = Path("stillhook-demo"),
+) -> None:
+    """How still does the 250 t crane keep its hook under NS, HS and SSC? Four motions, table and pictures. Example: stillhook demo"""
+    from stillhook.analysis.compare import compare as side_by_side
+    from stillhook.io.case_file import demo_cases
+
+    cases = demo_cases()
+    _say_if_compiling(cases[0].crane)
+    rows, results = [], []
+    for file in cases:
+        with progress_bar(file.case.name) as bar:
+            result = side_by_side(file.crane, file.case, progress=bar)
+        results.append((file.case.name, result))
+        rows += [[file.case.name if i == 0 else "", r.mode.value, *_row(r.summary)] for i, r in enumerate(result.runs)]
+    crane, case = cases[0].crane, cases[0].case
+    from stillhook.units import show
+
+    title = f"{crane.title}: {show(case.load, 'mass')} on the hook, {show(case.s_w, 'length')} of wire out"
+    print_table(["motion of the crane tip", "mode", *(HEADERS[c] for c in COLUMNS)], rows, title=title, left=2)
+    print("NS and HS: classic control, fixed motors, normal and high speed. SSC: semi-secondary control, motors move with the pumps.")
+    for name, result in results:
+        _print_notes({f"{name}, {mode}": s for mode, s in result.table().items()})
+    for name, result in results:
+        _write_comparison(result, out, name.split(":")[0].replace(" ", "-"), quiet=True, start=max(0.0, result.runs[0].case.duration - 40.0))
+    print(f"pictures, series and summaries: {out.resolve()}")

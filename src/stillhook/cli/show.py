@@ -1,0 +1,90 @@
+"""How commands print: JSON in SI for machines, tables in human units for people."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
+
+from stillhook.units import in_display, number
+from stillhook.variables import BY_NAME
+
+if TYPE_CHECKING:
+    from stillhook.engine.run import Progress
+
+
+PLAIN_WIDTH = 140
+"""Width of tables that go to a file or a pipe."""
+
+
+def print_json(data: Any) -> None:
+    from stillhook.io.results import to_json
+
+    print(to_json(data))
+
+
+def human(name: str, value: Any, digits: int = 6) -> str:
+    """A value of a variable in display unit, as text without its unit."""
+    if not isinstance(value, int | float) or isinstance(value, bool):
+        return str(value)
+    kind = BY_NAME[name].kind if name in BY_NAME else ""
+    return number(in_display(float(value), kind) if kind else float(value), digits)
+
+
+def unit_of(name: str) -> str:
+    from stillhook.units import KINDS
+
+    v = BY_NAME.get(name)
+    return KINDS[v.kind].display if v is not None and v.kind else ""
+
+
+def print_values(values: dict[str, Any]) -> None:
+    """Name, value, unit and meaning, one line each."""
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table(box=None, show_header=False, pad_edge=False)
+    for name, value in values.items():
+        meaning = BY_NAME[name].meaning if name in BY_NAME else ""
+        table.add_row(name, human(name, value), unit_of(name), f"[dim]{meaning}[/dim]")
+    Console().print(table)
+
+
+def print_table(header: Sequence[str], rows: Sequence[Sequence[str]], *, title: str = "", left: int = 1) -> None:
+    """A table; the first `left` columns are text, the others numbers."""
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table(title=title or None, title_justify="left", title_style="bold", header_style="bold")
+    for i, name in enumerate(header):
+        free = name == "status"
+        table.add_column(name, justify="left" if i < left or free else "right", no_wrap=not free)
+    for row in rows:
+        table.add_row(*row)
+    console = Console()
+    (console if console.is_terminal else Console(width=max(console.width, PLAIN_WIDTH))).print(table)
+
+
+def say(text: str) -> None:
+    """A line for the person, not for the machine that reads standard output."""
+    import sys
+
+    print(text, file=sys.stderr)
+
+
+@contextmanager
+def progress_bar(title: str) -> Iterator[Progress | None]:
+    """A bar on a terminal, nothing elsewhere."""
+    from rich.console import Console
+
+    console = Console(stderr=True)
+    if not console.is_terminal:
+        yield None
+        return
+    from rich.progress import BarColumn, TaskProgressColumn, TextColumn, TimeRemainingColumn
+    from rich.progress import Progress as Bar
+
+    columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeRemainingColumn())
+    with Bar(*columns, console=console, transient=True) as bar:
+        task = bar.add_task(title, total=1.0)
+        yield lambda share: bar.update(task, completed=share)
