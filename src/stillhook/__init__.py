@@ -7,10 +7,10 @@
 >>> float(run.e_c_pp)  # doctest: +SKIP
 """
 
-__version__ = "0.1.0"
-
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
+
+from stillhook._version import __version__
 
 if TYPE_CHECKING:
     from stillhook import metrics
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from stillhook.errors import StillhookError
     from stillhook.io.motion_file import read_tip_motion
     from stillhook.io.results import load_run, save_run
-    from stillhook.library import cranes, load_crane
+    from stillhook.library.load import cranes, load_crane
     from stillhook.scenario import Mode, Scenario
     from stillhook.sea.motion import Profile, Sine, Still
     from stillhook.sea.recorded import Recorded

@@ -1,7 +1,7 @@
 """Figures of merit from any Dataset with the names of `stillhook.variables`: simulated runs and measured logs alike.
 
-Series must be sampled evenly over "time" [s]. A run's own summary is taken at every PLC cycle and so sees a little more than
-these functions do on a series stored at a coarser step.
+Series must be sampled evenly over "time" [s]. Where the Dataset has `warm_up` [s], windows start only after it. A run's own summary
+is taken at every PLC cycle and so sees a little more than these functions do on a series stored at a coarser step.
 """
 
 from __future__ import annotations
@@ -26,15 +26,24 @@ def time_step(run: xarray.Dataset) -> float:
     return float(steps[0])
 
 
+def counted(run: xarray.Dataset, name: str) -> xarray.DataArray:
+    """A series of the run, NaN during the warm-up."""
+    start = run["time"][0] + run.get("warm_up", 0.0)
+    return run[name].where(run["time"] >= start - 1e-9)
+
+
 def peak_to_peak(series: xarray.DataArray, dt: float, window: float = WINDOW) -> xarray.DataArray:
-    """Largest less smallest value over a moving window that trails and includes both ends; NaN until the first is full."""
+    """Largest less smallest value over a moving window that trails and includes both ends; NaN where the window is not full of numbers."""
     n = round(window / dt) + 1
     x, axis = series.values, series.get_axis_num("time")
     assert isinstance(axis, int)
-    origin = (n - 1) // 2 if n % 2 else n // 2 - 1  # shifts the centred filter so that it trails
-    span = maximum_filter1d(x, n, axis=axis, origin=origin) - minimum_filter1d(x, n, axis=axis, origin=origin)
-    out = series.copy(data=span)
-    return out.where(out["time"] >= out["time"][0] + window - 1e-9)
+    unknown = np.isnan(x)
+    trail = (n - 1) // 2  # shifts the centred filters so that the window ends at its sample
+    hi = maximum_filter1d(np.where(unknown, -np.inf, x), n, axis=axis, origin=trail)
+    lo = minimum_filter1d(np.where(unknown, np.inf, x), n, axis=axis, origin=trail)
+    holes = maximum_filter1d(unknown.astype(float), n, axis=axis, origin=trail) > 0.0
+    full = series["time"] >= series["time"][0] + window - 1e-9
+    return series.copy(data=np.where(holes, np.nan, hi - lo)).where(full)
 
 
 def e_c_pp(run: xarray.Dataset, *, measured: bool = False, window: float = WINDOW) -> xarray.DataArray:
@@ -42,12 +51,12 @@ def e_c_pp(run: xarray.Dataset, *, measured: bool = False, window: float = WINDO
 
     measured: against the tip motion that the PLC saw instead of the true one.
     """
-    return peak_to_peak(run["e_c_measured" if measured else "e_c"], time_step(run), window).rename("e_c_pp")
+    return peak_to_peak(counted(run, "e_c_measured" if measured else "e_c"), time_step(run), window).rename("e_c_pp")
 
 
 def s_tip_pp(run: xarray.Dataset, *, window: float = WINDOW) -> xarray.DataArray:
     """Peak-to-peak tip motion over the moving window [m], as a series."""
-    return peak_to_peak(run["s_tip"], time_step(run), window).rename("s_tip_pp")
+    return peak_to_peak(counted(run, "s_tip"), time_step(run), window).rename("s_tip_pp")
 
 
 def eta_c(run: xarray.Dataset, *, measured: bool = False, window: float = WINDOW) -> xarray.DataArray:
@@ -64,5 +73,5 @@ def settling_time(run: xarray.Dataset, *, start: float, target: float, step: flo
     after = run["v_w"].where(run["time"] >= start, drop=True)
     outside = np.abs(after - target) > band * abs(step)
     last = after["time"].where(outside).max("time")
-    never = outside.isel(time=-1)
+    never = after.isel(time=-1).pipe(lambda x: np.abs(x - target) > band * abs(step))
     return (last - start).fillna(0.0).where(~never).rename("settling_time")

@@ -36,6 +36,14 @@ class Mode(StrEnum):
     SSC_CUBIC = "ssc-cubic"
 
 
+def mode_of(text: Mode | str) -> Mode:
+    """The mode of this name. Errors: ScenarioError naming the modes there are."""
+    try:
+        return Mode(text)
+    except ValueError:
+        raise ScenarioError(f'mode "{text}" is not one of {", ".join(m.value for m in Mode)}.') from None
+
+
 class FrictionModel(StrEnum):
     """Dry friction: LuGre bristle, or the regularised tanh law (peak pressure up to +-15 bar, error up to 1.5 mm off)."""
 
@@ -165,9 +173,9 @@ class Scenario(Record):
         buoyancy = self.water.rho * self.water.volume if self.water else 0.0
         return (self.load - buoyancy) * G
 
-    def with_mode(self, mode: Mode) -> Scenario:
-        """The same run in another mode."""
-        return self.model_copy(update={"mode": mode})
+    def with_mode(self, mode: Mode | str) -> Scenario:
+        """The same run in another mode. Errors: ScenarioError naming the modes there are."""
+        return self.model_copy(update={"mode": mode_of(mode)})
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data that `from_dict` turns into the same scenario: SI numbers, for storing in a result."""
@@ -186,7 +194,8 @@ def _rebuilt(raw: dict[str, Any]) -> dict[str, Any]:
     raw["mode"] = Mode(raw["mode"])
     raw["modes"] = tuple((t, Mode(m)) for t, m in raw["modes"])
     raw["friction"] = FrictionModel(raw["friction"])
-    raw["operator"] = Operator.model_construct(**{k: tuple(map(tuple, v)) for k, v in raw["operator"].items()})
+    profile, steps = (tuple((t, x) for t, x in raw["operator"][k]) for k in ("profile", "steps"))
+    raw["operator"] = Operator.model_construct(profile=profile, steps=steps)
     raw["sensors"] = Sensors.model_construct(**raw["sensors"])
     raw["water"] = Water.model_construct(**raw["water"]) if raw["water"] else None
     raw["power_loss"] = PowerLoss.model_construct(**raw["power_loss"]) if raw["power_loss"] else None

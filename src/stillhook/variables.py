@@ -1,4 +1,7 @@
-"""One row per variable: name, symbol, SI unit, kind (for display), sign, meaning, source. Results, JSON and the docs' nomenclature use it."""
+"""One row per variable: name, symbol, SI unit, kind (for display), sign, meaning, source.
+
+Results, JSON output and the nomenclature page use it.
+"""
 
 from __future__ import annotations
 
@@ -58,7 +61,7 @@ SERIES = (
 )  # fmt: skip
 
 SUMMARY = (
-    _v("status", "", "", "", "", '"ok", or what went beyond its limit: saturated, relief, overspeed, accumulator, cavitation, slack, diverged'),
+    _v("status", "", "", "", "", '"ok", or what went beyond its limit: saturated, relief, overspeed, accumulator, cavitation, slack, offset (the hook never passes its place), diverged'),
     _v("e_c_pp", "e_c,pp", "m", "length", "", "largest peak-to-peak of e_c over a moving 30 s window (both ends included)", "paper F eq. 2"),
     _v("e_c_pp_measured", "e_c,m,pp", "m", "length", "", "the same of e_c_measured", "paper F eq. 2"),
     _v("s_tip_pp", "s_tip,pp", "m", "length", "", "largest peak-to-peak of s_tip over the window", "paper F eq. 3"),
@@ -87,6 +90,7 @@ SUMMARY = (
     _v("energy_pumps", "E_p", "J", "energy", "", "energy through active and passive pumps, both directions added up"),
     _v("energy_unaccounted", "", "1", "", "", "energy not found again, over energy_pumps (audit of the whole winch)"),
     _v("counted_time", "", "s", "time", "", "length of the part of the run that counts (after the warm-up)"),
+    _v("warm_up", "t_w", "s", "time", "", "start of the run that metrics leave out"),
     _v("notes", "", "", "", "", "limits that were foreseen before the run"),
 )  # fmt: skip
 

@@ -10,7 +10,7 @@ from stillhook.engine.run import Progress, Result
 from stillhook.engine.simulate import SERIES_STEP, cycles, foreseen_notes, run_cases, steps_per_cycle, to_dataset
 from stillhook.engine.summary import OK, summarise
 from stillhook.errors import ScenarioError
-from stillhook.scenario import Mode, Scenario
+from stillhook.scenario import Mode, Scenario, mode_of
 
 if TYPE_CHECKING:
     import xarray
@@ -88,11 +88,3 @@ def run_mode(
     n_sub = steps_per_cycle(crane, step or SERIES_STEP)
     result = run_cases(crane, [case], n_sub=n_sub, every=cycles(crane, every or "0.1 s"), progress=progress)[0]
     return ModeRun(case.mode, case, result, summarise(result, foreseen_notes(crane, case)))
-
-
-def mode_of(text: Mode | str) -> Mode:
-    """The mode of this name. Errors: ScenarioError naming the modes there are."""
-    try:
-        return Mode(text)
-    except ValueError:
-        raise ScenarioError(f'mode "{text}" is not one of {", ".join(m.value for m in Mode)}.') from None

@@ -10,7 +10,7 @@ from typing import Annotated
 
 import typer
 
-from stillhook import __version__
+from stillhook._version import __version__
 from stillhook.cli import calc, cranes, runs
 from stillhook.errors import StillhookError
 

@@ -12,7 +12,9 @@ from stillhook.cli.show import human, print_json, print_table, print_values, uni
 from stillhook.errors import ScenarioError
 from stillhook.units import parse, show
 
-app = typer.Typer(help="Single numbers: motor loss, friction, drum, speed, eigenfrequency, steady operation, gain limit.", no_args_is_help=True)
+app = typer.Typer(
+    help="Single numbers: motor loss, friction, drum, speed, eigenfrequency, steady operation, gain limit.", no_args_is_help=True
+)
 CraneName = Annotated[str, typer.Argument(help="Library crane, or path of a crane file.", metavar="CRANE")]
 AlphaM = Annotated[float, typer.Option("--alpha-m", help="Motor displacement over its maximum, above 0 up to 1.")]
 VALID_SPEED = ("400 rev/min", "2500 rev/min")
@@ -45,9 +47,11 @@ def motor_loss(
     from stillhook.physics.motor import TorqueLossFit, torque_loss
 
     m = motor(name)
-    D_m, omega_m, dp_m = parse(displacement, "displacement", "--displacement"), parse(speed, "rotation", "--speed"), parse(dp, "pressure", "--dp")
+    D_m, omega_m = parse(displacement, "displacement", "--displacement"), parse(speed, "rotation", "--speed")
+    dp_m = parse(dp, "pressure", "--dp")
     if not 0.0 < D_m <= m.D_max * (1.0 + 1e-9):
-        raise ScenarioError(f"--displacement {displacement}: {name} has above 0 up to {show(m.D_max, 'displacement')}. Give a value in between.")
+        full = show(m.D_max, "displacement")
+        raise ScenarioError(f"--displacement {displacement}: {name} has above 0 up to {full}. Give a value in between.")
     fit = TorqueLossFit(m.loss.X_1, m.loss.X_2, m.loss.X_3, m.loss.X_4, m.loss.X_5)
     inside = _within(abs(omega_m), VALID_SPEED, "rotation") and _within(abs(dp_m), VALID_DP, "pressure")
     _answer({"T_fm": torque_loss(omega_m, D_m, dp_m, fit), "D_m": D_m, "omega_m": omega_m, "dp_m": dp_m, "valid": inside}, json)
@@ -158,9 +162,9 @@ def steady(
 
     Example: stillhook calc steady nov-250t --v-w "80 m/min"
     """
-    from stillhook.analysis.compare import mode_of
     from stillhook.analysis.steady import steady as solve
     from stillhook.library import load_crane
+    from stillhook.scenario import mode_of
 
     s = solve(load_crane(name), parse(v_w, "speed", "--v-w"), mode_of(mode))
     values = {k: (float(v) if isinstance(v, float) and math.isfinite(v) else v) for k, v in s._asdict().items()}

@@ -16,6 +16,10 @@ if TYPE_CHECKING:
     from stillhook.sea.motion import Motion
 
 Out = Annotated[Path | None, typer.Option("--out", help="Folder for figure, NetCDF and summary.json; nothing is written without it.")]
+MOTION_HELP = 'Tip motion: "sine 2.8 m 12 s" (amplitude, period; sums with +), or a log: CSV or $PSXN,23.'
+POSITION_HELP = 'Ship logs: crane tip from the motion sensor, forward, port, up, such as "20 m, -12 m, 30 m".'
+DEMO_SHOWN = 40.0
+"""Last part of each demonstration run that its picture shows [s]."""
 COLUMNS = ("e_c_pp", "eta_c", "e_c_max", "e_c_mean", "p_max", "u_p_max", "alpha_m_min", "saturation_time", "relief_time", "status")
 HEADERS = {
     "e_c_pp": "error\np-p 30 s",
@@ -96,9 +100,9 @@ def compare(
     crane: Annotated[str, typer.Option(help="Library crane, or path of a crane file.")] = "nov-250t",
     load: Annotated[str, typer.Option(help='Payload on the hook, such as "100 t".')] = "100 t",
     s_w: Annotated[str, typer.Option("--s-w", help='Wire paid out, such as "100 m".')] = "100 m",
-    motion: Annotated[str, typer.Option(help='Tip motion: "sine 2.8 m 12 s" (amplitude, period; sums with +), or a log: CSV or $PSXN,23.')] = "sine 2.8 m 12 s",
-    modes: Annotated[str, typer.Option(help="Controllers, comma-separated: ns, hs, ssc, ssc-cubic, level-1, level-2, manual.")] = "ns,hs,ssc",
-    position: Annotated[str | None, typer.Option(help='Crane tip from the motion sensor for ship logs: forward, port, up, such as "20 m, -12 m, 30 m".')] = None,
+    motion: Annotated[str, typer.Option(help=MOTION_HELP)] = "sine 2.8 m 12 s",
+    modes: Annotated[str, typer.Option(help="Controllers: ns, hs, ssc, ssc-cubic, level-1, level-2, manual.")] = "ns,hs,ssc",
+    position: Annotated[str | None, typer.Option(help=POSITION_HELP)] = None,
     heave: Annotated[str | None, typer.Option(help='How a ship log counts heave: "up" or "down" (default: the rule of its kind).')] = None,
     start: Annotated[str | None, typer.Option(help="Where in a log to start.")] = None,
     duration: Annotated[str | None, typer.Option(help='Length of the run (default 120 s, or the whole log), such as "300 s".')] = None,
@@ -153,7 +157,8 @@ def _title(crane: Crane, case: Any) -> str:
     from stillhook.units import show
 
     medium = "in water" if case.water else "in air"
-    return f"{crane.name}, {show(case.load, 'mass')} {medium}, {show(case.s_w, 'length')} of wire out, tip: {case.tip.describe()}"
+    tip = case.tip.describe().split(":")[0]
+    return f"{crane.name}, {show(case.load, 'mass')} {medium}, {show(case.s_w, 'length')} of wire out, tip: {tip}"
 
 
 def _report(result: Comparison, *, json: bool) -> None:
@@ -212,5 +217,6 @@ def demo(
     for name, result in results:
         _print_notes({f"{name}, {mode}": s for mode, s in result.table().items()})
     for name, result in results:
-        _write_comparison(result, out, name.split(":")[0].replace(" ", "-"), quiet=True, start=max(0.0, result.runs[0].case.duration - 40.0))
+        stem, last = name.split(":")[0].replace(" ", "-"), result.runs[0].case.duration
+        _write_comparison(result, out, stem, quiet=True, start=last - DEMO_SHOWN)
     print(f"pictures, series and summaries: {out.resolve()}")

@@ -62,7 +62,8 @@ def driver(plant: str, lanes: int) -> ModuleType:
     with LOCK:
         if name not in sys.modules:
             spec = importlib.util.spec_from_file_location(name, Path(__file__).with_name("driver.py"))
-            assert spec is not None and spec.loader is not None
+            assert spec is not None
+            assert spec.loader is not None
             module = importlib.util.module_from_spec(spec)
             module.plant = PLANTS[plant]  # type: ignore[attr-defined]
             module.LANES = lanes  # type: ignore[attr-defined]

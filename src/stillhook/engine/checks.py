@@ -7,7 +7,6 @@ from stillhook.crane import Crane, Plant
 from stillhook.engine.pack import MODE_CODE, drum_record, load_record, motor_speed_max, plc_record, wire_speed_max
 from stillhook.errors import ScenarioError
 from stillhook.physics.drum import layer_diameter, layers_filled
-from stillhook.physics.scalar import G
 from stillhook.scenario import Scenario
 from stillhook.units import show
 
@@ -58,7 +57,7 @@ def notes(crane: Crane, case: Scenario, v_tip_max: float) -> list[str]:
     """Limits that this run will meet, one line each, worst first; v_tip_max highest tip speed of the motion [m/s]."""
     d = layer_diameter_at(crane, case.s_w)
     K_wire = crane.drum.d_max / d
-    alpha = alpha_at_speed(crane, case, K_wire)
+    alpha = alpha_wanted(crane, case, K_wire, 1.0)
     out = []
     v_max = wire_speed_max(crane, alpha, d)
     if v_tip_max > v_max:
@@ -70,16 +69,16 @@ def notes(crane: Crane, case: Scenario, v_tip_max: float) -> list[str]:
     omega = min(v_tip_max / (0.5 * d / crane.i_hD), motor_speed_max(crane, alpha))
     if omega > limit:
         out.append(f"motors would turn {show(omega, 'rotation')}, above their limit {show(limit, 'rotation')} at this displacement")
-    out += _pure_active_notes(crane, case, d, alpha)
+    out += _pure_active_notes(crane, case, d, alpha_wanted(crane, case, K_wire, 0.0))
     return out
 
 
-def alpha_at_speed(crane: Crane, case: Scenario, K_wire: float) -> float:
-    """Smallest displacement that the mode uses at this load: what the PLC asks for at full feedforward [-]."""
+def alpha_wanted(crane: Crane, case: Scenario, K_wire: float, u_ff: float) -> float:
+    """Displacement that the PLC asks for in this mode at this load [-]; u_ff 0 at rest, 1 at full speed."""
     F = load_record(crane, case).W
     code = MODE_CODE[case.mode]
     y = Sensed(0.0, 0.0, 0.0, 0.0, 0.0, code, 1.0, case.s_w, F, 1.0, K_wire)
-    return float(motor_demand(y, 1.0, F, plc_record(crane)))
+    return float(motor_demand(y, u_ff, F, plc_record(crane)))
 
 
 def _pure_active_notes(crane: Crane, case: Scenario, d: float, alpha: float) -> list[str]:

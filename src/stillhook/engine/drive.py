@@ -1,6 +1,7 @@
 """What drives a run from outside, one row per PLC cycle: tip motion, its measured image, operator, mode, faults, noise."""
 
 import bisect
+import math
 from functools import lru_cache
 
 import numpy as np
@@ -43,7 +44,7 @@ class Drive:
         self.case = case
         self.t_cycle = crane.control.t_cycle
         self.motion: Motion = Ramped.from_si(case.tip, case.ramp) if case.ramp > 0.0 else case.tip
-        self.n_ticks = round(case.duration / self.t_cycle)
+        self.n_ticks = max(1, math.floor(case.duration / self.t_cycle + 1e-9))
         self.first = min(round(case.warm_up / self.t_cycle), self.n_ticks)
         self._pumps = crane.active.pump.D
         self._noise = _Noise(case, self.n_ticks + 1)
@@ -57,7 +58,7 @@ class Drive:
 
     def rows(self, k: int, n: int) -> Array:
         """Cycles k .. k + n - 1, shape (n, cols)."""
-        t = np.arange(k, k + n) * self.t_cycle
+        t: Array = np.arange(k, k + n, dtype=np.float64) * self.t_cycle
         thin = _tip(self.motion, k, n, self.t_cycle)
         return thin if self.cols == THIN else self._full(t, k, n, thin)
 

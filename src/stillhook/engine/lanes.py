@@ -2,6 +2,7 @@
 
 import functools
 import itertools
+import linecache
 import typing
 from collections.abc import Callable, Iterator
 from typing import Any
@@ -41,6 +42,12 @@ def paths(cls: type, prefix: str = "") -> list[str]:
     return [prefix] if cls is float else [q for f, t in fields(cls) for q in paths(t, f"{prefix}.{f}")]
 
 
+def define(src: str, names: dict[str, Any], file: str) -> None:
+    """Run generated source under a file name of its own, so that tracebacks and `stillhook.engine.c99` can read it."""
+    linecache.cache[file] = (len(src), None, src.splitlines(keepends=True), file)
+    exec(compile(src, file, "exec"), names)
+
+
 class Access(typing.NamedTuple):
     """Generated functions for one record: load(A, i), store(A, i, v), axpy(x, h, k)."""
 
@@ -66,7 +73,7 @@ def access(cls: type, lanes: int) -> Access:
     src = f"def load(A, i): return {expr(cls, (f'A[i + {n * lanes}]' for n in itertools.count()))}\n"
     src += "def store(A, i, v):\n" + "".join(f"    A[i + {n * lanes}] = v{q}\n" for n, q in enumerate(paths(cls)))
     src += f"def axpy(x, h, k): return {expr(cls, (f'x{q} + h * k{q}' for q in paths(cls)))}\n"
-    exec(src, names)
+    define(src, names, f"<{cls.__name__} on {lanes} lanes of {cls.__module__}>")
     return Access(*(scalar(names[f]) for f in ("load", "store", "axpy")))
 
 
@@ -74,5 +81,5 @@ def replace(cls: type, field: str) -> Callable[..., Any]:
     """A compiled function (record, value) -> record with one top-level field replaced."""
     names: dict[str, Any] = {"cls": cls}
     args = ", ".join("value" if f == field else f"x.{f}" for f, _ in fields(cls))
-    exec(f"def replace(x, value): return cls({args})", names)
+    define(f"def replace(x, value): return cls({args})\n", names, f"<{cls.__name__} with {field} of {cls.__module__}>")
     return typing.cast(Callable[..., Any], scalar(names["replace"]))

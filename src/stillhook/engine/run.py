@@ -56,6 +56,7 @@ class Result(NamedTuple):
     dt: float
     step: float
     t_cycle: float
+    warm_up: float
 
 
 class Interrupted(Exception):
@@ -168,6 +169,7 @@ class Block:
             dt=self.every * t_cycle,
             step=t_cycle / self.n_sub,
             t_cycle=t_cycle,
+            warm_up=self.drive.first * t_cycle,
         )
 
 

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stillhook import __version__, units
+from stillhook import units
+from stillhook._version import __version__
 from stillhook.crane import Crane
 from stillhook.engine.build import kernel_hash
 from stillhook.engine.checks import notes as foreseen
@@ -155,8 +156,8 @@ def to_dataset(crane: Crane, cases: Sequence[Scenario], results: Sequence[Result
         for i, r in enumerate(results):
             table[i, : len(r.series)] = r.series  # type: ignore[arg-type]
         for j, name in enumerate(Signals._fields):
-            data = table[0, :, j] if single else table[:, :, j]
-            columns[name] = (("time",) if single else ("case", "time"), data, _attrs(name))
+            values = table[0, :, j] if single else table[:, :, j]
+            columns[name] = (("time",) if single else ("case", "time"), values, _attrs(name))
     data = xarray.Dataset(columns, coords=coords)
     data.attrs = {
         "title": f"Stillhook run of {crane.name}",

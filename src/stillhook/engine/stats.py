@@ -55,7 +55,7 @@ class Stats(NamedTuple):
 
 def blank() -> Stats:
     """Statistics of nothing yet."""
-    values = {f: 0.0 for f in Stats._fields}
+    values = dict.fromkeys(Stats._fields, 0.0)
     for low in ("e_min", "em_min", "tip_min", "p_min", "p_hp_min", "alpha_m_min", "F_min", "V_min"):
         values[low] = BIG
     for high in ("e_max", "em_max", "tip_max", "F_max", "V_max"):

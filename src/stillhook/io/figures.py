@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -40,15 +41,21 @@ def four_panels(runs: Mapping[str, xarray.Dataset], *, title: str = "", start: f
         _panel(axes[2], cut, "e_c", "diameter", colour, label)
         _panel(axes[3], cut, "alpha_p", "", colour, f"{label} pump")
         _panel(axes[3], cut, "alpha_m", "", colour, f"{label} motor", ls=":")
-    names = ("wire speed [m/min]\n(hoisting positive)", "A-side pressure [bar]", "control error [mm]", "displacement [-]\npump solid, motor dotted")
+    names = (
+        "wire speed [m/min]\n(hoisting positive)",
+        "A-side pressure [bar]",
+        "control error [mm]",
+        "displacement [-]\npump solid, motor dotted",
+    )
     for ax, name in zip(axes, names, strict=True):
         ax.set_ylabel(name)
         ax.grid(alpha=0.3)
-    axes[0].legend(loc="upper right", ncols=4, fontsize="small")
     axes[3].set_ylim(-1.1, 1.1)
     axes[3].set_xlabel("time [s]")
     axes[0].set_xlim(start, float(first["time"][-1]) if end is None else end)
-    figure.suptitle(title)
+    figure.suptitle("\n".join(textwrap.wrap(title, 100)), fontsize="medium")
+    handles, labels = axes[0].get_legend_handles_labels()
+    axes[0].legend(handles, labels, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=len(labels), fontsize="small", frameon=False)
     figure.align_ylabels(axes)
     return figure
 

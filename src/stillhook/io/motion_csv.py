@@ -41,6 +41,8 @@ class _Table:
     name: str
     header_line: int
     headings: tuple[str, ...]
+    body_line: int
+    """Line number of the first line of the body, which is the first line of data."""
     body: bytes
     separator: str
     rows: pl.DataFrame
@@ -48,10 +50,10 @@ class _Table:
     def line_of(self, row: int) -> int:
         """Line number in the file of a row: comments were passed over, blank lines were not."""
         passed = -1
-        for offset, line in enumerate(self.body.split(b"\n"), start=1):
+        for number, line in enumerate(self.body.split(b"\n"), start=self.body_line):
             passed += not line.startswith(b"#")
             if passed == row:
-                return self.header_line + offset
+                return number
         return self.header_line
 
     def column(self, name: str) -> int | None:
@@ -83,10 +85,10 @@ def _load(path: str | os.PathLike[str]) -> _Table:
 def _headed(name: str, data: bytes) -> _Table:
     """The table with its header read and its rows not yet."""
     data = data.removeprefix(b"\xef\xbb\xbf").replace(b"\r\n", b"\n").replace(b"\r", b"\n")
-    preamble = _PREAMBLE.match(data)
-    begin = preamble.end() if preamble else 0
+    begin = _preamble(data, 0)
     end = data.find(b"\n", begin) % (len(data) + 1)
-    line, header, body = data.count(b"\n", 0, begin) + 1, data[begin:end].strip(), data[end + 1 :]
+    below = _preamble(data, end + 1)
+    line, header = data.count(b"\n", 0, begin) + 1, data[begin:end].strip()
     if not header:
         raise MotionError(f"{name}: has comments but no header. Begin with a line such as {EXAMPLE}.")
     try:
@@ -95,14 +97,20 @@ def _headed(name: str, data: bytes) -> _Table:
         raise MotionError(f"{name}: line {line}: is not UTF-8 text. Save the file as CSV UTF-8.") from None
     separator = next((sign for sign in (";", "\t", ",") if sign in text), ",")
     headings = tuple(heading.strip().strip('"').strip() for heading in text.split(separator))
-    return _Table(name, line, headings, body, separator, pl.DataFrame())
+    return _Table(name, line, headings, data.count(b"\n", 0, below) + 1, data[below:], separator, pl.DataFrame())
+
+
+def _preamble(data: bytes, begin: int) -> int:
+    """Where the blank lines and comments end that begin there."""
+    match = _PREAMBLE.match(data, begin)
+    return match.end() if match else begin
 
 
 def _ragged(table: _Table, problem: Exception) -> MotionError:
     """What is wrong with a file that cannot be split into columns."""
     wanted = len(table.headings)
-    for offset, line in enumerate(table.body.split(b"\n"), start=1):
-        place = f"{table.name}: line {table.header_line + offset}"
+    for number, line in enumerate(table.body.split(b"\n"), start=table.body_line):
+        place = f"{table.name}: line {number}"
         try:
             fields = line.decode("utf-8").split(table.separator)
         except UnicodeDecodeError:

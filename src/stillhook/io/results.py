@@ -24,7 +24,8 @@ def save_run(run: xarray.Dataset, path: str | Path) -> Path:
     """Write a run to NetCDF (h5netcdf). The file appears under its name only when it is complete."""
     target = Path(path)
     with whole_file(target) as part:
-        run.to_netcdf(part, engine="h5netcdf", encoding={v: {"zlib": True} for v in run.data_vars if run[v].ndim and run[v].dtype.kind == "f"})
+        packed = {v: {"zlib": True} for v in run.data_vars if run[v].ndim and run[v].dtype.kind == "f"}
+        run.to_netcdf(part, engine="h5netcdf", encoding=packed)
     return target
 
 
@@ -81,7 +82,7 @@ def _finite(x: Any) -> Any:
     return None if isinstance(x, float) and not math.isfinite(x) else x
 
 
-class whole_file:  # noqa: N801 - reads as a statement
+class whole_file:
     """A temporary name beside the target, renamed when the block ends well and removed when it does not."""
 
     def __init__(self, target: Path) -> None:

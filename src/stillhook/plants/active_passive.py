@@ -12,8 +12,8 @@ from stillhook.physics.pump import Pumps, pump_flow, pump_leakage
 from stillhook.physics.scalar import copysign, scalar
 from stillhook.physics.sensor import quantise
 from stillhook.physics.swash import Servo, displacement, known_displacement, pilot, swash_acceleration
-from stillhook.physics.wire import wire_stiffness
 from stillhook.physics.valves import Relief, external_leakage, internal_leakage, relief_flow
+from stillhook.physics.wire import wire_stiffness
 from stillhook.plants.active_circuit import ActiveCircuit, ActiveFlows, active_flows, overspeed
 from stillhook.plants.hoist import Hoist, HoistState, drag_loss, drum_geometry, hoist_energy, hoist_state, wire_loss
 from stillhook.plants.state import Powers, Sensors, Signals, Tip
@@ -196,7 +196,7 @@ def at_rest(s_w, m, tick, p):
     V_o = 0.5 * P.accumulator.V_stroke
     s_load = tick.s - h.load.W / wire_stiffness(s_w, h.wire)
     x = State(0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, A.boost.p, A.boost.p, V_o, 0.0, s_w, 0.0, s_load, 0.0)
-    u, m, drive = control(x, m, tick, Tip(tick.s, 0.0), geometry(x, p), p)
+    u, m, _ = control(x, m, tick, Tip(tick.s, 0.0), geometry(x, p), p)
     return State(0.0, 0.0, u.u_m, 0.0, 0.0, 0.0, u.u_pm, 0.0, A.boost.p, A.boost.p, V_o, 0.0, s_w, 0.0, s_load, 0.0), m
 
 

@@ -121,7 +121,7 @@ def at_rest(s_w, m, tick, p):
     tip = Tip(tick.s, 0.0)
     x = State(0.0, 0.0, 1.0, 0.0, A.boost.p, A.boost.p, 0.0, s_w, 0.0, s_load, 0.0)
     geo = geometry(x, p)
-    u, m, drive = control(x, m, tick, tip, geo, p)
+    u, m, _ = control(x, m, tick, tip, geo, p)
     q = hoist_state(0.0, s_w, s_load, 0.0, geo, tip, h)
     p_a = A.boost.p + q.F_w * geo.lever / (A.motors.count * A.motors.D_max * u.u_m)
     return State(0.0, 0.0, u.u_m, 0.0, p_a, A.boost.p, 0.0, s_w, 0.0, s_load, 0.0), m
