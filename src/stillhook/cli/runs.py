@@ -92,7 +92,7 @@ def run(
         print_table(["case", *(HEADERS[c] for c in COLUMNS)], [[label, *_row(one.summary)]], title=_title(file.crane, file.case))
         _print_notes({label: one.summary})
     if out is not None:
-        _write(out, label, {label: one.dataset(file.crane)}, {label: one.summary}, quiet=json, title=_title(file.crane, file.case))
+        _write(out, {label: one.dataset(file.crane)}, {label: one.summary}, quiet=json, title=_title(file.crane, file.case))
     raise typer.Exit(0 if one.ok else 1)
 
 
@@ -132,7 +132,7 @@ def compare(
         result = side_by_side(machine, case, chosen, step=step, progress=bar)
     _report(result, json=json)
     if out is not None:
-        _write_comparison(result, out, "compare", quiet=json)
+        _write_comparison(result, out, quiet=json)
     raise typer.Exit(0 if result.ok else 1)
 
 
@@ -170,14 +170,14 @@ def _report(result: Comparison, *, json: bool) -> None:
     _print_notes(result.table())
 
 
-def _write_comparison(result: Comparison, out: Path, name: str, *, quiet: bool, start: float = 0.0) -> None:
+def _write_comparison(result: Comparison, out: Path, *, quiet: bool, start: float = 0.0) -> None:
     data = result.dataset()
     runs = {r.mode.value.upper(): data.sel(case=r.mode.value) for r in result.runs}
-    _write(out, name, runs, result.table(), quiet=quiet, title=_title(result.crane, result.runs[0].case), start=start, whole=data)
+    _write(out, runs, result.table(), quiet=quiet, title=_title(result.crane, result.runs[0].case), start=start, whole=data)
 
 
 def _write(
-    out: Path, name: str, runs: dict[str, Any], summary: dict[str, Any], *, quiet: bool, title: str, start: float = 0.0, whole: Any = None
+    out: Path, runs: dict[str, Any], summary: dict[str, Any], *, quiet: bool, title: str, start: float = 0.0, whole: Any = None
 ) -> None:
     """Picture, NetCDF and summary of a set of runs."""
     from stillhook.io.figures import four_panels, save_figure
@@ -185,9 +185,9 @@ def _write(
 
     first = next(iter(runs.values()))
     paths = (
-        save_figure(four_panels(runs, title=title, start=start), out / f"{name}.png"),
-        save_run(first if whole is None else whole, out / f"{name}.nc"),
-        save_json(summary, out / f"{name}-summary.json"),
+        save_figure(four_panels(runs, title=title, start=start), out / "panels.png"),
+        save_run(first if whole is None else whole, out / "runs.nc"),
+        save_json(summary, out / "summary.json"),
     )
     if not quiet:
         print("written: " + ", ".join(str(p) for p in paths))
@@ -218,5 +218,5 @@ def demo(
         _print_notes({f"{name}, {mode}": s for mode, s in result.table().items()})
     for name, result in results:
         stem, last = name.split(":")[0].replace(" ", "-"), result.runs[0].case.duration
-        _write_comparison(result, out, stem, quiet=True, start=last - DEMO_SHOWN)
+        _write_comparison(result, out / stem, quiet=True, start=last - DEMO_SHOWN)
     print(f"pictures, series and summaries: {out.resolve()}")

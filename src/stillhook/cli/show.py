@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from stillhook.engine.run import Progress
 
 
-PLAIN_WIDTH = 140
+PLAIN_WIDTH = 160
 """Width of tables that go to a file or a pipe."""
 
 

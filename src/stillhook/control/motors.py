@@ -7,13 +7,14 @@ from stillhook.physics.scalar import clip, fmax, scalar
 
 class MotorSettings(NamedTuple):
     """alpha_min absolute minimum, alpha_ns and alpha_hs settings on the outermost layer [-]; u_thr threshold of SSC [-];
-    i_F_swl inverse of the weight of the safe working load [1/N]."""
+    i_F_swl inverse of the weight of the safe working load [1/N]; K_outer K_wire of the outermost layer."""
 
     alpha_min: float
     alpha_ns: float
     alpha_hs: float
     u_thr: float
     i_F_swl: float
+    K_outer: float
 
 
 @scalar
@@ -42,7 +43,7 @@ def displacement_calc_min(F_load, K_wire, settings):
     Source: Moslatt 2020 eq. 2.11 and paper C ("30 % of the actual load rather than of the SWL"); the rule itself is not
     printed. F_load [N]; the torque of a given wire force shrinks with the layer, hence K_wire.
     """
-    return clip(settings.alpha_ns * F_load * settings.i_F_swl / K_wire, 0.0, 1.0)
+    return clip(settings.alpha_ns * F_load * settings.i_F_swl * settings.K_outer / K_wire, 0.0, 1.0)
 
 
 @scalar
@@ -53,5 +54,8 @@ def displacement_min(F_load, K_wire, settings):
 
 @scalar
 def displacement_by_layer(alpha_outer, K_wire, settings):
-    """Fixed displacement for constant wire force on every layer (classic levels 2 and 3) [-]."""
-    return clip(alpha_outer / K_wire, settings.alpha_min, 1.0)
+    """Fixed displacement for constant wire force on every layer (classic levels 2 and 3) [-].
+
+    alpha_outer is the setting on the outermost layer; the displacement shrinks with the diameter of the layer in use.
+    """
+    return clip(alpha_outer * settings.K_outer / K_wire, settings.alpha_min, 1.0)

@@ -53,8 +53,8 @@ def layer_diameter_at(crane: Crane, s_w: float) -> float:
     return float(layer_diameter(layers_filled(drum.L_full - s_w, drum), drum))
 
 
-def notes(crane: Crane, case: Scenario, v_tip_max: float) -> list[str]:
-    """Limits that this run will meet, one line each, worst first; v_tip_max highest tip speed of the motion [m/s]."""
+def notes(crane: Crane, case: Scenario, v_tip_max: float, s_tip_pp: float) -> list[str]:
+    """Limits that this run will meet, one line each, worst first; v_tip_max [m/s] and s_tip_pp [m] are the motion's own."""
     d = layer_diameter_at(crane, case.s_w)
     K_wire = crane.drum.d_max / d
     alpha = alpha_wanted(crane, case, K_wire, 1.0)
@@ -69,6 +69,7 @@ def notes(crane: Crane, case: Scenario, v_tip_max: float) -> list[str]:
     omega = min(v_tip_max / (0.5 * d / crane.i_hD), motor_speed_max(crane, alpha))
     if omega > limit:
         out.append(f"motors would turn {show(omega, 'rotation')}, above their limit {show(limit, 'rotation')} at this displacement")
+    out += _stroke_notes(crane, case, s_tip_pp)
     out += _pure_active_notes(crane, case, d, alpha_wanted(crane, case, K_wire, 0.0))
     return out
 
@@ -79,6 +80,20 @@ def alpha_wanted(crane: Crane, case: Scenario, K_wire: float, u_ff: float) -> fl
     code = MODE_CODE[case.mode]
     y = Sensed(0.0, 0.0, 0.0, 0.0, 0.0, code, 1.0, case.s_w, F, 1.0, K_wire)
     return float(motor_demand(y, u_ff, F, plc_record(crane)))
+
+
+def _stroke_notes(crane: Crane, case: Scenario, s_tip_pp: float) -> list[str]:
+    """The passive circuit moves W s_tip_pp / dp of oil, whatever its gear and displacement: work is pressure times volume."""
+    if crane.passive is None:
+        return []
+    acc = crane.passive.accumulator
+    V = load_record(crane, case).W * s_tip_pp / (acc.gas.p_0 - crane.passive.p_lp)
+    if V <= acc.V_stroke:
+        return []
+    return [
+        f"compensating {show(s_tip_pp, 'length')} at this load moves about {show(V, 'volume')} of oil, more than the accumulator's "
+        f"stroke of {show(acc.V_stroke, 'volume')}: the piston will run into its ends"
+    ]
 
 
 def _pure_active_notes(crane: Crane, case: Scenario, d: float, alpha: float) -> list[str]:

@@ -14,7 +14,7 @@ from stillhook.crane import Crane
 from stillhook.engine.gas_fit import gas_record
 from stillhook.library import leak_table
 from stillhook.physics.accumulator import Accumulator
-from stillhook.physics.drum import Drum, Inertia
+from stillhook.physics.drum import Drum, Inertia, K_wire, layer_diameter
 from stillhook.physics.friction import Bristle, SystemFriction
 from stillhook.physics.line import capacitance
 from stillhook.physics.load import Load
@@ -205,7 +205,9 @@ def _hoist(crane: Crane, case: Scenario) -> Hoist:
 
 def plc_record(crane: Crane) -> Plc:
     c = crane.control
-    settings = MotorSettings(crane.active.motor.alpha_min, c.alpha_ns, c.alpha_hs, c.u_thr, 1.0 / (crane.SWL * G))
+    drum = drum_record(crane)
+    K_outer = K_wire(layer_diameter(drum.layers, drum), drum)
+    settings = MotorSettings(crane.active.motor.alpha_min, c.alpha_ns, c.alpha_hs, c.u_thr, 1.0 / (crane.SWL * G), K_outer)
     return Plc(gains(crane), settings, c.t_cycle, c.tau_F, c.tau_acc, c.t_bumpless)
 
 

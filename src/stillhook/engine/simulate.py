@@ -135,8 +135,8 @@ def raise_failures(results: Sequence[Result]) -> None:
 def foreseen_notes(crane: Crane, case: Scenario) -> tuple[str, ...]:
     """Limits that can be foreseen for this run, one line each."""
     drive = Drive(crane, case)
-    v_max = float(np.max(np.abs(drive.rows(0, drive.n_ticks + 1)[:, 1])))
-    return tuple(foreseen(crane, case, v_max))
+    tip = drive.rows(0, drive.n_ticks + 1)
+    return tuple(foreseen(crane, case, float(np.max(np.abs(tip[:, 1]))), float(np.ptp(tip[:, 0]))))
 
 
 def to_dataset(crane: Crane, cases: Sequence[Scenario], results: Sequence[Result], *, single: bool) -> xarray.Dataset:

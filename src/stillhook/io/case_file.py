@@ -13,7 +13,7 @@ from stillhook.errors import ScenarioError, StillhookError
 from stillhook.io.motion_file import read_tip_motion
 from stillhook.library import load_crane
 from stillhook.scenario import Operator, PowerLoss, Scenario, Sensors, Water
-from stillhook.sea.motion import Motion
+from stillhook.sea.motion import Motion, Profile
 from stillhook.sea.text import parse_motion
 
 TOP = ("crane", "scenario", "step", "every")
@@ -85,12 +85,24 @@ def read_tip(tip: Any, folder: Path) -> Motion:
     """Tip motion from a text ("sine 2.8 m 12 s") or a table that names a file."""
     if isinstance(tip, str):
         return parse_motion(tip, "tip")
+    if isinstance(tip, dict) and "profile" in tip:
+        _known(tip, ("profile",), "tip.")
+        return Profile(_pairs(tip["profile"]))
     if not isinstance(tip, dict) or "file" not in tip:
-        raise ScenarioError('tip: give a text such as "sine 2.8 m 12 s", or a table { file = ..., position = [...] }.')
+        raise ScenarioError(
+            'tip: give a text such as "sine 2.8 m 12 s", a table { file = ..., position = [...] }, or a velocity profile '
+            '{ profile = [["0 s", "0 m/min"], ["10 s", "30 m/min"], ...] }.'
+        )
     _known(tip, TIP_FILE, "tip.")
     options = {k: v for k, v in tip.items() if k not in ("file", "position")}
     position = tuple(tip["position"]) if isinstance(tip.get("position"), list) else tip.get("position")
     return read_tip_motion(folder / str(tip["file"]), tip=position, **options)
+
+
+def _pairs(rows: Any) -> list[tuple[str, str]]:
+    if not isinstance(rows, list) or not all(isinstance(r, list) and len(r) == 2 for r in rows):
+        raise ScenarioError('tip.profile: give pairs of time and speed, such as [["0 s", "0 m/min"], ["10 s", "30 m/min"]].')
+    return [(r[0], r[1]) for r in rows]
 
 
 def _read(file: Path) -> dict[str, Any]:
