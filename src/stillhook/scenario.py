@@ -60,7 +60,7 @@ class Record(BaseModel):
         try:
             super().__init__(**data)
         except ValidationError as e:
-            raise ScenarioError(one_line(type(self).__name__, e)) from None
+            raise ScenarioError(one_line(type(self), e, data)) from None
 
 
 class Water(Record):
@@ -159,8 +159,8 @@ class Scenario(Record):
             raise ValueError(
                 f"warm_up {self.warm_up:g} s leaves nothing of the duration {self.duration:g} s. Shorten warm_up or run longer."
             )
-        if any(b <= a for (a, _), (b, _) in pairwise(self.modes)):
-            raise ValueError("modes: times must rise. Sort the mode changes.")
+        if any(b <= a for (a, _), (b, _) in pairwise(self.modes)) or any(t < 0.0 for t, _ in self.modes):
+            raise ValueError("modes: times must rise and not be negative. Sort the mode changes.")
         if self.tip.duration is not None and self.duration > self.tip.duration + 1e-9:
             raise ValueError(
                 f"duration {self.duration:g} s is longer than the recorded motion, {self.tip.duration:g} s. Shorten the run."
@@ -202,11 +202,29 @@ def _rebuilt(raw: dict[str, Any]) -> dict[str, Any]:
     return raw
 
 
-def one_line(what: str, error: ValidationError) -> str:
-    """The first problem of a pydantic error in one line: where, what came, what is allowed."""
-    first = error.errors()[0]
+def one_line(model: type[BaseModel], error: ValidationError, data: Mapping[str, Any]) -> str:
+    """The first problem of a pydantic error in one line: where, what came, what is allowed. Misspelt fields come first."""
+    first = min(error.errors(), key=lambda p: (p["type"] != "extra_forbidden", p["type"] == "missing"))
     cause = first.get("ctx", {}).get("error")
     if isinstance(cause, StillhookError):
         return str(cause)
-    where = ".".join(str(i) for i in (what, *first["loc"]))
-    return f"{where} = {first['input']!r}: {first['msg'].removeprefix('Value error, ')}."
+    loc, message = first["loc"], first["msg"].removeprefix("Value error, ").removesuffix(".")
+    where = ".".join(str(i) for i in (model.__name__, *loc))
+    if first["type"] == "extra_forbidden":
+        return f"{where}: unknown field. Allowed: {', '.join(model.model_fields)}."
+    if first["type"] == "missing":
+        return f"{where}: missing. Give it."
+    if not loc:
+        return f"{where}: {message}."
+    message = message.replace("Input should", "it must")
+    return f"{where} = {u.came(_given(data, loc, first['input']))}: {message}."
+
+
+def _given(data: Any, loc: tuple[int | str, ...], otherwise: Any) -> Any:
+    """What was written at loc: "-5 t", where pydantic reports the -5000.0 that it was read as."""
+    for part in loc:
+        try:
+            data = data[part]
+        except (KeyError, IndexError, TypeError):
+            return otherwise
+    return data

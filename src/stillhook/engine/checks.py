@@ -37,7 +37,7 @@ def _check_load(crane: Crane, case: Scenario) -> None:
     if case.load > crane.SWL:
         raise ScenarioError(
             f'Load {show(case.load, "mass")} exceeds the SWL {show(crane.SWL, "mass")} of "{crane.name}" '
-            f"({case.load / crane.SWL:.0%}). Lower the load or choose another crane."
+            f"({100.0 * case.load / crane.SWL:.0f} %). Lower the load or choose another crane."
         )
     load = load_record(crane, case)
     if load.W <= 0.0:

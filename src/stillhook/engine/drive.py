@@ -115,13 +115,11 @@ def operator_motion(operator: Operator, t: Array) -> tuple[Array, Array]:
     """Joystick speed [m/s] and what it asks for in all [m], hoisting positive; set-point steps add to the latter alone."""
     v, s = np.zeros_like(t), np.zeros_like(t)
     if operator.profile:
-        times = np.array([i for i, _ in operator.profile])
-        speeds = np.array([i for _, i in operator.profile])
-        v = np.interp(t, times, speeds)
-        knots = np.unique(np.concatenate([[0.0], times]))
-        at = np.interp(knots, times, speeds)
+        knots = np.array([0.0, *(i for i, _ in operator.profile)])  # two points at one time are a jump of the speed
+        at = np.array([operator.profile[0][1], *(i for _, i in operator.profile)])
+        v = np.interp(t, knots, at)
         area = np.concatenate([[0.0], np.cumsum(0.5 * (at[1:] + at[:-1]) * np.diff(knots))])
-        i = np.clip(np.searchsorted(knots, t, side="right") - 1, 0, len(knots) - 1)
+        i = np.searchsorted(knots, t, side="right") - 1
         s = area[i] + 0.5 * (at[i] + v) * (t - knots[i])
     for time, step in operator.steps:
         s = s + np.where(t >= time, step, 0.0)

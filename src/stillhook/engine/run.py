@@ -20,6 +20,7 @@ from stillhook.engine.pack import Packed, pack
 from stillhook.engine.stability import check_step
 from stillhook.engine.stats import Stats, blank
 from stillhook.engine.window import SIGNALS, blank_window
+from stillhook.errors import StillhookError
 from stillhook.plants.state import Geometry, Signals, Tick, Tip
 from stillhook.scenario import Scenario
 
@@ -196,10 +197,11 @@ def run_many(
     for i, case in enumerate(cases):
         try:
             check(crane, case)
-        except Exception as e:
+            packed, drive = pack(crane, case), Drive(crane, case)
+            check_step(packed, drive.t_cycle / n_sub)
+        except StillhookError as e:
             raise type(e)(f"case {i}: {e}" if len(cases) > 1 else str(e)) from None
-        packs.append((pack(crane, case), Drive(crane, case)))
-    check_step(packs[0][0], packs[0][1].t_cycle / n_sub)
+        packs.append((packed, drive))
     groups: dict[tuple[int, int, int], list[int]] = {}
     for i, (_, drive) in enumerate(packs):
         groups.setdefault((drive.n_ticks, drive.first, drive.cols), []).append(i)

@@ -71,6 +71,8 @@ def simulate(
     cases = [case] if isinstance(case, Scenario) else list(case)
     if not cases:
         raise ScenarioError("simulate: the list of cases is empty. Give at least one Scenario.")
+    if on_failure not in tuple(OnFailure):
+        raise ScenarioError(f'on_failure = "{on_failure}": give one of {", ".join(OnFailure)}.')
     stored = single if series is None else series
     n_sub = steps_per_cycle(crane, step or (SERIES_STEP if stored else STATISTICS_STEP))
     results = run_cases(crane, cases, n_sub=n_sub, every=cycles(crane, every), series=stored, threads=threads, progress=progress)

@@ -2,7 +2,10 @@
 
 from typing import NamedTuple
 
-from stillhook.physics.scalar import copysign, exp, scalar
+from stillhook.physics.scalar import copysign, exp, fmax, scalar
+
+G_LEAST = 1.0e-3
+"""Least level of dry friction that the bristle divides by [N m]: a winch without friction then keeps its numbers."""
 
 
 class SystemFriction(NamedTuple):
@@ -49,7 +52,7 @@ def system_friction_dry(omega_m, T_d, fit):
 @scalar
 def bristle_rate(omega_m, z, g, bristle):
     """Rate of the bristle's deflection [rad/s]; g level of dry friction of the whole winch [N m], z deflection [rad]."""
-    return omega_m - bristle.sigma_0 * abs(omega_m) * z / g
+    return omega_m - bristle.sigma_0 * abs(omega_m) * z / fmax(g, G_LEAST)
 
 
 @scalar
@@ -59,7 +62,7 @@ def bristle_update(omega_m, z, g, tau, bristle):
     The bristle is the stiffest mode of the winch (thousands per second); stepping it exactly lets everything else take
     steps of milliseconds.
     """
-    rate = bristle.sigma_0 * abs(omega_m) / g
+    rate = bristle.sigma_0 * abs(omega_m) / fmax(g, G_LEAST)
     E = exp(-rate * tau)
     grown = (1.0 - E) / rate if rate * tau > 1.0e-6 else tau
     return z * E + omega_m * grown
