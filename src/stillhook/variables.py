@@ -58,6 +58,7 @@ SERIES = (
     _v("V_acc", "V_acc", "m^3", "volume", "from the oil end", "oil in the accumulator", "paper C"),
     _v("f_pump", "f_p", "1", "", "", "share of the active pumps that run"),
     _v("mode", "", "1", "", "", "0 manual, 1 level-1, 2 level-2, 3 ns, 4 hs, 5 ssc, 6 ssc-cubic", "section 2.4"),
+    _v("v_op", "v_op", "m/s", "speed", HOIST, "wire speed that the operator asks for"),
 )  # fmt: skip
 
 SUMMARY = (

@@ -53,8 +53,7 @@ class Comparison(NamedTuple):
 
     def dataset(self) -> xarray.Dataset:
         """All runs in one Dataset, case = mode."""
-        cases = [r.case.model_copy(update={"name": r.mode.value}) for r in self.runs]
-        return to_dataset(self.crane, cases, [r.result for r in self.runs], single=False)
+        return dataset_of(self.crane, self.runs, [r.mode.value for r in self.runs])
 
 
 def compare(
@@ -79,6 +78,12 @@ def compare(
 
     runs = [run_mode(crane, case.with_mode(m), step=step, progress=part(i)) for i, m in enumerate(chosen)]
     return Comparison(crane, tuple(runs))
+
+
+def dataset_of(crane: Crane, runs: Sequence[ModeRun], labels: Sequence[str]) -> xarray.Dataset:
+    """Several runs in one Dataset, the labels along "case"."""
+    cases = [r.case.model_copy(update={"name": label}) for r, label in zip(runs, labels, strict=True)]
+    return to_dataset(crane, cases, [r.result for r in runs], single=False)
 
 
 def run_mode(

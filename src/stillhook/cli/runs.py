@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -44,6 +45,8 @@ def register(app: typer.Typer) -> None:
 
 
 def _cell(name: str, value: Any) -> str:
+    if isinstance(value, float) and math.isnan(value):
+        return "-"
     if name in IN_MM:
         return f"{value * 1e3:.1f} mm"
     if name in IN_PERCENT:
@@ -73,27 +76,36 @@ def _print_notes(summaries: dict[str, dict[str, Any]]) -> None:
 
 
 def run(
-    case_file: Annotated[Path, typer.Argument(metavar="CASE.toml", help="Case file: crane and [scenario].")],
+    case_file: Annotated[Path, typer.Argument(metavar="CASE.toml", help="Case file: crane and [scenario]; or runs.nc, to run it again.")],
     out: Out = None,
     json: Json = False,
 ) -> None:
-    """Run one case file. Exit code 1 if a limit was exceeded. Example: stillhook run case.toml --out results"""
-    from stillhook.analysis.compare import run_mode
-    from stillhook.io.case_file import load_case
+    """Run one case file, or what a stored run holds. Exit code 1 if a limit was exceeded.
 
-    file = load_case(case_file)
-    _say_if_compiling(file.crane)
-    with progress_bar(case_file.stem) as bar:
-        one = run_mode(file.crane, file.case, step=file.step, every=file.every, progress=bar)
-    label = file.case.name or case_file.stem
+    Example: stillhook run case.toml --out results
+    """
+    from stillhook.analysis.compare import dataset_of, run_mode
+    from stillhook.io.case_file import load_case, stored_cases
+
+    files = stored_cases(case_file) if case_file.suffix == ".nc" else [load_case(case_file)]
+    crane, case = files[0].crane, files[0].case
+    _say_if_compiling(crane)
+    labels, runs = [f.case.name or case_file.stem for f in files], []
+    for label, f in zip(labels, files, strict=True):
+        with progress_bar(label) as bar:
+            runs.append(run_mode(crane, f.case, step=f.step, every=f.every, progress=bar))
+    summaries = {label: r.summary for label, r in zip(labels, runs, strict=True)}
     if json:
-        print_json(one.summary)
+        print_json(runs[0].summary if len(runs) == 1 else summaries)
     else:
-        print_table(["case", *(HEADERS[c] for c in COLUMNS)], [[label, *_row(one.summary)]], title=_title(file.crane, file.case))
-        _print_notes({label: one.summary})
+        rows = [[label, *_row(s)] for label, s in summaries.items()]
+        print_table(["case", *(HEADERS[c] for c in COLUMNS)], rows, title=_title(crane, case))
+        _print_notes(summaries)
     if out is not None:
-        _write(out, {label: one.dataset(file.crane)}, {label: one.summary}, quiet=json, title=_title(file.crane, file.case))
-    raise typer.Exit(0 if one.ok else 1)
+        data = {label: r.dataset(crane) for label, r in zip(labels, runs, strict=True)}
+        whole = dataset_of(crane, runs, labels) if len(runs) > 1 else None
+        _write(out, data, summaries, quiet=json, title=_title(crane, case), whole=whole)
+    raise typer.Exit(0 if all(r.ok for r in runs) else 1)
 
 
 def compare(

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 from stillhook.crane import Crane
 from stillhook.errors import ScenarioError, StillhookError
 from stillhook.io.motion_file import read_tip_motion
+from stillhook.io.results import load_run, origin
 from stillhook.library import load_crane
 from stillhook.scenario import Operator, PowerLoss, Scenario, Sensors, Water
 from stillhook.sea.motion import Motion, Profile
@@ -59,6 +60,14 @@ def load_case(path: str | Path) -> CaseFile:
         return CaseFile(crane, case, data.get("step"), data.get("every"))
     except StillhookError as e:
         raise type(e)(f"{file.name}: {e}") from None
+
+
+def stored_cases(path: str | Path) -> list[CaseFile]:
+    """What a stored run was made from, to be run again with the same steps. Errors: StillhookError."""
+    run = load_run(path)
+    crane, cases = origin(run)
+    step, every = f"{float(run.attrs['step']) * 1e3:.9g} ms", f"{float(run.attrs['every']) or 0.1:.9g} s"
+    return [CaseFile(crane, case, step, every) for case in cases]
 
 
 def demo_cases() -> list[CaseFile]:

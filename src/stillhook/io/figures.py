@@ -33,7 +33,8 @@ def four_panels(runs: Mapping[str, xarray.Dataset], *, title: str = "", start: f
     window = {"time": slice(start, end)}
     if "v_tip" in first:
         cut = first.sel(window)
-        axes[0].plot(cut["time"], [-in_display(v, "speed") for v in cut["v_tip"].values], color=GREY, ls="--", lw=1, label="wanted")
+        wanted = cut.get("v_op", 0.0 * cut["v_tip"]) - cut["v_tip"]
+        axes[0].plot(cut["time"], [in_display(v, "speed") for v in wanted.values], color=GREY, ls="--", lw=1, label="wanted")
     for colour, (label, run) in zip(COLOURS * 2, runs.items(), strict=False):
         cut = run.sel(window)
         _panel(axes[0], cut, "v_w", "speed", colour, label)
@@ -53,7 +54,7 @@ def four_panels(runs: Mapping[str, xarray.Dataset], *, title: str = "", start: f
     axes[3].set_ylim(-1.1, 1.1)
     axes[3].set_xlabel("time [s]")
     axes[0].set_xlim(start, float(first["time"][-1]) if end is None else end)
-    figure.suptitle("\n".join(textwrap.wrap(title, 100)), fontsize="medium")
+    figure.suptitle("\n".join(textwrap.wrap(title, 110)), fontsize="medium")
     handles, labels = axes[0].get_legend_handles_labels()
     axes[0].legend(handles, labels, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=len(labels), fontsize="small", frameon=False)
     figure.align_ylabels(axes)

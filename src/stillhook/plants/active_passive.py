@@ -228,7 +228,7 @@ def signals(c, x, u, m, drive, tick, geo, p):
         tick.s, tick.v, tick.a, x.s_w, c.q.v_w, m.datum + tick.s - tick.s_op - x.s_w, drive.e_c,
         drive.u_p, drive.u_m, drive.u_ff, drive.u_raw, c.alpha_p, c.alpha_m, x.p_a, x.p_b, x.omega_m, c.q.F_w,
         x.s_load, x.v_load, c.f.Q_relief_a + c.f.Q_relief_b, T_f, geo.layers, c.p_hp, c.alpha_pp, c.alpha_pm, x.V_o,
-        u.f_pump, tick.mode,
+        u.f_pump, tick.mode, tick.v_op,
     )  # fmt: skip
 
 

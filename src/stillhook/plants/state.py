@@ -78,6 +78,7 @@ class Signals(NamedTuple):
     V_acc: float
     f_pump: float
     mode: float
+    v_op: float
 
 
 class Powers(NamedTuple):
