@@ -6,8 +6,9 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from stillhook.crane import Crane
-from stillhook.engine.run import Progress, Result
-from stillhook.engine.simulate import SERIES_STEP, cycles, foreseen_notes, run_cases, steps_per_cycle, to_dataset
+from stillhook.engine.checks import check
+from stillhook.engine.run import Progress, Result, run_cases
+from stillhook.engine.simulate import SERIES_STEP, cycles, foreseen_notes, steps_per_cycle, to_dataset
 from stillhook.engine.summary import OK, summarise
 from stillhook.errors import ScenarioError
 from stillhook.scenario import Mode, Scenario, mode_of
@@ -73,11 +74,8 @@ def compare(
         raise ScenarioError("modes: empty. Give at least one, such as ns,hs,ssc.")
     if case.modes:
         raise ScenarioError("modes: a scenario that changes its mode cannot be compared between modes. Use simulate.")
-    def part(i: int) -> Progress | None:
-        return (lambda x: progress((i + x) / len(chosen))) if progress is not None else None
-
-    runs = [run_mode(crane, case.with_mode(m), step=step, progress=part(i)) for i, m in enumerate(chosen)]
-    return Comparison(crane, tuple(runs))
+    check(crane, case)
+    return Comparison(crane, run_labelled(crane, [case.with_mode(m) for m in chosen], step=step, progress=progress))
 
 
 def dataset_of(crane: Crane, runs: Sequence[ModeRun], labels: Sequence[str]) -> xarray.Dataset:
@@ -86,10 +84,12 @@ def dataset_of(crane: Crane, runs: Sequence[ModeRun], labels: Sequence[str]) -> 
     return to_dataset(crane, cases, [r.result for r in runs], single=False)
 
 
-def run_mode(
-    crane: Crane, case: Scenario, *, step: str | None = None, every: str | None = None, progress: Progress | None = None
-) -> ModeRun:
-    """One run with time series (default every 0.1 s) and its summary."""
-    n_sub = steps_per_cycle(crane, step or SERIES_STEP)
-    result = run_cases(crane, [case], n_sub=n_sub, every=cycles(crane, every or "0.1 s"), progress=progress)[0]
-    return ModeRun(case.mode, case, result, summarise(result, foreseen_notes(crane, case)))
+def run_labelled(
+    crane: Crane, cases: Sequence[Scenario], *, step: str | None = None, every: str | None = None, progress: Progress | None = None
+) -> tuple[ModeRun, ...]:
+    """Runs with time series (default every 0.1 s), each with its summary and the notes made before it."""
+    n_sub, rows = steps_per_cycle(crane, step or SERIES_STEP), cycles(crane, every or "0.1 s")
+    results = run_cases(crane, cases, n_sub=n_sub, lanes=1, every=rows, progress=progress)
+    return tuple(
+        ModeRun(c.mode, c, r, summarise(r, foreseen_notes(crane, c))) for c, r in zip(cases, results, strict=True)
+    )

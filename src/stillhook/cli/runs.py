@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 Out = Annotated[Path | None, typer.Option("--out", help="Folder for figure, NetCDF and summary.json; nothing is written without it.")]
 MOTION_HELP = 'Tip motion: "sine 2.8 m 12 s" (amplitude, period; sums with +), or a log: CSV or $PSXN,23.'
 POSITION_HELP = 'Ship logs: crane tip from the motion sensor, forward, port, up, such as "20 m, -12 m, 30 m".'
+PYTHON_POSITION, COMMAND_POSITION = 'tip=("-20 m", "12 m", "35 m")', '--position "-20 m, 12 m, 35 m"'
 DEMO_SHOWN = 40.0
 """Last part of each demonstration run that its picture shows [s]."""
 COLUMNS = ("e_c_pp", "eta_c", "e_c_max", "e_c_mean", "p_max", "u_p_max", "alpha_m_min", "saturation_time", "relief_time", "status")
@@ -84,16 +85,15 @@ def run(
 
     Example: stillhook run case.toml --out results
     """
-    from stillhook.analysis.compare import dataset_of, run_mode
+    from stillhook.analysis.compare import dataset_of, run_labelled
     from stillhook.io.case_file import load_case, stored_cases
 
     files = stored_cases(case_file) if case_file.suffix == ".nc" else [load_case(case_file)]
     crane, case = files[0].crane, files[0].case
     _say_if_compiling(crane)
-    labels, runs = [f.case.name or case_file.stem for f in files], []
-    for label, f in zip(labels, files, strict=True):
-        with progress_bar(label) as bar:
-            runs.append(run_mode(crane, f.case, step=f.step, every=f.every, progress=bar))
+    labels = [f.case.name or case_file.stem for f in files]
+    with progress_bar(case_file.stem) as bar:
+        runs = run_labelled(crane, [f.case for f in files], step=files[0].step, every=files[0].every, progress=bar)
     summaries = {label: r.summary for label, r in zip(labels, runs, strict=True)}
     if json:
         print_json(runs[0].summary if len(runs) == 1 else summaries)
@@ -138,7 +138,7 @@ def compare(
     tip = _motion(motion, position, heave, start, duration)
     times = {} if duration is None or tip.duration is not None else {"duration": duration}
     case = Scenario(load=load, s_w=s_w, tip=tip, warm_up=warm_up, sensors=Sensors(delay=delay), **times)
-    chosen = [m.strip() for m in modes.split(",") if m.strip()]
+    chosen = [m.strip().lower() for m in modes.split(",") if m.strip()]
     _say_if_compiling(machine)
     with progress_bar("comparing") as bar:
         result = side_by_side(machine, case, chosen, step=step, progress=bar)
@@ -153,14 +153,20 @@ def _motion(text: str, position: str | None, heave: str | None, start: str | Non
     from stillhook.errors import MotionError
     from stillhook.sea.text import parse_motion
 
-    if text.split(" ")[0].lower() in ("sine", "still"):
+    if text.strip().split(" ")[0].lower() in ("sine", "still"):
+        for option, value in (("--position", position), ("--heave", heave), ("--start", start)):
+            if value is not None:
+                raise MotionError(f'{option} {value}: belongs to a log, and --motion "{text}" is none. Leave {option} out.')
         return parse_motion(text, "--motion")
     if not Path(text).exists():
         raise MotionError(f'--motion "{text}": no such file, and not a motion such as "sine 2.8 m 12 s". Check the path.')
     from stillhook.io.motion_file import read_tip_motion
 
     arm = tuple(p.strip() for p in position.split(",")) if position is not None else None
-    tip = read_tip_motion(text, tip=arm, heave=heave, start=start, duration=duration)  # type: ignore[arg-type]
+    try:
+        tip = read_tip_motion(text, tip=arm, heave=heave, start=start, duration=duration)  # type: ignore[arg-type]
+    except MotionError as e:
+        raise MotionError(str(e).replace(PYTHON_POSITION, COMMAND_POSITION)) from None
     say(tip.report)
     return tip
 

@@ -67,18 +67,75 @@ class Interrupted(Exception):
 def run_one(
     crane: Crane, case: Scenario, *, n_sub: int, every: int = 1, series: bool = True, progress: Progress | None = None
 ) -> Result:
-    """One trajectory with time series. n_sub steps per PLC cycle; a row of the series every `every` cycles.
+    """One trajectory, with a time series of a row every `every` cycles unless series is False; see `run_cases`."""
+    return run_cases(crane, [case], n_sub=n_sub, lanes=1, every=every if series else 0, progress=progress)[0]
 
-    Errors: ScenarioError from the checks; SpecError where the step is too long for the crane.
+
+def run_many(
+    crane: Crane, cases: Sequence[Scenario], *, n_sub: int, threads: int = 2, progress: Progress | None = None
+) -> list[Result]:
+    """Statistics of many runs on one crane, sixteen side by side; see `run_cases`."""
+    return run_cases(crane, cases, n_sub=n_sub, lanes=VL, every=0, threads=threads, progress=progress)
+
+
+def run_cases(
+    crane: Crane,
+    cases: Sequence[Scenario],
+    *,
+    n_sub: int,
+    lanes: int,
+    every: int,
+    threads: int = 2,
+    progress: Progress | None = None,
+) -> list[Result]:
+    """Runs on one crane in blocks of `lanes` (1 or 16), the blocks shared by threads; a failed case is marked and spoils no other.
+
+    n_sub steps per PLC cycle; a row of the series every `every` cycles (0: statistics alone). Cases of equal length, warm-up and
+    drive share a block. Errors: ScenarioError of the first case that cannot be run; SpecError where the step is too long.
     """
-    check(crane, case)
-    packed, drive = pack(crane, case), Drive(crane, case)
-    check_step(packed, drive.t_cycle / n_sub)
-    block = Block([(packed, drive)], lanes=1, n_sub=n_sub, every=every if series else 0)
-    for share in block.steps():
-        if progress is not None:
-            progress(share)
-    return block.results()[0]
+    packs = _packs(crane, cases, n_sub)
+    groups: dict[tuple[int, int, int], list[int]] = {}
+    for i, (_, drive) in enumerate(packs):
+        groups.setdefault((drive.n_ticks, drive.first, drive.cols), []).append(i)
+    blocks = [g[i : i + lanes] for g in groups.values() for i in range(0, len(g), lanes)]
+    meter = _Meter(len(blocks), progress)
+    results: dict[int, Result] = {}
+
+    def work(indices: list[int]) -> None:
+        block = Block([packs[i] for i in indices], lanes=lanes, n_sub=n_sub, every=every)
+        done = 0.0
+        for share in block.steps():
+            meter.add(share - done)
+            done = share
+        meter.add(1.0 - done)
+        results.update(zip(indices, block.results(), strict=True))
+
+    if threads == 1 or len(blocks) == 1:
+        for indices in blocks:
+            work(indices)
+    else:
+        driver(packs[0][0].name, lanes)
+        with ThreadPoolExecutor(threads) as pool:
+            try:
+                list(pool.map(work, blocks))
+            except BaseException:
+                meter.stopped = True
+                raise
+    return [results[i] for i in range(len(cases))]
+
+
+def _packs(crane: Crane, cases: Sequence[Scenario], n_sub: int) -> list[Pair]:
+    """Checked and packed cases."""
+    packs = []
+    for i, case in enumerate(cases):
+        try:
+            check(crane, case)
+            packed, drive = pack(crane, case), Drive(crane, case)
+            check_step(packed, drive.t_cycle / n_sub)
+        except StillhookError as e:
+            raise type(e)(f"case {i}: {e}" if len(cases) > 1 else str(e)) from None
+        packs.append((packed, drive))
+    return packs
 
 
 class Block:
@@ -184,52 +241,6 @@ def _span(best: Array, st: Stats, n_win: int) -> tuple[tuple[float, float, float
     if st.cycles >= n_win:
         return (float(best[0]), float(best[1]), float(best[2])), True
     return (st.e_max - st.e_min, st.em_max - st.em_min, st.tip_max - st.tip_min), False
-
-
-def run_many(
-    crane: Crane, cases: Sequence[Scenario], *, n_sub: int, threads: int = 2, progress: Progress | None = None
-) -> list[Result]:
-    """Statistics of many runs on one crane, sixteen side by side; a failed case is marked and spoils no other.
-
-    Cases of equal length, warm-up and drive share a block. Errors: ScenarioError of the first case that cannot be run.
-    """
-    packs = []
-    for i, case in enumerate(cases):
-        try:
-            check(crane, case)
-            packed, drive = pack(crane, case), Drive(crane, case)
-            check_step(packed, drive.t_cycle / n_sub)
-        except StillhookError as e:
-            raise type(e)(f"case {i}: {e}" if len(cases) > 1 else str(e)) from None
-        packs.append((packed, drive))
-    groups: dict[tuple[int, int, int], list[int]] = {}
-    for i, (_, drive) in enumerate(packs):
-        groups.setdefault((drive.n_ticks, drive.first, drive.cols), []).append(i)
-    blocks = [g[i : i + VL] for g in groups.values() for i in range(0, len(g), VL)]
-    meter = _Meter(len(blocks), progress)
-    results: list[Result | None] = [None] * len(cases)
-
-    def work(indices: list[int]) -> None:
-        block = Block([packs[i] for i in indices], lanes=VL, n_sub=n_sub, every=0)
-        done = 0.0
-        for share in block.steps():
-            meter.add(share - done)
-            done = share
-        for i, r in zip(indices, block.results(), strict=True):
-            results[i] = r
-
-    try:
-        if threads > 1 and len(blocks) > 1:
-            driver(packs[0][0].name, VL)
-            with ThreadPoolExecutor(threads) as pool:
-                list(pool.map(work, blocks))
-        else:
-            for indices in blocks:
-                work(indices)
-    except BaseException:
-        meter.stopped = True
-        raise
-    return [r for r in results if r is not None]
 
 
 class _Meter:

@@ -15,7 +15,8 @@ from stillhook.crane import Crane
 from stillhook.engine.build import kernel_hash
 from stillhook.engine.checks import notes as foreseen
 from stillhook.engine.drive import Drive
-from stillhook.engine.run import Ending, Progress, Result, run_many, run_one
+from stillhook.engine.lanes import VL
+from stillhook.engine.run import Ending, Progress, Result, run_cases
 from stillhook.engine.summary import summarise
 from stillhook.errors import ScenarioError, SimulationError
 from stillhook.library import crane_toml
@@ -75,31 +76,11 @@ def simulate(
         raise ScenarioError(f'on_failure = "{on_failure}": give one of {", ".join(OnFailure)}.')
     stored = single if series is None else series
     n_sub = steps_per_cycle(crane, step or (SERIES_STEP if stored else STATISTICS_STEP))
-    results = run_cases(crane, cases, n_sub=n_sub, every=cycles(crane, every), series=stored, threads=threads, progress=progress)
+    lanes, rows = (1, cycles(crane, every)) if stored else (VL, 0)
+    results = run_cases(crane, cases, n_sub=n_sub, lanes=lanes, every=rows, threads=threads, progress=progress)
     if OnFailure(on_failure) is OnFailure.RAISE:
         raise_failures(results)
     return to_dataset(crane, cases, results, single=single)
-
-
-def run_cases(
-    crane: Crane,
-    cases: Sequence[Scenario],
-    *,
-    n_sub: int,
-    every: int = 10,
-    series: bool = True,
-    threads: int = 2,
-    progress: Progress | None = None,
-) -> list[Result]:
-    """Raw results of cases on one crane: one by one with series, sixteen side by side without."""
-    if not series:
-        return run_many(crane, cases, n_sub=n_sub, threads=threads, progress=progress)
-    share = 1.0 / len(cases)
-
-    def part(i: int) -> Progress | None:
-        return (lambda x: progress((i + x) * share)) if progress is not None else None
-
-    return [run_one(crane, c, n_sub=n_sub, every=every, progress=part(i)) for i, c in enumerate(cases)]
 
 
 def steps_per_cycle(crane: Crane, step: str) -> int:
