@@ -358,10 +358,15 @@ class Crane(Spec):
         return self
 
 
+def wire_capacity(drum: Drum, wire: Wire) -> float:
+    """Wire on the full drum, measured along its centre [m]."""
+    return math.pi * drum.turns * drum.layers * (drum.d + drum.layers * wire.d)
+
+
 def wire_inertia(drum: Drum, wire: Wire) -> float:
-    """Inertia of the wire of a full drum about the drum axis, each layer a ring at its wire's centre [kg m^2]."""
-    diameters = (drum.d + (2 * layer + 1) * wire.d for layer in range(drum.layers))
-    return sum(math.pi * d * drum.turns * wire.mass_per_length * (d / 2) ** 2 for d in diameters)
+    """Inertia of the wire of a full drum about the drum axis, as a hollow cylinder [kg m^2]."""
+    r_1, r_2 = drum.d / 2, drum.d / 2 + drum.layers * wire.d
+    return wire.mass_per_length * wire_capacity(drum, wire) * (r_1**2 + r_2**2) / 2
 
 
 def effective_inertia(crane: Crane) -> float:

@@ -187,8 +187,8 @@ MISTAKES = [
     ("[drum]\nlayers = 11", "mine.toml: drum.d_max 5.1 m is not drum.d + 2 x 11 layers x wire.d = 4.912 m."),
     (
         '[inertia]\nJ_drum = "1000 kg m^2"',
-        "mine.toml: inertia.J_m_eff 4.1 kg m^2 is not the sum 3.525 kg m^2 of motors, J_gear, drum and full wire. "
-        'Set inertia.J_m_eff = "3.525 kg m^2"',
+        "mine.toml: inertia.J_m_eff 4.1 kg m^2 is not the sum 3.526 kg m^2 of motors, J_gear, drum and full wire. "
+        'Set inertia.J_m_eff = "3.526 kg m^2"',
     ),
     ('[active.motor]\nn_max = "100 rev/min"', "active.motor: n_max 100 rev/min is below n_max_full 2900 rev/min"),
     (
@@ -264,9 +264,7 @@ def test_several_mistakes_are_counted_and_the_misspelling_comes_first(tmp_path: 
 def test_a_missing_field_says_what_it_is_and_its_units(tmp_path: Path) -> None:
     lines = crane_toml(load_crane("nov-150t")).splitlines()
     text = "\n".join(line for line in lines if not line.startswith("layers"))
-    assert "mine.toml: drum.layers: missing (layers of wire on the full drum). Add it" in refusal(
-        written(tmp_path, text)
-    )
+    assert "mine.toml: drum.layers: missing (layers of wire on the full drum). Add it" in refusal(written(tmp_path, text))
     text = "\n".join(line for line in lines if not line.startswith("hook_mass"))
     assert "mine.toml: hook_mass: missing (hook block; in kg, t). Add it" in refusal(written(tmp_path, text))
 
@@ -370,8 +368,6 @@ def test_no_change_gets_past_the_checks_or_crashes(changes: dict[str, Any]) -> N
 @given(st.floats(1e-3, 1e3), st.floats(1e-9, 1e-2))
 @settings(deadline=None, max_examples=30)
 def test_every_digit_of_a_changed_value_survives_the_file(V: float, Y_1: float) -> None:
-    crane = changed(
-        load_crane("nov-150t"), {"active": {"line": {"V": f"{V!r} L"}}, "friction": {"system": {"Y_1": Y_1}}}
-    )
+    crane = changed(load_crane("nov-150t"), {"active": {"line": {"V": f"{V!r} L"}}, "friction": {"system": {"Y_1": Y_1}}})
     again = tomllib.loads(crane_toml(crane))
     assert changed(crane, {"active": {"line": again["active"]["line"]}, "friction": again["friction"]}) == crane

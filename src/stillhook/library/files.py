@@ -60,9 +60,7 @@ def library_tree(shelf_name: str, name: str, where: str) -> Tree:
     """One file of the library; SpecError that names ``where`` if there is none of this name."""
     if name not in shelf(shelf_name):
         have = ", ".join(shelf(shelf_name))
-        raise SpecError(
-            f"{where} = {came(name)}: not in the library, which has {have}{nearest(name, shelf(shelf_name))}"
-        )
+        raise SpecError(f"{where} = {came(name)}: not in the library, which has {have}{nearest(name, shelf(shelf_name))}")
     return tree(parsed(_library_text(shelf_name, name), f"{name}.toml"), f"{name}.toml", user=False)
 
 

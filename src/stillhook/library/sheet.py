@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 
-from stillhook.crane import Crane, SourceKind, effective_inertia
+from stillhook.crane import Crane, SourceKind, effective_inertia, wire_capacity
 from stillhook.library.write import Item, items
 from stillhook.units import KINDS, number, show
 
@@ -81,7 +80,7 @@ def _derived(crane: Crane) -> Iterator[Row]:
     yield Row("v_w", "wire speed, full pumps and motors", show(v_w, "speed"), kind, "paper E eq. 9 without leakage")
     fast = show(v_w / motor.alpha_min, "speed")
     yield Row("v_w_max", "wire speed, full pumps, motors at alpha_min", fast, kind, "v_w / alpha_min")
-    length = sum(math.pi * (drum.d + (2 * i + 1) * crane.wire.d) * drum.turns for i in range(drum.layers))
-    yield Row("drum.capacity", "wire on the full drum", show(length, "length"), kind, "layers x turns at wire centres")
+    length = show(wire_capacity(drum, crane.wire), "length")
+    yield Row("drum.capacity", "wire on the full drum", length, kind, "layers x turns at wire centres")
     J = show(effective_inertia(crane), "inertia")
     yield Row("inertia.sum", "effective inertia from its parts", J, kind, "motors + J_gear + (J_drum + wire) / i_hD^2")
