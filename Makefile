@@ -47,13 +47,16 @@ $(STAMP): requirements.lock pyproject.toml
 	@$(PIP) install --no-deps --no-build-isolation --editable .
 	@touch $@
 
-# Needs uv. Addresses of package indexes come from the environment only and must never reach the file.
+# Needs uv. Pins stay where they are unless pyproject.toml asks for more; make lock UV_ARGS=--upgrade takes the newest of everything.
+# Addresses of package indexes come from the environment only and must never reach the file.
 UV ?= uv
 lock:
-	@printf '%s\n' '# Every package that Stillhook needs, for every platform, with hashes. Written by: make lock' > lock.tmp
+	@cp requirements.lock lock.tmp
 	@$(UV) pip compile pyproject.toml --quiet --universal --generate-hashes --python-version 3.11 \
-		--extra dev --extra gas --no-emit-index-url --no-emit-find-links --no-header $(UV_ARGS) >> lock.tmp
-	@mv lock.tmp requirements.lock
+		--extra dev --extra gas --no-emit-index-url --no-emit-find-links --no-header $(UV_ARGS) --output-file lock.tmp
+	@printf '%s\n' '# Every package that Stillhook needs, for every platform, with hashes. Written by: make lock' > requirements.lock
+	@cat lock.tmp >> requirements.lock
+	@rm lock.tmp
 
 clean:
 	@rm -rf $(VENV) build dist .pytest_cache .ruff_cache .mypy_cache .hypothesis .import_linter_cache lock.tmp

@@ -23,7 +23,7 @@ LONGEST_DECISION = 60  # lines; about a page
 
 PYTHON_FILES = sorted(SOURCE.rglob("*.py"))
 DECISIONS = sorted((DOCS / "decisions").glob("[0-9]*.md"))
-PAGES_WITH_CODE = sorted(p for p in DOCS.rglob("*.md") if "```python" in p.read_text(encoding="utf-8"))
+PAGES_WITH_CODE = sorted(p for p in [*DOCS.rglob("*.md"), *ROOT.glob("*.md")] if "```python" in p.read_text(encoding="utf-8"))
 
 
 def relative(path: Path) -> str:
