@@ -21,6 +21,7 @@ from stillhook.errors import SpecError
 from stillhook.units import came
 
 LARGEST_FILE = 1_000_000  # bytes; the library's longest file has 20 kB
+LABELS = frozenset({"name", "title"})  # texts that need no source
 LONGEST_KEY = 100  # characters; the longest field has 15
 
 _LEAF_KEYS = frozenset({"value", "kind", "source"})
@@ -110,8 +111,10 @@ def tree(table: Mapping[str, Any], name: str, *, user: bool, path: str = "") -> 
             out[key] = tree(value, name, user=user, path=place)
         elif isinstance(value, Mapping):
             out[key] = _leaf(value, name, place, user=user)
-        else:
+        elif user or place in LABELS:
             out[key] = Leaf(_plain(value, name, place), Source(text=f"given in {name}", kind=SourceKind.USER))
+        else:
+            raise SpecError(f"{name}: {place}: a number of the library needs its kind and source. Write them beside its value.")
     return out
 
 

@@ -11,12 +11,11 @@ from pydantic import ValidationError
 from stillhook.crane import Crane, Motor, Plant, Source, SourceKind
 from stillhook.errors import SpecError
 from stillhook.library.explain import explain
-from stillhook.library.files import Leaf, Tree, file_tree, lay_over, library_tree, nearest, parsed, shelf, sources, tree, values
+from stillhook.library.files import LABELS, Leaf, Tree, file_tree, lay_over, library_tree, nearest, parsed, shelf, sources, tree, values
 from stillhook.library.tables import without_title
 from stillhook.library.write import crane_tree
 from stillhook.units import came
 
-_LABELS = frozenset({"name", "title"})  # texts that need no source
 _PRODUCT = Source(text="product of gear_ratios", kind=SourceKind.DERIVED)
 
 
@@ -61,7 +60,7 @@ def _crane(fields: Tree, label: str) -> Crane:
     if "sources" in fields:
         raise SpecError(f"{label}: sources: unknown field; write the source beside its value.")
     fields = _with_library(fields, label)
-    stated = {path: source for path, source in sources(fields) if path not in _LABELS}
+    stated = {path: source for path, source in sources(fields) if path not in LABELS}
     data = values(fields)
     try:
         return Crane.model_validate(data | {"sources": {"i_hD": _PRODUCT} | stated})
