@@ -2,6 +2,9 @@
 
 from stillhook.engine.pack import Packed
 from stillhook.errors import SpecError
+from stillhook.physics.friction import system_friction_dry
+from stillhook.physics.motor import torque_loss_dry
+from stillhook.plants.hoist import drum_geometry
 
 RK4_LIMIT = 2.6
 """Largest |h lambda| on the negative real axis that is accepted; the method itself is stable up to 2.785."""
@@ -27,8 +30,20 @@ def fastest_rates(packed: Packed) -> dict[str, float]:
         acc = p.passive.accumulator
         rates["passive relief valve against the trapped oil"] = p.passive.relief.G * acc.i_C
     if h.bristle.regular > 0.5:
-        rates["regularised friction"] = 2000.0 * h.bristle.i_omega_r / J
+        rates["regularised friction"] = dry_level_bound(packed) * h.bristle.i_omega_r * drum_geometry(packed.s_w, h).i_J
     return rates
+
+
+def dry_level_bound(packed: Packed) -> float:
+    """Upper bound of the dry friction of the whole winch [N m]: at rest, motors at full displacement, active pressure at relief."""
+    p = packed.params
+    a, h = p.active, p.hoist
+    T_d = h.load.W * 0.5 * h.drum.d_max
+    g = h.n_motors * system_friction_dry(0.0, T_d, h.friction) + a.motors.count * torque_loss_dry(a.motors.D_max, a.relief.p, a.motors.fit)
+    if hasattr(p, "passive"):
+        m = p.passive.motors
+        g += m.count * torque_loss_dry(m.D_max, p.passive.relief.p, m.fit)
+    return float(g)
 
 
 def check_step(packed: Packed, step: float) -> None:
