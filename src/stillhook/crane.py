@@ -307,8 +307,8 @@ class Control(Spec):
     """Settings of the heave-compensation controller. K_1 and K_2 are derived from the winch unless given."""
 
     K_p: u.GainPerLength = Field(ge=0, description="position gain")
-    K_1: u.TimePerLength | None = Field(default=None, description="speed feedforward")
-    K_2: u.TimeSquaredPerLength | None = Field(default=None, description="acceleration feedforward")
+    K_1: u.TimePerLength | None = Field(default=None, gt=0, description="speed feedforward")
+    K_2: u.TimeSquaredPerLength | None = Field(default=None, ge=0, description="acceleration feedforward")
     u_thr: Number = Field(ge=0, lt=1, description="feedforward at which SSC starts to reduce the motors")
     alpha_ns: Fraction = Field(description="motor displacement in normal-speed mode")
     alpha_hs: Fraction = Field(description="motor displacement in high-speed mode")
@@ -331,10 +331,10 @@ class Crane(Spec):
     active: ActiveCircuit
     passive: PassiveCircuit | None = None
     drum: Drum
-    gear_ratios: tuple[Annotated[Number, Field(gt=0)], ...] = Field(
+    gear_ratios: tuple[Annotated[Number, Field(gt=0, le=1e6)], ...] = Field(
         min_length=1, max_length=10, description="gear stages from motor to drum"
     )
-    i_hD: Number = Field(gt=0, description="motor turns per drum turn")
+    i_hD: Number = Field(ge=1e-3, le=1e6, description="motor turns per drum turn")
     wire: Wire
     inertia: Inertia
     friction: Friction

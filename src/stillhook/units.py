@@ -30,6 +30,7 @@ if TYPE_CHECKING:
 __all__ = ["KINDS", "Kind", "Quantity", "came", "from_display", "in_display", "parse", "show"]
 
 LONGEST_TEXT = 100  # characters; a longer text is no quantity
+LARGEST = 1e30  # in SI; far above everything measured, far below where squares and products overflow
 
 
 @dataclass(frozen=True, slots=True)
@@ -189,8 +190,8 @@ def _read(text: object, kind: str) -> float:
         raise ValueError(f"unit {came(match[2])} is not one of {', '.join(known.allowed)}.")
     factor, offset = _scale(unit, known.si)
     value = float(match[1]) * factor + offset
-    if not math.isfinite(value):
-        raise ValueError(f'not a finite number; write one with a unit, such as "1 {known.display}".')
+    if abs(value) > LARGEST:
+        raise ValueError(f'too large a number; write one with a unit, such as "1 {known.display}".')
     return value
 
 

@@ -136,6 +136,12 @@ MISTAKES = [
     ('[active.line]\nV = "80"', 'mine.toml: active.line.V = "80": no unit; write "80 L" (allowed: m^3, L, cm^3).'),
     ('[active.line]\nV = "-80 L"', 'mine.toml: active.line.V = "-80 L": it must be greater than 0.'),
     ('[active.line]\nV = "nan L"', 'active.line.V = "nan L": not a finite number'),
+    ('[control]\nK_1 = "-0.8 s/m"', 'mine.toml: control.K_1 = "-0.8 s/m": it must be greater than 0.'),
+    ('[drum]\nd = "1e300 m"', 'mine.toml: drum.d = "1e300 m": too large a number'),
+    ("i_hD = 1e300", "mine.toml: i_hD = 1e+300: it must be less than or equal to 1000000."),
+    ("i_hD = 1e-300", "mine.toml: i_hD = 1e-300: it must be greater than or equal to 0.001."),
+    ("[active.motor]\nalpha_min = 1.5", "mine.toml: active.motor.alpha_min = 1.5: it must be less than or equal to 1."),
+    ("[active.motor]\nalpha_min = -0.5", "active.motor.alpha_min = -0.5: it must be greater than or equal to 0."),
     ("[control]\nu_thr = nan", "mine.toml: control.u_thr = nan: it must be a finite number."),
     ("[control]\nu_thr = inf", "mine.toml: control.u_thr = inf: it must be a finite number."),
     ('[control]\nu_thr = "0.6"', 'mine.toml: control.u_thr = "0.6": it must be a valid number.'),
@@ -339,7 +345,7 @@ toml_values = st.recursive(
     | st.integers()
     | st.floats()
     | st.text(max_size=12)
-    | st.sampled_from(["1 m", "215 cm^3/rev", "A6VM280", "nov-250t", "1e308 m", "-1 t"]),
+    | st.sampled_from(["1 m", "215 cm^3/rev", "A6VM280", "nov-250t", "1e308 m", "1e25 t", "1e-300 m", "-1 t", 1e300, 5e-324]),
     lambda inner: (
         st.lists(inner, max_size=3)
         | st.dictionaries(

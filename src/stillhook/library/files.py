@@ -88,6 +88,7 @@ def _text(path: Path) -> str:
 
 
 def parsed(text: str, name: str) -> dict[str, Any]:
+    """The tables of a TOML text; SpecError of one line, naming the file, if it is empty or not TOML."""
     if not text.strip():
         raise SpecError(f'{name}: empty. Start it with base = "nov-250t", or copy a crane of the library.')
     try:
