@@ -8,16 +8,17 @@ STAMP := $(VENV)/.installed
 PIP   := $(BIN)/python -m pip --quiet --quiet --disable-pip-version-check --no-input
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test check bench docs lock clean
+.PHONY: help demo test check bench docs validation lock clean
 
 help:
-	@echo "make demo    set up, then run the demonstration (stillhook demo)"
-	@echo "make test    set up, then run the tests"
-	@echo "make check   set up, then ruff, import layers and mypy"
-	@echo "make bench   set up, then measure speed against the references"
-	@echo "make docs    set up, then write the generated pages and check the links"
-	@echo "make lock    write requirements.lock anew from pyproject.toml"
-	@echo "make clean   remove the environment and everything that tools leave behind"
+	@echo "make demo        set up, then run the demonstration (stillhook demo)"
+	@echo "make test        set up, then run the tests"
+	@echo "make check       set up, then ruff, import layers and mypy"
+	@echo "make bench       set up, then measure speed against the references"
+	@echo "make docs        set up, then write the generated pages and check the links"
+	@echo "make validation  set up, then compute the validation pages anew"
+	@echo "make lock        write requirements.lock anew from pyproject.toml"
+	@echo "make clean       remove the environment and everything that tools leave behind"
 
 demo: $(STAMP)
 	@$(BIN)/stillhook demo
@@ -36,6 +37,9 @@ bench: $(STAMP)
 
 docs: $(STAMP)
 	@$(BIN)/python docs/generate.py
+
+validation: $(STAMP)
+	@$(BIN)/python docs/validation/make.py
 
 # The set-up is done again only when the lock or pyproject.toml has changed.
 $(STAMP): requirements.lock pyproject.toml
@@ -59,5 +63,5 @@ lock:
 	@rm lock.tmp
 
 clean:
-	@rm -rf $(VENV) build dist .pytest_cache .ruff_cache .mypy_cache .hypothesis .import_linter_cache lock.tmp
-	@find src tests docs benchmarks -name __pycache__ -type d -prune -exec rm -rf {} +
+	@rm -rf $(VENV) build dist stillhook-demo .pytest_cache .ruff_cache .mypy_cache .hypothesis .import_linter_cache lock.tmp
+	@find . -name __pycache__ -type d -prune -exec rm -rf {} +
