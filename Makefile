@@ -36,7 +36,7 @@ bench: $(STAMP)
 	@$(BIN)/python -m benchmarks.run
 
 docs: $(STAMP)
-	@$(BIN)/python docs/generate.py
+	@$(BIN)/python docs/images/make.py && $(BIN)/python docs/generate.py
 
 validation: $(STAMP)
 	@$(BIN)/python docs/validation/make.py

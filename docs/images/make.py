@@ -1,0 +1,25 @@
+"""Draw the picture of the README: the demonstration's swell under NS, HS and SSC.
+
+python docs/images/make.py
+"""
+
+from pathlib import Path
+
+from stillhook.analysis.compare import compare
+from stillhook.io.case_file import demo_cases
+from stillhook.io.figures import four_panels, save_figure
+
+SHOWN_FROM = 80.0  # s
+
+
+def main() -> None:
+    file = next(f for f in demo_cases() if f.case.name.startswith("swell:"))
+    result = compare(file.crane, file.case)
+    data = result.dataset()
+    runs = {r.mode.value.upper(): data.sel(case=r.mode.value) for r in result.runs}
+    title = "250 t active/passive crane, 100 t on the hook, 100 m of wire out, tip 2.8 m at 12 s"
+    save_figure(four_panels(runs, title=title, start=SHOWN_FROM), Path(__file__).with_name("swell.png"))
+
+
+if __name__ == "__main__":
+    main()
