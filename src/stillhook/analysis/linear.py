@@ -69,7 +69,8 @@ def gain_limit(crane: Crane, alpha_m: float = 1.0, K_wire: float = 1.0) -> GainL
 
     Parameters: crane; alpha_m displacement of the active motors [-]; K_wire largest drum diameter over that in use, at least 1 [-].
     Errors: StillhookError for a displacement or a K_wire outside its range.
-    Source: Moslatt 2020 paper E eqs 14 to 20 and figure 5, with the motors standing still in their stroke.
+    Source: Moslatt 2020 paper E eqs 14 to 20 and figure 5, with the motors standing still in their stroke. The limit grows with the
+    displacement as in that figure down to about a fifth of it; far below, where no mode goes, it rises again.
     Differs from print: paper E calls SSC pure feedforward. u_ff holds the measured alpha_m, so the motors' own loop changes with the
     tip's speed; the pump loop, and with it this limit, does not depend on it.
     """

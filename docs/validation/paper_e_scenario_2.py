@@ -1,0 +1,180 @@
+"""Paper E's quayside scenario 2: the 250 t crane, empty hook, a sine as fast as normal speed (NS) can follow; NS, HS and SSC."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+import xarray
+from blocks import percent, save, table, verdict
+
+from stillhook import Crane, Scenario, Sine, Still, load_crane, simulate
+from stillhook.engine.checks import layer_diameter_at
+from stillhook.engine.pack import wire_speed_max
+from stillhook.io.figures import four_panels
+from stillhook.library import changed
+
+PAGE = "paper-e-scenario-2.md"
+CRANE = load_crane("nov-250t")
+S_W = 15.0  # m of wire paid out
+PERIOD = 12.0  # s: of the sines that paper E ran at the quay, 12 s and 6 s; that of scenario 2 is not printed
+MODES = ("ns", "hs", "ssc")
+Runs = dict[str, xarray.Dataset]
+
+OPEN_LOOP = {"active": {"motor": {"variant": "open-loop-feedback"}}}
+OPEN_LOOP_10 = {"active": {"motor": {"variant": "open-loop-feedback", "offset": 0.1, "hysteresis": 0.06}}}
+THREE_TIMES_THE_LEAK = {"active": {"motor": {"C_1": "0.10 L/min/bar", "C_2": "2.6e-5 L/min/bar/(rev/min)"}}}
+HS_BY_RULE = 0.48  # 60 % of NS: "30 % of 60 % of the SWL" at the pressure at which NS holds 30 % of it
+
+
+class Row(NamedTuple):
+    """One variant: what is changed in the crane, the period [s], HS setting if it is not the library's, sensors."""
+
+    label: str
+    changes: Mapping[str, Any] = {}
+    period: float = PERIOD
+    alpha_hs: float | None = None
+    sensors: Mapping[str, str] = {}
+
+
+ROWS = (
+    Row("**as above** (12 s, closed loop, HS 0.60)"),
+    Row("8 s", period=8.0),
+    Row("6 s", period=6.0),
+    Row("motors in open loop with feedback", OPEN_LOOP),
+    Row("the same, 10 % offset and 6 % hysteresis", OPEN_LOOP_10),
+    Row("motors in open loop without feedback", {"active": {"motor": {"variant": "open-loop"}}}),
+    Row("HS 0.48", alpha_hs=HS_BY_RULE),
+    Row("HS 0.48, 8 s", period=8.0, alpha_hs=HS_BY_RULE),
+    Row("HS 0.48, 6 s", period=6.0, alpha_hs=HS_BY_RULE),
+    Row("HS 0.48, 6 s, open loop with feedback", OPEN_LOOP, 6.0, HS_BY_RULE),
+    Row("friction of L4593, the largest set", {"friction": {"library": "L4593"}}),
+    Row("friction of L4593, 6 s", {"friction": {"library": "L4593"}}, 6.0),
+    Row("lines of 160 L instead of 80 L", {"active": {"line": {"V": "160 L"}}}),
+    Row("lines of 160 L, 6 s", {"active": {"line": {"V": "160 L"}}}, 6.0),
+    Row("motors that leak three times as much", THREE_TIMES_THE_LEAK),
+    Row("`K_1` as printed, 0.68 s/m", {"control": {"K_1": "0.68 s/m"}}),
+    Row("motion signal 0.1 s late", sensors={"delay": "0.1 s"}),
+)
+
+
+def case(tip: Any, mode: str, sensors: Mapping[str, str]) -> Scenario:
+    asked: dict[str, Any] = {"load": "0 t", "s_w": f"{S_W:g} m", "warm_up": "40 s", "duration": "124 s"}
+    return Scenario(tip=tip, mode=mode, sensors=dict(sensors), **asked)
+
+
+def speed_of_ns(crane: Crane) -> float:
+    """Speed that NS reaches without leakage on this layer, with the displacement at which its motors really stand [m/s]."""
+    at_rest = simulate(crane, case(Still(), "ns", {}))
+    return wire_speed_max(crane, float(at_rest["alpha_m"][-1]), layer_diameter_at(crane, S_W))
+
+
+def run(row: Row) -> tuple[float, Runs]:
+    """Peak speed of the tip [m/s] and the three runs."""
+    crane = changed(CRANE, row.changes) if row.changes else CRANE
+    hs = crane
+    if row.alpha_hs is not None:
+        hs = changed(crane, {"control": {"alpha_hs": row.alpha_hs}, "active": {"motor": {"alpha_min": row.alpha_hs}}})
+    v = speed_of_ns(crane)
+    tip = Sine.from_si(v * row.period / (2.0 * math.pi), row.period)
+    return v, {m: simulate(hs if m == "hs" else crane, case(tip, m, row.sensors), every="0.02 s") for m in MODES}
+
+
+def value(one: xarray.Dataset, name: str) -> float:
+    return float(one[name])
+
+
+def reduction_left(one: xarray.Dataset) -> float:
+    """Part of the motors' reduction, from full displacement to alpha_min, that stays unused."""
+    alpha_min = CRANE.active.motor.alpha_min
+    return (value(one, "alpha_m_min") - alpha_min) / (1.0 - alpha_min)
+
+
+def gap(runs: Runs) -> float:
+    """By how much the highest pressure of SSC is below that of HS [bar]."""
+    return (value(runs["hs"], "p_a_max") - value(runs["ssc"], "p_a_max")) / 1e5
+
+
+def cm(one: xarray.Dataset) -> str:
+    return f"{100.0 * value(one, 'e_c_pp'):.1f} cm"
+
+
+def variant(row: Row) -> tuple[object, ...]:
+    v, runs = run(row)
+    ssc = runs["ssc"]
+    return (
+        row.label,
+        f"{60.0 * v:.0f}",
+        percent(value(runs["ns"], "alpha_p_max")),
+        percent(1.0 - value(ssc, "alpha_p_max")),
+        percent(reduction_left(ssc)),
+        f"{gap(runs):.0f}",
+        *(f"{100.0 * value(runs[m], 'e_c_pp'):.1f}" for m in MODES),
+    )
+
+
+def claims(runs: Runs, nearest: Runs) -> dict[str, tuple[str, str, str]]:
+    """claim -> theirs, ours, verdict; the index repeats them. `nearest` are the runs with HS 0.48 and 6 s."""
+    ns, hs, ssc = (runs[m] for m in MODES)
+    times = value(hs, "e_c_pp") / value(ssc, "e_c_pp")
+    full, left, reduction = value(ns, "alpha_p_max"), 1.0 - value(ssc, "alpha_p_max"), reduction_left(ssc)
+    p_ns, p_ssc = value(ns, "p_a_max") / 1e5, value(ssc, "p_a_max") / 1e5
+    missed = "not with our HS setting"
+    return {
+        "NS reaches its full capacity": ("100 % pump", percent(full), verdict(full > 0.995, "not full")),
+        "pump capacity that SSC has left": ("10 %", percent(left), verdict(abs(left - 0.1) < 0.02, "not reproduced")),
+        "motor reduction that SSC has left": ("more than 20 %", percent(reduction), verdict(reduction > 0.2, "not reproduced")),
+        "control error of SSC": ("within 10 cm", f"{cm(ssc)} peak-to-peak", verdict(value(ssc, "e_c_pp") < 0.1, "not reproduced")),
+        "control error of HS": (
+            "more than 20 cm",
+            f"{cm(hs)}, {times:.1f} times that of SSC; {cm(nearest['hs'])} with HS 0.48 and 6 s",
+            verdict(value(hs, "e_c_pp") > 0.2, missed),
+        ),
+        "highest pressure, SSC below HS": (
+            "more than 120 bar",
+            f"{gap(runs):.0f} bar; {gap(nearest):.0f} bar with HS 0.48 and 6 s",
+            verdict(gap(runs) > 120.0, missed),
+        ),
+        "NS has higher pressures than SSC": ("yes", f"{p_ns:.0f} against {p_ssc:.0f} bar", verdict(p_ns > p_ssc, "not reproduced")),
+    }
+
+
+def compute() -> tuple[dict[str, str], dict[str, tuple[str, str, str]], dict[str, Runs]]:
+    """Blocks of the page, its claims, and the runs of the pictures."""
+    v, runs = run(ROWS[0])
+    _, nearest = run(next(r for r in ROWS if r.label == "HS 0.48, 6 s"))
+    found = claims(runs, nearest)
+    numbers = [
+        (
+            m.upper(),
+            cm(one),
+            f"{100.0 * value(one, 'e_c_max'):.1f} cm",
+            f"{value(one, 'p_a_max') / 1e5:.0f} bar",
+            f"{(value(one, 'p_a_max') - CRANE.active.boost.p) / 1e5:.0f} bar",
+            percent(value(one, "alpha_p_max")),
+            f"{value(one, 'alpha_m_min'):.3f}",
+            f"{60.0 * value(one, 'v_w_max'):.1f} m/min",
+        )
+        for m, one in runs.items()
+    ]
+    head = ("", "error p-p", "largest", "highest `p_a`", "above boost", "pumps", "least `alpha_m`", "wire speed")
+    wide = ("variant", "tip m/min", "NS pumps", "SSC pumps left", "reduction left", "SSC below HS, bar", "error NS, cm", "HS", "SSC")
+    blocks = {
+        "claims": table(("claim", "theirs", "ours", "verdict"), [(name, *what) for name, what in found.items()]),
+        "peak": f"Tip: {60.0 * v:.1f} m/min at most, {v * PERIOD / (2.0 * math.pi):.3f} m of amplitude, {PERIOD:g} s.",
+        "numbers": table(head, numbers),
+        "sensitivity": table(wide, [variant(r) for r in ROWS]),
+    }
+    return blocks, found, {"base": runs, "nearest": nearest}
+
+
+def draw(pictures: Mapping[str, Runs]) -> None:
+    def named(runs: Runs) -> Runs:
+        return {m.upper(): one for m, one in runs.items()}
+
+    title = "nov-250t, empty hook, tip as fast as NS"
+    base = four_panels(named(pictures["base"]), title=f"{title}, 12 s, HS at 0.60", start=60.0, end=86.0)
+    save(base, "paper-e-scenario-2.png")
+    nearest = four_panels(named(pictures["nearest"]), title=f"{title}, 6 s, HS at 0.48", start=60.0, end=73.0)
+    save(nearest, "paper-e-scenario-2-hs-048.png")

@@ -1,0 +1,30 @@
+"""The validation pages show what the package computes today, with pictures small enough for a repository."""
+
+import importlib.util
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+PAGES = Path(__file__).resolve().parents[2] / "docs" / "validation"
+LARGEST_PICTURE = 150_000  # bytes
+
+
+@pytest.fixture(scope="module")
+def make() -> ModuleType:
+    spec = importlib.util.spec_from_file_location("validation_make", PAGES / "make.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def test_tables_are_what_the_package_computes_now(make: ModuleType):
+    assert list(make.outdated()) == []
+
+
+@pytest.mark.parametrize("path", sorted((PAGES / "figures").glob("*.png")), ids=lambda p: p.name)
+def test_picture_is_small_and_shown_on_a_page(path: Path):
+    assert path.stat().st_size < LARGEST_PICTURE
+    assert any(f"figures/{path.name}" in page.read_text(encoding="utf-8") for page in PAGES.glob("*.md"))
