@@ -116,6 +116,7 @@ QUANTITIES = (
     _v("C_leak", "C_leak", "m^3/s/Pa", "leakage", "", "leak conductance", "eq. 2.17"),
     _v("K_p", "K_p", "1/m", "gain_per_length", "", "position gain", "paper E eq. 6"),
     _v("K_p_ms", "K_p^(ms)", "1/m", "gain_per_length", "", "position gain at marginal stability", "paper E figure 5"),
+    _v("omega_c", "omega_c", "rad/s", "frequency", "", "frequency of the oscillation at marginal stability"),
     _v("K_1", "K_1", "s/m", "time_per_length", "", "speed feedforward", "paper C eq. 12"),
     _v("K_2", "K_2", "s^2/m", "time_squared_per_length", "", "acceleration feedforward", "paper C eq. 12"),
     _v("k_red", "k_red", "1", "", "", "share of the allowed motor reduction in use", "eq. 2.10"),

@@ -7,7 +7,7 @@ from stillhook.physics.scalar import clip, fmax, scalar
 
 class MotorSettings(NamedTuple):
     """alpha_min absolute minimum, alpha_ns and alpha_hs settings on the outermost layer [-]; u_thr threshold of SSC [-];
-    i_F_swl inverse of the weight of the safe working load [1/N]; K_outer K_wire of the outermost layer."""
+    i_F_swl inverse of the weight of the safe working load and the hook [1/N]; K_outer K_wire of the outermost layer."""
 
     alpha_min: float
     alpha_ns: float
