@@ -13,7 +13,7 @@ from stillhook.errors import ScenarioError
 from stillhook.units import parse, show
 
 app = typer.Typer(
-    help="Single numbers: motor loss, friction, drum, speed, eigenfrequency, steady operation, gain limit.", no_args_is_help=True
+    help="Single numbers: motor loss, friction, drum, inertia, speed, eigenfrequency, steady operation, gain limit.", no_args_is_help=True
 )
 CraneName = Annotated[str, typer.Argument(help="Library crane, or path of a crane file.", metavar="CRANE")]
 AlphaM = Annotated[float, typer.Option("--alpha-m", help="Motor displacement over its maximum, above 0 up to 1.")]
@@ -109,6 +109,33 @@ def drum(
         return
     header = [f"{k} [{unit_of(k)}]" if unit_of(k) else k for k in rows[0]]
     print_table(header, [[human(k, v, 5) for k, v in row.items()] for row in rows], left=0)
+
+
+@app.command("inertia")
+def inertia(
+    name: CraneName,
+    s_w: Annotated[str | None, typer.Option("--s-w", help="Wire paid out; full and empty drum if left out.")] = None,
+    json: Json = False,
+) -> None:
+    """Inertia at the motor shaft by part (figure 2.19). Example: stillhook calc inertia nov-250t"""
+    from stillhook.analysis.drum import inertia_parts
+    from stillhook.engine.pack import drum_record
+    from stillhook.library import load_crane
+
+    crane = load_crane(name)
+    L_full = drum_record(crane).L_full
+    if s_w is not None:
+        out = parse(s_w, "length", "--s-w")
+        if not 0.0 <= out <= L_full:
+            raise ScenarioError(f'--s-w {s_w}: "{crane.name}" has 0 to {show(L_full, "length")} of wire. Give a value in between.')
+        _answer(inertia_parts(crane, out), json)
+        return
+    rows = [inertia_parts(crane, 0.0), inertia_parts(crane, L_full)]
+    if json:
+        print_json(rows)
+        return
+    header = [f"{k} [{unit_of(k)}]" for k in rows[0]]
+    print_table(header, [[human(k, v, 4) for k, v in row.items()] for row in rows], left=0)
 
 
 @app.command("speed")
