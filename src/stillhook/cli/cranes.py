@@ -48,12 +48,13 @@ def show_crane(
 
 def print_sheet(rows: list[tuple[str, str, str, str, str]]) -> None:
     from rich.console import Console
+    from rich.markup import escape
     from rich.table import Table
 
     table = Table(header_style="bold")
     for title in ("field", "value", "meaning", "kind", "source"):
         table.add_column(title, overflow="fold", no_wrap=title in ("field", "value", "kind"))
     for row in rows:
-        table.add_row(*row)
+        table.add_row(*(escape(cell) for cell in row))
     console = Console()
     (console if console.is_terminal else Console(width=200)).print(table)

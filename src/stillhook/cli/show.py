@@ -41,26 +41,28 @@ def unit_of(name: str) -> str:
 def print_values(values: dict[str, Any]) -> None:
     """Name, value, unit and meaning, one line each."""
     from rich.console import Console
+    from rich.markup import escape
     from rich.table import Table
 
     table = Table(box=None, show_header=False, pad_edge=False)
     for name, value in values.items():
         meaning = BY_NAME[name].meaning if name in BY_NAME else ""
-        table.add_row(name, human(name, value), unit_of(name), f"[dim]{meaning}[/dim]")
+        table.add_row(name, human(name, value), unit_of(name), escape(meaning))
     Console().print(table)
 
 
 def print_table(header: Sequence[str], rows: Sequence[Sequence[str]], *, title: str = "", left: int = 1) -> None:
     """A table; the first `left` columns are text, the others numbers."""
     from rich.console import Console
+    from rich.markup import escape
     from rich.table import Table
 
-    table = Table(title=title or None, title_justify="left", title_style="bold", header_style="bold")
+    table = Table(title=escape(title) or None, title_justify="left", title_style="bold", header_style="bold")
     for i, name in enumerate(header):
         free = name == "status"
-        table.add_column(name, justify="left" if i < left or free else "right", no_wrap=not free)
+        table.add_column(escape(name), justify="left" if i < left or free else "right", no_wrap=not free)
     for row in rows:
-        table.add_row(*row)
+        table.add_row(*(escape(cell) for cell in row))
     console = Console()
     (console if console.is_terminal else Console(width=max(console.width, PLAIN_WIDTH))).print(table)
 

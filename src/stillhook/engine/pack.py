@@ -207,7 +207,8 @@ def plc_record(crane: Crane) -> Plc:
     c = crane.control
     drum = drum_record(crane)
     K_outer = K_wire(layer_diameter(drum.layers, drum), drum)
-    settings = MotorSettings(crane.active.motor.alpha_min, c.alpha_ns, c.alpha_hs, c.u_thr, 1.0 / ((crane.SWL + crane.hook_mass) * G), K_outer)
+    F_swl = (crane.SWL + crane.hook_mass) * G
+    settings = MotorSettings(crane.active.motor.alpha_min, c.alpha_ns, c.alpha_hs, c.u_thr, 1.0 / F_swl, K_outer)
     return Plc(gains(crane), settings, c.t_cycle, c.tau_F, c.tau_acc, c.t_bumpless)
 
 
