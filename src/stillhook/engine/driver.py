@@ -12,7 +12,7 @@ from stillhook.control.plc import Memory
 from stillhook.engine.lanes import access, offset, replace, size
 from stillhook.engine.stats import Stats, fold
 from stillhook.engine.window import SIGNALS, window_add, window_turn
-from stillhook.physics.scalar import STRICT, scalar
+from stillhook.physics.scalar import STRICT, align_stack, scalar
 from stillhook.plants.state import Geometry, Signals, Tick, Tip
 
 plant = plant  # type: ignore[name-defined]  # noqa: F821
@@ -74,27 +74,27 @@ def step(x, u, geo, tip_0, tip_1, tip_2, p, h):
 
 
 @scalar
-def tip_between(D, i, n, H, k):
-    """Tip at a fixed place between two cycles: the quintic through s, v, a of both ends, which start at i and n in D.
+def tip_between(start, end, l, H, k):
+    """Tip of lane l at a fixed place between two cycles: the quintic through s, v, a of the rows at both ends.
 
     Row k of H holds the quintic's weights.
     """
     j = k * NH
-    s_0, v_0, a_0 = D[i], D[i + LANES], D[i + 2 * LANES]
-    s_1, v_1, a_1 = D[n], D[n + LANES], D[n + 2 * LANES]
+    s_0, v_0, a_0 = start[l], start[l + LANES], start[l + 2 * LANES]
+    s_1, v_1, a_1 = end[l], end[l + LANES], end[l + 2 * LANES]
     s = H[j] * s_0 + H[j + 1] * v_0 + H[j + 2] * a_0 + H[j + 3] * s_1 + H[j + 4] * v_1 + H[j + 5] * a_1
     v = H[j + 6] * s_0 + H[j + 7] * v_0 + H[j + 8] * a_0 + H[j + 9] * s_1 + H[j + 10] * v_1 + H[j + 11] * a_1
     return Tip(s, v)
 
 
 @scalar
-def take_tick(A, D, at, cols):
+def take_tick(A, row, cols):
     """The drive's row into the lanes; a thin row moves the tip, and an ideal sensor sees the same."""
     for l in range(cols * LANES):
-        A[TICK + l] = D[at + l]
+        A[TICK + l] = row[l]
     if cols == THIN:
         for l in range(THIN * LANES):
-            A[TICK + THIN * LANES + l] = D[at + l]
+            A[TICK + THIN * LANES + l] = row[l]
 
 
 @scalar
@@ -135,26 +135,27 @@ def run(A, D, cols, H, W, out, every, k_0, n, first, last, n_win, n_sub, t_cycle
     D holds n + 1 rows of cols numbers, each LANES wide (a whole Tick, or s, v, a alone). Windows count from cycle `first` on.
     Every `every` cycles a row of Signals goes to out (0: never).
     """
+    align_stack()
     h = t_cycle / n_sub
     for t in range(n + 1 if k_0 + n == last else n):
         k = k_0 + t
-        at = t * cols * LANES
-        take_tick(A, D, at, cols)
+        row = D[t * cols * LANES :]
+        take_tick(A, row, cols)
         cycle(A, 0.5 if (k == first or k == last) else 1.0)
         if k >= first:
             windows(A, W, (k - first) % n_win, n_win, 1.0 if k - first >= n_win - 1 else 0.0)
         if every > 0 and k % every == 0:
-            to = (k // every) * NS * LANES
+            into = out[(k // every) * NS * LANES :]
             for l in range(NS * LANES):
-                out[to + l] = A[Y + l]
+                into[l] = A[Y + l]
         if t == n:
             break
-        to = at + cols * LANES
+        ahead = row[cols * LANES :]
         for i in range(n_sub):
             for l in range(LANES):
-                put_tip(A, TIP_1 + l, tip_between(D, at + l, to + l, H, 2 * i))
+                put_tip(A, TIP_1 + l, tip_between(row, ahead, l, H, 2 * i))
             for l in range(LANES):
-                put_tip(A, TIP_2 + l, tip_between(D, at + l, to + l, H, 2 * i + 1))
+                put_tip(A, TIP_2 + l, tip_between(row, ahead, l, H, 2 * i + 1))
             for l in range(LANES):
                 b = load(A, l)
                 put_x(A, X + l, step(b.x, b.u, b.geo, b.tip_0, b.tip_1, b.tip_2, b.p, h))

@@ -95,23 +95,41 @@ def _float(typingctx, x):
     return types.float64(types.int64), lambda c, b, s, a: b.bitcast(a[0], ir.DoubleType())
 
 
+@intrinsic
+def _slot(typingctx):
+    """Eight doubles on the stack, on a boundary of their own size; never used."""
+
+    def generate(context, builder, signature, args):
+        with builder.goto_entry_block():
+            slot = builder.alloca(ir.ArrayType(ir.DoubleType(), 8))
+        slot.align = 64
+        builder.asm(ir.FunctionType(ir.VoidType(), [slot.type]), "", "r", [slot], side_effect=True)
+        return context.get_dummy_value()
+
+    return types.void(), generate
+
+
+def _align_stack():
+    _slot()
+
+
+align_stack = Scalar(_align_stack, python=lambda: None)
+"""Puts a kernel's stack on a boundary of 64 bytes. Without it every vector that is kept on the stack may straddle two cache lines:
+the kernel then runs up to a third slower, in some processes and not in others."""
+
+
 def _exp(x):
     x = fmin(fmax(x, -EXP_RANGE), EXP_RANGE)
     t = x * 1.4426950408889634074 + 6755399441055744.0  # 1.5 * 2**52: the low bits of t are the rounded exponent
     n = t - 6755399441055744.0
     r = (x - n * 6.93147180369123816490e-01) - n * 1.90821492927058770002e-10
-    p = 1.0 / 39916800.0
-    p = p * r + 1.0 / 3628800.0
-    p = p * r + 1.0 / 362880.0
-    p = p * r + 1.0 / 40320.0
-    p = p * r + 1.0 / 5040.0
-    p = p * r + 1.0 / 720.0
-    p = p * r + 1.0 / 120.0
-    p = p * r + 1.0 / 24.0
-    p = p * r + 1.0 / 6.0
-    p = p * r + 0.5
-    p = p * r + 1.0
-    p = p * r + 1.0
+    r_2 = r * r
+    r_4 = r_2 * r_2
+    # Estrin's scheme for the Taylor polynomial: short chains of dependent operations.
+    a = (1.0 + r) + r_2 * (0.5 + r * (1.0 / 6.0))
+    b = (1.0 / 24.0 + r * (1.0 / 120.0)) + r_2 * (1.0 / 720.0 + r * (1.0 / 5040.0))
+    c = (1.0 / 40320.0 + r * (1.0 / 362880.0)) + r_2 * (1.0 / 3628800.0 + r * (1.0 / 39916800.0))
+    p = a + r_4 * (b + r_4 * c)
     return p * _float((_bits(t) + 1023) << 52)
 
 
