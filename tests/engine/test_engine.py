@@ -1,0 +1,399 @@
+"""The engine: converges, gives the same bits in a batch as alone, and marks what fails without spoiling the rest."""
+
+import functools
+import math
+import types
+from itertools import pairwise
+
+import numba
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from stillhook import Scenario, load_crane, simulate
+from stillhook.crane import Crane
+from stillhook.engine import run as run_module
+from stillhook.engine.build import cache_root, driver, kernel_hash
+from stillhook.engine.drive import Drive
+from stillhook.engine.lanes import VL, flatten, size, unflatten
+from stillhook.engine.pack import pack
+from stillhook.engine.run import Block, Ending, Result, run_many, run_one
+from stillhook.engine.stability import check_step, fastest_rates
+from stillhook.engine.window import SIGNALS, blank_window, window_add, window_turn
+from stillhook.errors import ScenarioError, SimulationError, SpecError, StillhookError
+from stillhook.library import changed
+from stillhook.plants.state import Signals
+from stillhook.scenario import Operator, PowerLoss, Sensors, Water
+
+CRANES = {"active-passive": load_crane("nov-250t"), "pure-active": load_crane("nov-100t-pure-active")}
+LOADS = {"active-passive": "80 t", "pure-active": "40 t"}
+SEA = "sine 1.5 m 12 s"
+SECOND_ORDER = 1.9
+"""Observed order from which a method counts as second order: a slope over halved steps carries the next term."""
+WIRE_5_MS, PRESSURE_5_MS = 1.0e-4, 0.2e5
+"""What the engine states for its coarsest default step of 5 ms: 0.1 mm of wire, 0.2 bar."""
+INTERPRETED = 1.0e-9
+"""Relative: the compiled exponential is a polynomial with fused operations, good to 1e-14 a call, over some thousand calls."""
+STATISTICS = 1.0e-12
+"""Relative: sums of some thousand numbers in another order."""
+
+plants = pytest.mark.parametrize("plant", sorted(CRANES))
+
+
+def scenario(plant: str, **case) -> Scenario:
+    return Scenario(**({"load": LOADS[plant], "s_w": "200 m", "tip": SEA, "duration": "60 s", "warm_up": "20 s"} | case))
+
+
+def mixed(plant: str) -> list[Scenario]:
+    """Cases of every kind: more than one block, thin and full drives, every mode."""
+    out = [scenario(plant, mode=m, tip=f"sine {a} m 10 s") for m in ("ns", "hs", "ssc", "ssc-cubic", "manual") for a in (0.5, 1.0, 1.5)]
+    out += [scenario(plant, load=f"{m} t", s_w=f"{100 * m} m") for m in range(0, 20, 2)]
+    out += [scenario(plant, friction="regularised"), scenario(plant, water=Water(volume="3 m^3", C_D=1.0, area="9 m^2"))]
+    out += [scenario(plant, sensors=Sensors(delay="0.1 s", noise_s_w="1 mm", seed=s)) for s in range(3)]
+    out += [scenario(plant, modes=(("30 s", "ns"),)), scenario(plant, power_loss=PowerLoss(time="30 s"))]
+    out += [scenario(plant, operator=Operator(profile=(("25 s", "0 m/min"), ("30 s", "9 m/min"), ("40 s", "0 m/min"))))]
+    return out
+
+
+# Convergence
+
+
+def hoisting(n_sub: int):
+    stick = Operator(profile=(("0 s", "0 m/min"), ("10 s", "30 m/min"), ("15 s", "30 m/min"), ("20 s", "20 m/min")))
+    case = Scenario(load="80 t", s_w="200 m", tip="still", mode="manual", duration="20 s", warm_up="1 s", operator=stick)
+    return run_one(CRANES["active-passive"], case, n_sub=n_sub, series=False).state
+
+
+def test_halving_the_step_quarters_the_error_where_the_motion_is_smooth():
+    """Runge-Kutta with the bristle split off symmetrically: second order."""
+    fine = hoisting(256)
+    errors = {n: hoisting(n) for n in (4, 8, 16)}
+    for field in ("s_w", "omega_m", "p_a", "v_load"):
+        e = [abs(getattr(errors[n], field) - getattr(fine, field)) for n in (4, 8, 16)]
+        orders = np.log2(np.array(e[:-1]) / np.array(e[1:]))
+        assert np.all(orders > SECOND_ORDER), (field, orders)
+
+
+@plants
+@pytest.mark.parametrize("mode", ["hs", "ssc"])
+def test_default_steps_are_within_what_they_state_through_stick_and_reversal(plant, mode):
+    case = scenario(plant, mode=mode)
+    fine = run_one(CRANES[plant], case, n_sub=50, every=1)
+    for n_sub in (2, 5):
+        here = run_one(CRANES[plant], case, n_sub=n_sub, every=1)
+        assert here.series is not None
+        assert fine.series is not None
+        error = np.abs(here.series - fine.series)
+        assert error[:, Signals._fields.index("s_w")].max() < WIRE_5_MS
+        assert abs(here.stats.p_a_max - fine.stats.p_a_max) < PRESSURE_5_MS
+
+
+def test_stored_rows_do_not_change_with_how_often_they_are_stored():
+    one, ten = (run_one(CRANES["active-passive"], scenario("active-passive"), n_sub=2, every=n) for n in (1, 10))
+    assert np.array_equal(one.series[::10], ten.series)
+    assert one.stats == ten.stats
+
+
+# The same bits, however a case is run
+
+
+def same(a: Result, b: Result) -> bool:
+    return flatten(a.stats) == flatten(b.stats) and a.state == b.state and a.memory == b.memory and a.span == b.span
+
+
+@plants
+def test_a_case_in_a_batch_equals_the_same_case_alone_bit_for_bit(plant):
+    cases = mixed(plant)
+    together = run_many(CRANES[plant], cases, n_sub=2)
+    assert len(cases) > 2 * VL
+    for i in range(0, len(cases), 3):
+        alone = run_one(CRANES[plant], cases[i], n_sub=2, series=False)
+        assert same(alone, together[i]), cases[i]
+
+
+def test_neighbours_and_threads_do_not_change_a_case():
+    cases = mixed("active-passive")
+    crane = CRANES["active-passive"]
+    one, two, turned = (run_many(crane, c, n_sub=2, threads=t) for c, t in ((cases, 1), (cases, 2), (cases[::-1], 2)))
+    assert all(same(a, b) for a, b in zip(one, two, strict=True))
+    assert all(same(a, b) for a, b in zip(one, turned[::-1], strict=True))
+
+
+@plants
+def test_a_run_that_is_stopped_and_taken_up_again_equals_one_that_was_not(plant, monkeypatch):
+    """The engine hands its state from piece to piece: many pieces are many restarts."""
+    case = scenario(plant, modes=(("31 s", "ns"),))
+    whole = run_one(CRANES[plant], case, n_sub=2)
+    monkeypatch.setattr(run_module, "CHUNK", 137)
+    pieces = run_one(CRANES[plant], case, n_sub=2)
+    assert same(whole, pieces)
+    assert np.array_equal(whole.series, pieces.series)
+
+
+@pytest.mark.skipif(bool(numba.config.DISABLE_JIT), reason="NUMBA_DISABLE_JIT: everything is interpreted")
+@plants
+@pytest.mark.parametrize("friction", ["lugre", "regularised"])
+def test_compiled_physics_is_the_physics_that_python_runs(plant, friction):
+    case = scenario(plant, duration="0.6 s", warm_up="0.1 s", ramp="0.2 s", mode="ssc", friction=friction)
+    compiled, interpreted = (_short(CRANES[plant], case, python=p) for p in (False, True))
+    scale = np.max(np.abs(interpreted), axis=0) + 1e-6
+    assert np.max(np.abs(compiled - interpreted) / scale) < INTERPRETED
+    assert np.ptp(interpreted[:, Signals._fields.index("p_a")]) > 1e5  # something happened
+
+
+def _short(crane: Crane, case: Scenario, *, python: bool) -> np.ndarray:
+    """Series of a run through the compiled driver, or through the same source as plain Python."""
+    block = Block([(pack(crane, case), Drive(crane, case))], lanes=1, n_sub=2, every=1)
+    if python:
+        d = block.d
+        block.d = types.SimpleNamespace(run=d.run.py_func, at_rest=d.at_rest.py_func, State=d.State, Lane=d.Lane, Command=d.Command)
+    for _ in block.steps():
+        pass
+    series = block.results()[0].series
+    assert series is not None
+    return series
+
+
+def test_records_survive_the_flat_array():
+    p = pack(CRANES["active-passive"], scenario("active-passive")).params
+    flat = flatten(p)
+    assert len(flat) == size(type(p))
+    assert unflatten(type(p), iter(flat)) == p
+
+
+# Failures
+
+
+PARACHUTE = {"load": "1 t", "water": Water(volume="0.05 m^3", C_D=10.0, area="100000 m^2")}
+"""A drag so large that explicit steps of milliseconds cannot follow it."""
+
+
+def test_a_case_that_loses_its_numbers_is_marked_and_spoils_no_other():
+    crane = CRANES["active-passive"]
+    good, bad = scenario("active-passive"), scenario("active-passive", **PARACHUTE)
+    data = simulate(crane, [good, bad, good], on_failure="mark")
+    assert data.status.values.tolist() == ["ok", "diverged", "ok"]
+    assert math.isnan(float(data.e_c_pp[1]))
+    assert math.isnan(float(data.energy_unaccounted[1]))
+    alone = simulate(crane, good, series=False)
+    for name in ("e_c_pp", "p_max", "energy_pumps"):
+        assert data[name].values[0] == data[name].values[2] == alone[name].item()
+
+
+def test_a_failure_in_a_batch_stops_it_with_the_case_and_the_way_out():
+    cases = [scenario("active-passive"), scenario("active-passive", **PARACHUTE)]
+    with pytest.raises(SimulationError) as e:
+        simulate(CRANES["active-passive"], cases)
+    text = str(e.value)
+    assert text.startswith("1 of 2 cases failed. First: case 1 ")
+    assert text.endswith('or keep the rest with on_failure="mark".')
+    assert "\n" not in text
+
+
+def test_a_single_run_that_fails_raises_too():
+    with pytest.raises(SimulationError, match=r"^1 of 1 cases failed\. First: case 0 "):
+        simulate(CRANES["active-passive"], scenario("active-passive", **PARACHUTE))
+
+
+def test_when_every_case_fails_the_batch_still_ends():
+    results = run_many(CRANES["active-passive"], [scenario("active-passive", **PARACHUTE)] * 3, n_sub=2)
+    assert {r.ending for r in results} == {Ending.DIVERGED}
+    assert all(r.t_end <= 60.0 for r in results)
+
+
+def test_an_unknown_choice_for_failures_is_refused():
+    with pytest.raises(ScenarioError, match=r'^on_failure = "ignore": give one of raise, mark\.$'):
+        simulate(CRANES["active-passive"], scenario("active-passive"), on_failure="ignore")
+
+
+def test_a_step_that_the_crane_is_too_stiff_for_is_refused_before_anything_runs():
+    stiff = changed(CRANES["active-passive"], {"wire": {"L_0": "1 m"}})
+    with pytest.raises(SpecError) as e:
+        simulate(stiff, Scenario(load="0 t", s_w="0 m", tip=SEA), step="5 ms")
+    text = str(e.value)
+    assert text.startswith("step 5 ms is too long for this crane: wire with its damping has ")
+    assert "(allowed 2.6). Use a step of " in text
+
+
+def test_the_step_is_checked_for_every_case_of_a_batch():
+    stiff = changed(CRANES["active-passive"], {"wire": {"L_0": "1 m"}})
+    cases = [Scenario(load="80 t", s_w="1000 m", tip=SEA), Scenario(load="0 t", s_w="0 m", tip=SEA)]
+    with pytest.raises(SpecError, match=r"^case 1: step 5 ms is too long for this crane: wire"):
+        simulate(stiff, cases)
+
+
+@pytest.mark.parametrize("name", ["nov-250t", "nov-150t", "nov-100t-pure-active"])
+def test_library_cranes_take_both_default_steps_with_an_empty_hook_at_the_tip(name):
+    packed = pack(load_crane(name), Scenario(load="0 t", s_w="0 m"))
+    check_step(packed, 5e-3)
+    assert all(math.isfinite(r) and r > 0.0 for r in fastest_rates(packed).values())
+
+
+@pytest.mark.parametrize(
+    ("step", "text"),
+    [
+        ("3 ms", 'step = "3 ms" is not a whole part of the PLC cycle'),
+        ("20 ms", 'step = "20 ms" is not a whole part of the PLC cycle'),
+        ("0 ms", 'step = "0 ms" is not a whole part of the PLC cycle'),
+        ("5", 'step = "5": no unit'),
+    ],
+)
+def test_a_step_that_does_not_fit_the_plcs_cycle_is_refused(step, text):
+    with pytest.raises(StillhookError) as e:
+        simulate(CRANES["active-passive"], scenario("active-passive"), step=step)
+    assert str(e.value).startswith(text)
+
+
+@pytest.mark.parametrize("every", ["15 ms", "0 s", "1 ms"])
+def test_a_spacing_that_does_not_fit_the_plcs_cycle_is_refused(every):
+    with pytest.raises(ScenarioError, match=f'^every = "{every}" is not a whole number of PLC cycles'):
+        simulate(CRANES["active-passive"], scenario("active-passive"), every=every)
+
+
+def test_an_empty_batch_is_refused():
+    with pytest.raises(ScenarioError, match="the list of cases is empty"):
+        simulate(CRANES["active-passive"], [])
+
+
+# Progress
+
+
+@pytest.mark.parametrize("single", [True, False])
+def test_progress_rises_to_one(single):
+    seen: list[float] = []
+    cases = scenario("active-passive", duration="200 s") if single else [scenario("active-passive", duration="100 s")] * 40
+    simulate(CRANES["active-passive"], cases, progress=seen.append)
+    assert len(seen) > 3
+    assert all(a <= b for a, b in pairwise(seen))
+    assert 0.0 < seen[0] < 1.0
+    assert seen[-1] == pytest.approx(1.0)
+
+
+def test_an_interrupted_batch_stops_and_returns_nothing():
+    class Enough(Exception):
+        pass
+
+    def stop(share: float) -> None:
+        raise Enough
+
+    with pytest.raises(Enough):
+        simulate(CRANES["active-passive"], [scenario("active-passive")] * 40, progress=stop)
+
+
+# Statistics
+
+
+@functools.cache
+def counted_run(plant: str):
+    """A run with every cycle stored, and the part of it that counts."""
+    result = run_one(CRANES[plant], scenario(plant, duration="100 s", sensors=Sensors(delay="0.1 s")), n_sub=2, every=1)
+    assert result.series is not None
+    part = result.series[2000:]
+    return result, {n: part[:, i] for i, n in enumerate(Signals._fields)}, result.series
+
+
+@plants
+def test_statistics_are_those_of_the_stored_series_after_the_warm_up(plant):
+    result, y, _ = counted_run(plant)
+    st_ = result.stats
+    assert st_.cycles == len(y["e_c"]) == 8001
+    assert (st_.e_min, st_.e_max) == (y["e_c"].min(), y["e_c"].max())
+    assert (st_.em_min, st_.em_max) == (y["e_c_measured"].min(), y["e_c_measured"].max())
+    assert (st_.tip_min, st_.tip_max) == (y["s_tip"].min(), y["s_tip"].max())
+    assert (st_.p_a_max, st_.p_b_max, st_.p_min) == (y["p_a"].max(), y["p_b"].max(), min(y["p_a"].min(), y["p_b"].min()))
+    assert (st_.p_hp_min, st_.p_hp_max) == (y["p_hp"].min(), y["p_hp"].max())
+    assert (st_.F_min, st_.F_max, st_.V_min, st_.V_max) == (y["F_w"].min(), y["F_w"].max(), y["V_acc"].min(), y["V_acc"].max())
+    assert (st_.alpha_p_max, st_.alpha_m_min) == (np.abs(y["alpha_p"]).max(), y["alpha_m"].min())
+    assert (st_.u_p_max, st_.u_raw_max) == (np.abs(y["u_p"]).max(), np.abs(y["u_raw"]).max())
+    assert (st_.omega_max, st_.v_w_max, st_.v_tip_max) == tuple(np.abs(y[n]).max() for n in ("omega_m", "v_w", "v_tip"))
+    for name, series in (("e_sum", y["e_c"]), ("e2_sum", y["e_c"] ** 2), ("tip_sum", y["s_tip"]), ("tip2_sum", y["s_tip"] ** 2)):
+        trapezoids = float(np.sum(0.5 * (series[1:] + series[:-1])))
+        assert getattr(st_, name) == pytest.approx(trapezoids, rel=STATISTICS, abs=STATISTICS * float(np.sum(np.abs(series))))
+
+
+@plants
+def test_counted_times_are_those_of_the_stored_series(plant):
+    crane = CRANES[plant]
+    result = run_one(crane, scenario(plant, tip="sine 3.5 m 9 s", mode="ns", load="10 t"), n_sub=5, every=1)
+    assert result.series is not None
+    y = {n: result.series[2000:, i] for i, n in enumerate(Signals._fields)}
+    assert result.stats.saturation_cycles == np.count_nonzero(np.abs(y["u_raw"]) > 1.0) > 0
+    assert result.stats.relief_cycles == np.count_nonzero(y["Q_relief"] > 0.0)
+    assert result.stats.slack_cycles == np.count_nonzero(y["F_w"] <= 0.0)
+
+
+@plants
+def test_peak_to_peak_over_the_window_is_that_of_every_window(plant):
+    result, y, _ = counted_run(plant)
+    n = round(30.0 / 0.01) + 1
+    assert result.full_window
+    for value, name in zip(result.span, ("e_c", "e_c_measured", "s_tip"), strict=True):
+        views = np.lib.stride_tricks.sliding_window_view(y[name], n)
+        assert value == np.max(views.max(axis=1) - views.min(axis=1))
+
+
+def test_a_run_shorter_than_the_window_reports_what_it_saw():
+    result = run_one(CRANES["active-passive"], scenario("active-passive", duration="30 s"), n_sub=2, every=1)
+    e_c = result.series[2000:, Signals._fields.index("e_c")]
+    assert not result.full_window
+    assert result.span[0] == np.ptp(e_c)
+
+
+def test_the_warm_up_does_not_count():
+    """A pure active winch sags when it takes the load: that is over before the run counts."""
+    short, long = (
+        run_one(CRANES["pure-active"], scenario("pure-active", tip="still", warm_up=w), n_sub=2, every=1) for w in ("0 s", "20 s")
+    )
+    assert np.array_equal(short.series, long.series)
+    assert short.stats.cycles == 6001
+    assert long.stats.cycles == 4001
+    assert short.span[0] > 10.0 * long.span[0]
+
+
+@given(st.lists(st.floats(-10.0, 10.0), min_size=1, max_size=60), st.integers(1, 12))
+@settings(max_examples=60)
+def test_the_moving_window_is_exact_for_any_series_and_length(series, n):
+    w = SIGNALS
+    W = blank_window(n, 1)
+    for k, y in enumerate(series):
+        window_add(W, w, 0, k % n, n, 1.0 if k >= n - 1 else 0.0, y)
+        for other in (1, 2):
+            window_add(W, w, other, k % n, n, 0.0, 0.0)
+        if k % n == n - 1:
+            window_turn(W, w, n)
+    windows = [series[i : i + n] for i in range(len(series) - n + 1)]
+    assert W[2 * w] == max((max(x) - min(x) for x in windows), default=0.0)
+
+
+# Cache
+
+
+def test_kernels_are_kept_under_a_hash_of_every_source(tmp_path, monkeypatch):
+    assert kernel_hash() == kernel_hash()
+    sources = tmp_path / "stillhook"
+    for folder in ("physics", "control", "plants", "engine"):
+        (sources / folder).mkdir(parents=True)
+    file = sources / "physics" / "motor.py"
+    monkeypatch.setattr("stillhook.engine.build.PACKAGE", sources)
+    hashes = set()
+    for text in ("a = 1\n", "a = 2\n"):
+        file.write_text(text)
+        getattr(kernel_hash, "cache_clear", lambda: None)()
+        hashes.add(kernel_hash())
+    monkeypatch.undo()
+    getattr(kernel_hash, "cache_clear", lambda: None)()
+    assert len(hashes) == 2
+
+
+def test_a_cache_folder_that_cannot_be_written_is_replaced(tmp_path, monkeypatch):
+    blocked = tmp_path / "file"
+    blocked.write_text("")
+    monkeypatch.setenv("STILLHOOK_CACHE", str(blocked / "below"))
+    assert cache_root().name == "stillhook-cache"
+    monkeypatch.setenv("STILLHOOK_CACHE", str(tmp_path / "mine"))
+    assert cache_root() == tmp_path / "mine"
+
+
+def test_a_driver_is_made_once():
+    assert driver("active-passive", 1) is driver("active-passive", 1)
