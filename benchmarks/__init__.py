@@ -1,0 +1,1 @@
+"""Speed and step-size measurements; `python -m benchmarks.run` prints the table of `make bench`."""
