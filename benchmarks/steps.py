@@ -165,8 +165,8 @@ def reference_error(cases: list[Case]) -> Deviation:
 
 def reference_line(d: Deviation) -> str:
     return (
-        f"The reference of 0.1 ms differs from one of 0.05 ms by at most {d.wire * 1e3:.0e} mm of wire, {d.peak / 1e5:.0e} bar of peak pressure "
-        f"and {d.e_pp * 1e3:.0e} mm of `e_c_pp`."
+        f"The reference of 0.1 ms differs from one of 0.05 ms by at most {d.wire * 1e3:.0e} mm of wire, "
+        f"{d.peak / 1e5:.0e} bar of peak pressure and {d.e_pp * 1e3:.0e} mm of `e_c_pp`."
     )
 
 
