@@ -69,22 +69,22 @@ def whole(work: Callable[[], Any], simulated: float) -> Job:
 
 def product_jobs() -> dict[str, Job]:
     """What a user gets: cases in, statistics or series out."""
-    c, one, many = crane(), lifts(1, 600.0)[0], lifts(2 * VL, 600.0)
+    c, one, block, many = crane(), lifts(1, 600.0)[0], lifts(VL, 600.0), lifts(2 * VL, 1200.0)
 
     def single(n_sub: int) -> Job:
         return whole(lambda: run_one(c, one, n_sub=n_sub, every=10), one.duration)
 
     def batch(cases: list[Scenario], n_sub: int, threads: int) -> Job:
-        return whole(lambda: run_many(c, cases, n_sub=n_sub, threads=threads), len(cases) * 600.0)
+        return whole(lambda: run_many(c, cases, n_sub=n_sub, threads=threads), sum(s.duration for s in cases))
 
     jobs = {
         "one trajectory with series, 1 ms": single(10),
         "one trajectory with series, 2 ms": single(5),
-        "batch of 16 with statistics, 1 ms, 1 thread": batch(many[:VL], 10, 1),
-        "batch of 32 with statistics, 5 ms, 1 thread": batch(many, 2, 1),
+        "batch of 16 x 10 min with statistics, 1 ms, 1 thread": batch(block, 10, 1),
+        "batch of 32 x 20 min with statistics, 5 ms, 1 thread": batch(many, 2, 1),
     }
     if (os.cpu_count() or 1) > 1:
-        jobs["batch of 32 with statistics, 5 ms, 2 threads"] = batch(many, 2, 2)
+        jobs["batch of 32 x 20 min with statistics, 5 ms, 2 threads"] = batch(many, 2, 2)
     return jobs
 
 
