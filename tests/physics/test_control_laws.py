@@ -30,6 +30,7 @@ from stillhook.control.plc import (
 from stillhook.engine.pack import pack, plc_record
 from stillhook.physics.drum import K_wire, layer_diameter
 from stillhook.physics.motor import motor_torque
+from stillhook.physics.scalar import G
 from stillhook.scenario import Scenario
 
 CRANE = load_crane("nov-250t")
@@ -40,7 +41,7 @@ DRUM = PACKED.params.hoist.drum
 PASSIVE = PACKED.params.passive.settings
 ROUNDING = 1e-12
 MODES = (LEVEL_1, LEVEL_2, NS, HS, SSC, SSC_CUBIC)
-SWL = 1.0 / MOTORS.i_F_swl
+FULL_LOAD = (CRANE.SWL + CRANE.hook_mass) * G
 
 u = st.floats(-3.0, 3.0)
 threshold = st.floats(0.0, 0.95)
@@ -104,9 +105,9 @@ def test_a_heavier_load_keeps_more_displacement(F, more, n):
     assert MOTORS.alpha_min <= light <= heavy <= 1.0
 
 
-def test_an_empty_hook_allows_the_absolute_minimum_and_the_swl_what_normal_speed_keeps():
+def test_no_load_allows_the_absolute_minimum_and_the_swl_on_its_hook_what_normal_speed_keeps():
     assert displacement_min(0.0, ratio(12), MOTORS) == MOTORS.alpha_min
-    assert displacement_min(SWL, ratio(12), MOTORS) == pytest.approx(MOTORS.alpha_ns)
+    assert displacement_min(FULL_LOAD, ratio(12), MOTORS) == pytest.approx(MOTORS.alpha_ns)
 
 
 @given(force, layer)

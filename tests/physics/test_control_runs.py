@@ -10,7 +10,9 @@ from stillhook import Scenario, load_crane, simulate
 from stillhook.crane import Crane
 from stillhook.engine.pack import pack
 from stillhook.library import changed
-from stillhook.physics.motor import motor_leakage
+from stillhook.physics.accumulator import accumulator_pressure
+from stillhook.physics.friction import system_friction
+from stillhook.physics.motor import motor_leakage, motor_torque, torque_loss
 from stillhook.physics.pump import pump_leakage
 from stillhook.plants.hoist import drum_geometry
 from stillhook.scenario import Operator, PowerLoss, Sensors, Water
@@ -198,6 +200,38 @@ def test_without_waves_friction_keeps_the_winch_from_the_last_of_a_set_point_ste
     assert data.e_c.values[-1] == pytest.approx(-left, abs=0.01)  # too much wire is still out
 
 
+@pytest.mark.parametrize("speed", ["20 m/min", "-20 m/min"])
+def test_the_passive_pumps_bring_or_take_the_oil_of_the_operators_own_motion(speed):
+    """What the motors draw from the accumulator in a long lift comes from the pumps: the piston stays near its middle."""
+    data = run(BOTH, mode="manual", tip="still", load="150 t", s_w="250 m", duration="150 s", operator=stick(speed))
+    assert BOTH.passive is not None
+    stroke = BOTH.passive.accumulator.V_stroke
+    passed = np.sum(counted(data, "alpha_pm") * np.abs(counted(data, "omega_m"))) * 0.01 * BOTH.passive.motor.D_total
+    assert passed > 1.5 * stroke
+    assert np.ptp(data.V_acc.values) < 0.1 * stroke
+    assert np.sign(counted(data, "alpha_pp")[-1]) == np.sign(counted(data, "omega_m")[-1])
+
+
+def test_without_its_pumps_the_passive_circuit_loses_what_leaks():
+    """Papers C and F: leakage of pumps, motors and accumulator is the passive pumps' demand."""
+    assert BOTH.passive is not None
+    idle = changed(BOTH, {"control": {"K_acc": "0 1/bar"}})
+    data = run(idle, mode="manual", tip="still", load="100 t", duration="100 s")
+    circuit = pack(idle, Scenario(load="100 t", s_w="200 m")).params.passive
+    p, low = np.mean([accumulator_pressure(V, circuit.accumulator) for V in data.V_acc.values]), BOTH.passive.p_lp
+    units = pump_leakage(0.0, circuit.pumps.leak) + motor_leakage(0.0, circuit.motors)
+    inner, outer, piston = 2.0 / 3.0 * units * (p - low), units / 3.0 * p, BOTH.passive.accumulator.C_leak * (p - low)
+    lost = data.V_acc.values[0] - data.V_acc.values[-1]
+    assert lost == pytest.approx((inner + outer + piston) * 100.0, rel=1e-4)
+    assert lost > 0.0
+
+
+def test_a_run_that_starts_with_the_tip_off_its_middle_starts_without_an_error():
+    data = run(BOTH, tip="sine 1 m 9 s 90 deg", ramp="0 s")
+    assert abs(data.e_c.values[0]) < GRID
+    assert float(data.e_c_max) < 0.1
+
+
 # Faults
 
 
@@ -355,6 +389,25 @@ def test_hoisting_takes_more_pressure_than_lowering_and_half_the_difference_is_f
     assert T_f > 0.0
     assert up["T_f"] > 0.0 > down["T_f"]
     assert pytest.approx(0.5 * (up["T_f"] - down["T_f"]), rel=0.02) == T_f
+
+
+@pytest.mark.parametrize("speed", ["20 m/min", "-20 m/min"])
+def test_every_motor_rubs_the_passive_ones_too(speed):
+    """Paper D section 4.3: all friction of both circuits' motors and of the winch is absorbed by the active side."""
+    data = run(BOTH, mode="manual", tip="still", load="100 t", duration="60 s", operator=stick(speed))
+    y = {n: data[n].values[-1] for n in ("omega_m", "alpha_m", "alpha_pm", "p_a", "p_b", "p_hp", "F_w", "s_w", "T_f")}
+    p = pack(BOTH, Scenario(load="100 t", s_w="200 m")).params
+    T_d = 0.5 * y["F_w"] * drum_geometry(y["s_w"], p.hoist).d
+    active, passive = p.active.motors, p.passive.motors
+    each_active = torque_loss(y["omega_m"], y["alpha_m"] * active.D_max, y["p_a"] - y["p_b"], active.fit)
+    each_passive = torque_loss(y["omega_m"], y["alpha_pm"] * passive.D_max, y["p_hp"] - p.passive.settings.p_lp, passive.fit)
+    in_all = 5.0 * each_active + 16.0 * each_passive + 21.0 * system_friction(y["omega_m"], T_d, p.hoist.friction)
+    assert abs(y["T_f"]) == pytest.approx(in_all, rel=1e-4)
+    if speed == "20 m/min":  # steady hoisting: the active motors' torque is what the passive ones leave of weight and friction
+        torque = motor_torque(BOTH.active.motor.D_total * y["alpha_m"], y["p_a"] - y["p_b"])
+        carried = motor_torque(BOTH.passive.motor.D_total * y["alpha_pm"], y["p_hp"] - p.passive.settings.p_lp)
+        weight = y["F_w"] * drum_geometry(y["s_w"], p.hoist).lever
+        assert torque == pytest.approx(weight + in_all - carried, rel=0.01)
 
 
 def test_the_regularised_friction_is_within_its_stated_error():

@@ -63,6 +63,14 @@ def test_system_friction_of_crane_1():
     assert friction_torque(100.0 * RPM, 1.5e6, record) == pytest.approx(45.927398, rel=PRINTED)
 
 
+def test_system_friction_of_L4593_keeps_the_constant_that_equation_2_13_drops():
+    """Table 2.4 prints 3.9 N m for Y_2: what is left of an unloaded winch's friction at speed, less its viscous part."""
+    s = system_friction("L4593")
+    record = SystemFriction(s.Y_1, s.Y_2, s.Y_3, 1.0 / s.Y_4, s.Y_5, s.Y_6)
+    slow, fast = (friction_torque(rpm * RPM, 0.0, record) for rpm in (1500.0, 3000.0))
+    assert 2.0 * slow - fast == pytest.approx(3.9, rel=PRINTED)
+
+
 @pytest.mark.parametrize(
     ("rpm", "printed"),
     [
