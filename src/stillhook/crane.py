@@ -312,7 +312,7 @@ class Control(Spec):
     u_thr: Number = Field(ge=0, lt=1, description="feedforward at which SSC starts to reduce the motors")
     alpha_ns: Fraction = Field(description="motor displacement in normal-speed mode")
     alpha_hs: Fraction = Field(description="motor displacement in high-speed mode")
-    t_cycle: u.Time = Field(gt=0, description="cycle of the controller")
+    t_cycle: u.Time = Field(ge=1e-4, le=1, description="cycle of the controller")
     tau_F: u.Time = Field(ge=0, description="low-pass of the load cell")
     t_bumpless: u.Time = Field(ge=0, description="time over which a mode change is blended")
     tau_acc: u.Time = Field(ge=0, description="slow mean of the accumulator pressure that the passive pumps follow")

@@ -62,7 +62,7 @@ SERIES = (
 )  # fmt: skip
 
 SUMMARY = (
-    _v("status", "", "", "", "", '"ok", or what went beyond its limit: saturated, relief, overspeed, accumulator, cavitation, slack, offset (the hook never passes its place), diverged'),
+    _v("status", "", "", "", "", '"ok", or what went beyond its limit: saturated, relief, overspeed, accumulator, cavitation, slack, wire (last turns, or hook at the crane tip), offset (the hook never passes its place), unstable (K_p above the gain of marginal stability), uncompensated (error about as large as the tip motion), audit (energy does not add up: do not trust the numbers), diverged'),
     _v("e_c_pp", "e_c,pp", "m", "length", "", "largest peak-to-peak of e_c over a moving 30 s window (both ends included)", "paper F eq. 2"),
     _v("e_c_pp_measured", "e_c,m,pp", "m", "length", "", "the same of e_c_measured", "paper F eq. 2"),
     _v("s_tip_pp", "s_tip,pp", "m", "length", "", "largest peak-to-peak of s_tip over the window", "paper F eq. 3"),
@@ -83,11 +83,12 @@ SUMMARY = (
     _v("F_w_max", "max F_w", "N", "force", "", "highest wire tension"),
     _v("F_w_min", "min F_w", "N", "force", "", "lowest wire tension"),
     _v("saturation_time", "t_sat", "s", "time", "", "time with the pump command beyond its limit"),
-    _v("relief_time", "t_relief", "s", "time", "", "time with a relief valve of the active circuit open"),
-    _v("overspeed_time", "t_over", "s", "time", "", "time with the motors above their speed limit"),
+    _v("relief_time", "t_relief", "s", "time", "", "time with a relief valve of the active or passive circuit open"),
+    _v("overspeed_time", "t_over", "s", "time", "", "time with the active or passive motors above their speed limit"),
     _v("stroke_time", "t_stroke", "s", "time", "", "time with the accumulator piston at an end"),
     _v("slack_time", "t_slack", "s", "time", "", "time with a slack wire"),
     _v("cavitation_time", "t_cav", "s", "time", "", "time with a line of the active circuit at or below zero gauge"),
+    _v("wire_time", "t_wire", "s", "time", "", "time with the last turns of wire leaving the drum, or the hook pulled into the crane tip"),
     _v("energy_pumps", "E_p", "J", "energy", "", "energy through active and passive pumps, both directions added up"),
     _v("energy_unaccounted", "", "1", "", "", "energy not found again, over energy_pumps (audit of the whole winch)"),
     _v("counted_time", "", "s", "time", "", "length of the part of the run that counts (after the warm-up)"),

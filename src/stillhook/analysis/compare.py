@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from stillhook.crane import Crane
 from stillhook.engine.checks import check
 from stillhook.engine.run import Progress, Result, run_cases
-from stillhook.engine.simulate import SERIES_STEP, cycles, foreseen_notes, steps_per_cycle, to_dataset
+from stillhook.engine.simulate import checked_cases, cycles, steps_per_cycle, to_dataset
 from stillhook.engine.summary import OK, summarise
 from stillhook.errors import ScenarioError
 from stillhook.scenario import Mode, Scenario, mode_of
+from stillhook.units import came
 
 if TYPE_CHECKING:
     import xarray
@@ -62,20 +63,35 @@ def compare(
     case: Scenario,
     modes: Sequence[Mode | str] = CLASSIC_AND_NEW,
     *,
-    step: str = SERIES_STEP,
+    step: str | None = None,
     progress: Progress | None = None,
 ) -> Comparison:
     """Run one scenario under several controllers (default NS, HS and SSC) with time series every 0.1 s.
 
+    step: integration step, default as in `simulate`.
+
     Errors: ScenarioError, one line, for an unknown mode, an empty list, or a scenario that this crane cannot be asked.
     """
-    chosen = [mode_of(m) for m in modes]
-    if not chosen:
-        raise ScenarioError("modes: empty. Give at least one, such as ns,hs,ssc.")
+    chosen = _chosen(modes)
+    checked_cases(crane, case)
+    if not isinstance(case, Scenario):
+        raise ScenarioError("compare: a list of cases. Give one Scenario, or use simulate.")
     if case.modes:
         raise ScenarioError("modes: a scenario that changes its mode cannot be compared between modes. Use simulate.")
     check(crane, case)
     return Comparison(crane, run_labelled(crane, [case.with_mode(m) for m in chosen], step=step, progress=progress))
+
+
+def _chosen(modes: Sequence[Mode | str]) -> list[Mode]:
+    """The modes to compare, each once."""
+    if isinstance(modes, str) or not isinstance(modes, Iterable):
+        raise ScenarioError(f'modes = {came(modes)}: give a list, such as ["ns", "hs", "ssc"].')
+    chosen = [mode_of(m) for m in modes]
+    if not chosen:
+        raise ScenarioError("modes: empty. Give at least one, such as ns,hs,ssc.")
+    if twice := next((m for m in chosen if chosen.count(m) > 1), None):
+        raise ScenarioError(f'modes: "{twice}" is named twice. Name each mode once.')
+    return chosen
 
 
 def dataset_of(crane: Crane, runs: Sequence[ModeRun], labels: Sequence[str]) -> xarray.Dataset:
@@ -88,8 +104,8 @@ def run_labelled(
     crane: Crane, cases: Sequence[Scenario], *, step: str | None = None, every: str | None = None, progress: Progress | None = None
 ) -> tuple[ModeRun, ...]:
     """Runs with time series (default every 0.1 s), each with its summary and the notes made before it."""
-    n_sub, rows = steps_per_cycle(crane, step or SERIES_STEP), cycles(crane, every or "0.1 s")
+    n_sub, rows = steps_per_cycle(crane, step), cycles(crane, every)
     results = run_cases(crane, cases, n_sub=n_sub, lanes=1, every=rows, progress=progress)
     return tuple(
-        ModeRun(c.mode, c, r, summarise(r, foreseen_notes(crane, c))) for c, r in zip(cases, results, strict=True)
+        ModeRun(c.mode, c, r, summarise(crane, c, r)) for c, r in zip(cases, results, strict=True)
     )

@@ -9,8 +9,9 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+from stillhook.control.loop import marginal_gain
 from stillhook.crane import Crane
-from stillhook.engine.pack import wire_speed_max
+from stillhook.engine.pack import loop_record
 from stillhook.errors import StillhookError
 from stillhook.physics.line import capacitance
 
@@ -64,8 +65,7 @@ def gain_limit(crane: Crane, alpha_m: float = 1.0, K_wire: float = 1.0) -> GainL
     .. math:: s (s^2 + a_1 s + a_0)(s^2 + b_1 s + b_0) + K_p\,b_0\,g = 0, \qquad
               g = \frac{\beta D_m}{J V} D_p \omega_p \frac{d_{max}}{2 i_{hD} K_{wire}}
 
-    with a_0 = omega_0^2, a_1 = 2 zeta omega_0 of the hydraulics and b_0, b_1 of the pump servo. At the limit s = i omega_c:
-    the odd powers give omega_c, the even ones the gain (Routh and Hurwitz in closed form).
+    with a_0 = omega_0^2, a_1 = 2 zeta omega_0 of the hydraulics and b_0, b_1 of the pump servo (`stillhook.control.loop`).
 
     Parameters: crane; alpha_m displacement of the active motors [-]; K_wire largest drum diameter over that in use, at least 1 [-].
     Errors: StillhookError for a displacement or a K_wire outside its range.
@@ -76,15 +76,9 @@ def gain_limit(crane: Crane, alpha_m: float = 1.0, K_wire: float = 1.0) -> GainL
     """
     if not K_wire >= 1.0:
         raise StillhookError(f"K_wire = {K_wire:g}: the largest drum diameter over the present one is at least 1.")
-    f, pump = eigenfrequency(crane, alpha_m), crane.active.pump
-    a_0, a_1 = f.omega_0**2, 2.0 * f.zeta * f.omega_0
-    b_0, b_1 = pump.servo.omega_n**2, 2.0 * pump.servo.zeta * pump.servo.omega_n
-    c_1, c_2, c_3, c_4 = a_0 * b_0, a_1 * b_0 + a_0 * b_1, a_0 + b_0 + a_1 * b_1, a_1 + b_1
-    w_2 = 2.0 * c_1 / (c_3 + math.sqrt(c_3 * c_3 - 4.0 * c_1))  # the smaller root of w_2^2 - c_3 w_2 + c_1
-    D_m = crane.active.motor.D_total * alpha_m
-    lever = wire_speed_max(crane, alpha_m) * D_m / K_wire  # D_p omega_p d / (2 i_hD)
-    g = D_m * lever / (f.J_m * f.C_h)
-    return GainLimit(alpha_m, K_wire, (c_2 - c_4 * w_2) * w_2 / (b_0 * g), math.sqrt(w_2))
+    _check_displacement(alpha_m)
+    K_p_ms, omega_c = marginal_gain(loop_record(crane, alpha_m, K_wire))
+    return GainLimit(alpha_m, K_wire, K_p_ms, omega_c)
 
 
 def _check_displacement(alpha_m: float) -> None:

@@ -1,23 +1,41 @@
 """What can be said before a run: refusals (ScenarioError) and limits that the run will meet (notes)."""
 
 import math
+from typing import NamedTuple
 
+from stillhook.control.loop import marginal_gain
 from stillhook.control.plc import Sensed, motor_demand
-from stillhook.crane import Crane, Plant
-from stillhook.engine.pack import MODE_CODE, drum_record, load_record, motor_speed_max, plc_record, wire_speed_max
+from stillhook.crane import Crane, MotorSet, Plant
+from stillhook.engine.drive import Asked, Drive
+from stillhook.engine.pack import (
+    MODE_CODE,
+    drum_record,
+    gains,
+    load_record,
+    loop_record,
+    motor_speed_max,
+    plc_record,
+    wire_speed_max,
+)
 from stillhook.errors import ScenarioError
-from stillhook.physics.drum import layer_diameter, layers_filled
-from stillhook.scenario import Scenario
+from stillhook.physics.drum import LAST_TURNS, WIRE_SLACK, layer_diameter, layers_filled, wire_usable
+from stillhook.scenario import LONGEST, Mode, Scenario
 from stillhook.units import show
 
-LAST_TURNS = 3.0
-"""Turns of wire that must stay on the drum (usual practice)."""
+
+class Foreseen(NamedTuple):
+    """What a run will meet: notes, one line each, worst first; unstable: the position loop is beyond its gain of marginal stability."""
+
+    notes: tuple[str, ...]
+    unstable: bool
 
 
 def check(crane: Crane, case: Scenario) -> None:
     """Refuse what no crane of this kind can be asked. Errors: ScenarioError, one line."""
+    _check_numbers(case)
     _check_load(crane, case)
-    wire = drum_record(crane).L_full - LAST_TURNS * math.pi * crane.drum.d
+    _check_times(crane, case)
+    wire = wire_usable(drum_record(crane))
     if case.s_w > wire:
         raise ScenarioError(
             f's_w {show(case.s_w, "length")} is more than the {show(wire, "length")} of wire that "{crane.name}" can pay out '
@@ -33,17 +51,38 @@ def check(crane: Crane, case: Scenario) -> None:
         raise ScenarioError(f'power_loss: "{crane.name}" has a single hydraulic power unit; nothing would be left to hold the load.')
 
 
+def _check_numbers(case: Scenario) -> None:
+    """For scenarios that were not read from text: a copy with changed fields, or one out of a stored run."""
+    for name, highest in (("load", math.inf), ("s_w", math.inf), ("duration", LONGEST), ("ramp", math.inf), ("warm_up", math.inf)):
+        value = getattr(case, name)
+        if not (isinstance(value, int | float) and 0.0 <= value <= highest):
+            raise ScenarioError(f"{name} = {value!r}: not a number of 0 or more in SI. Build the scenario from texts with units.")
+
+
 def _check_load(crane: Crane, case: Scenario) -> None:
     if case.load > crane.SWL:
         raise ScenarioError(
             f'Load {show(case.load, "mass")} exceeds the SWL {show(crane.SWL, "mass")} of "{crane.name}" '
-            f"({100.0 * case.load / crane.SWL:.0f} %). Lower the load or choose another crane."
+            f"({100.0 * case.load / crane.SWL:.5g} %). Lower the load or choose another crane."
         )
+    if case.load + crane.hook_mass <= 0.0:
+        raise ScenarioError(f'Nothing hangs on the wire: load 0 t, and "{crane.name}" has a hook_mass of 0 t. Give one of them.')
     load = load_record(crane, case)
-    if load.W <= 0.0:
+    if load.W <= 0.0 and case.water is not None:
         raise ScenarioError(
-            f"The payload floats: {show(case.load, 'mass')} in air displaces {case.water.volume:g} m^3 of water. "  # type: ignore[union-attr]
+            f"The payload floats: {show(case.load, 'mass')} in air displaces {case.water.volume:g} m^3 of water. "
             "Lower water.volume or raise the load."
+        )
+
+
+def _check_times(crane: Crane, case: Scenario) -> None:
+    """The counted part of a run holds at least one PLC cycle."""
+    t_cycle = crane.control.t_cycle
+    n = math.floor(case.duration / t_cycle + 1e-9)
+    if round(case.warm_up / t_cycle) >= n:
+        raise ScenarioError(
+            f"warm_up {case.warm_up:g} s leaves no whole PLC cycle of {show(t_cycle, 'time')} of the duration {case.duration:g} s. "
+            "Shorten warm_up or run longer."
         )
 
 
@@ -53,33 +92,94 @@ def layer_diameter_at(crane: Crane, s_w: float) -> float:
     return float(layer_diameter(layers_filled(drum.L_full - s_w, drum), drum))
 
 
-def notes(crane: Crane, case: Scenario, v_tip_max: float, s_tip_pp: float) -> list[str]:
-    """Limits that this run will meet, one line each, worst first; v_tip_max [m/s] and s_tip_pp [m] are the motion's own."""
+def foresee(crane: Crane, case: Scenario) -> Foreseen:
+    """Limits that this run will meet. The scenario must have passed `check`."""
+    asked = Drive(crane, case).asked()
     d = layer_diameter_at(crane, case.s_w)
     K_wire = crane.drum.d_max / d
-    alpha = alpha_wanted(crane, case, K_wire, 1.0)
-    out = []
+    gain = _gain_notes(crane, case, asked.v_max, K_wire)
+    notes = [
+        *_speed_notes(crane, case, asked.v_max, d),
+        *_wire_notes(crane, asked),
+        *gain,
+        *_stroke_notes(crane, case, asked.s_tip_pp),
+        *_pure_active_notes(crane, case, d, alpha_wanted(crane, case, K_wire, 0.0)),
+        *_event_notes(case),
+    ]
+    return Foreseen(tuple(notes), bool(gain))
+
+
+def _speed_notes(crane: Crane, case: Scenario, v: float, d: float) -> list[str]:
+    """v highest wire speed that is asked for [m/s]; d diameter in use [m]."""
+    alpha, out = alpha_wanted(crane, case, crane.drum.d_max / d, 1.0), []
     v_max = wire_speed_max(crane, alpha, d)
-    if v_tip_max > v_max:
+    if v > v_max:
+        what = "speed of tip and operator" if case.operator.profile else "tip speed"
         out.append(
-            f"tip speed {show(v_tip_max, 'speed')} is above the {show(v_max, 'speed')} that {case.mode.value} reaches at this load "
+            f"{what} {show(v, 'speed')} is above the {show(v_max, 'speed')} that {case.mode.value} reaches at this load "
             f"and layer (motors at {alpha:.2f}): the pumps will saturate"
         )
-    limit = min(crane.active.motor.n_max_full / alpha, crane.active.motor.n_max)
-    omega = min(v_tip_max / (0.5 * d / crane.i_hD), motor_speed_max(crane, alpha))
+    limit = min([speed_limit(crane.active.motor, alpha), *_passive_limit(crane, case, d)])
+    omega = min(v / (0.5 * d / crane.i_hD), motor_speed_max(crane, alpha))
     if omega > limit:
-        out.append(f"motors would turn {show(omega, 'rotation')}, above their limit {show(limit, 'rotation')} at this displacement")
-    out += _stroke_notes(crane, case, s_tip_pp)
-    out += _pure_active_notes(crane, case, d, alpha_wanted(crane, case, K_wire, 0.0))
+        out.append(f"motors would turn {show(omega, 'rotation')}, above their limit {show(limit, 'rotation')} at this load")
     return out
 
 
-def alpha_wanted(crane: Crane, case: Scenario, K_wire: float, u_ff: float) -> float:
-    """Displacement that the PLC asks for in this mode at this load [-]; u_ff 0 at rest, 1 at full speed."""
+def speed_limit(motor: MotorSet, alpha: float) -> float:
+    """Highest shaft speed of a motor at displacement alpha [rad/s]."""
+    return motor.n_max if motor.n_max_full > motor.n_max * alpha else motor.n_max_full / alpha
+
+
+def _passive_limit(crane: Crane, case: Scenario, d: float) -> tuple[float, ...]:
+    """Speed limit of the passive motors at the displacement that holds the load at mid stroke; nothing without a passive circuit."""
+    if crane.passive is None:
+        return ()
+    T = load_record(crane, case).W * 0.5 * d / crane.i_hD
+    alpha = T / (crane.passive.motor.D_total * (crane.passive.accumulator.gas.p_0 - crane.passive.p_lp))
+    return (speed_limit(crane.passive.motor, min(alpha, 1.0)),)
+
+
+def alpha_wanted(crane: Crane, case: Scenario, K_wire: float, u_ff: float, mode: Mode | None = None) -> float:
+    """Displacement that the PLC asks for in a mode (default the scenario's first) at this load [-]; u_ff 0 at rest, 1 at full speed."""
     F = load_record(crane, case).W
-    code = MODE_CODE[case.mode]
+    code = MODE_CODE[mode or case.mode]
     y = Sensed(0.0, 0.0, 0.0, 0.0, 0.0, code, 1.0, case.s_w, F, 1.0, K_wire)
     return float(motor_demand(y, u_ff, F, plc_record(crane)))
+
+
+def _wire_notes(crane: Crane, asked: Asked) -> list[str]:
+    wire = wire_usable(drum_record(crane))
+    if asked.s_w_min >= -WIRE_SLACK and asked.s_w_max <= wire:
+        return []
+    return [
+        f"tip and operator ask for {show(asked.s_w_min, 'length')} to {show(asked.s_w_max, 'length')} of wire out, and there are 0 m "
+        f"(hook at the crane tip) to {show(wire, 'length')} ({LAST_TURNS:.0f} turns kept)"
+    ]
+
+
+def _gain_notes(crane: Crane, case: Scenario, v: float, K_wire: float) -> list[str]:
+    """Is K_p above the gain of marginal stability of the linear loop, at the smallest displacement that a mode of this run takes?"""
+    modes = {m for m in (case.mode, *(m for _, m in case.modes)) if m is not Mode.MANUAL}
+    if not modes:
+        return []
+    u_ff = min(gains(crane).K_1 * v * K_wire, 1.0)
+    alpha = min(alpha_wanted(crane, case, K_wire, u_ff, m) for m in modes)
+    K_p, (limit, omega) = crane.control.K_p, marginal_gain(loop_record(crane, alpha, K_wire))
+    if K_p <= limit:
+        return []
+    return [
+        f"K_p {show(K_p, 'gain_per_length')} is above the {show(limit, 'gain_per_length')} at which the position loop is marginally stable "
+        f"(linear model, motors at {alpha:.2f}): expect the winch to swing at {omega:.3g} rad/s"
+    ]
+
+
+def _event_notes(case: Scenario) -> list[str]:
+    """Events that the run is too short for."""
+    events = [("change of mode", t) for t, _ in case.modes] + [("set-point step", t) for t, _ in case.operator.steps]
+    if case.power_loss is not None:
+        events.append(("loss of a hydraulic power unit", case.power_loss.time))
+    return [f"the {name} at {t:g} s comes after the end of the run at {case.duration:g} s" for name, t in events if t > case.duration]
 
 
 def _stroke_notes(crane: Crane, case: Scenario, s_tip_pp: float) -> list[str]:

@@ -3,10 +3,12 @@
 import bisect
 import math
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from stillhook.control.plc import MANUAL
 from stillhook.crane import Crane
 from stillhook.engine.pack import MODE_CODE
 from stillhook.scenario import Operator, PowerLoss, Scenario
@@ -16,6 +18,9 @@ Array = NDArray[np.float64]
 TICK = 13
 THIN = 3
 """Columns of a full row (`stillhook.plants.state.Tick`), and of one that only moves the tip."""
+
+CHUNK = 4096
+"""Cycles that are made and run at once."""
 
 
 def hermite_weights(n_sub: int) -> Array:
@@ -37,6 +42,15 @@ def scale_weights(H: Array, t_cycle: float) -> Array:
     return np.ascontiguousarray(np.hstack([H[:, :6] * unit, H[:, 6:] * unit / t_cycle])).ravel()
 
 
+class Asked(NamedTuple):
+    """What tip and operator ask of the winch over a run: v_max highest wire speed [m/s]; s_tip_pp [m]; s_w_min, s_w_max wire out [m]."""
+
+    v_max: float
+    s_tip_pp: float
+    s_w_min: float
+    s_w_max: float
+
+
 class Drive:
     """Rows of Tick for one scenario on one crane, made piece by piece."""
 
@@ -45,6 +59,7 @@ class Drive:
         self.t_cycle = crane.control.t_cycle
         self.motion: Motion = Ramped.from_si(case.tip, case.ramp) if case.ramp > 0.0 else case.tip
         self.n_ticks = max(1, math.floor(case.duration / self.t_cycle + 1e-9))
+        self.s_tip_0 = float(self.motion.sample(np.zeros(1))[0][0])
         self.first = min(round(case.warm_up / self.t_cycle), self.n_ticks)
         self._pumps = crane.active.pump.D
         self._noise = _Noise(case, self.n_ticks + 1)
@@ -61,6 +76,20 @@ class Drive:
         t: Array = np.arange(k, k + n, dtype=np.float64) * self.t_cycle
         thin = _tip(self.motion, k, n, self.t_cycle)
         return thin if self.cols == THIN else self._full(t, k, n, thin)
+
+    def asked(self) -> Asked:
+        """Extremes over the whole run, taken in pieces; in manual mode the tip asks for nothing."""
+        v_max, tip, wire = 0.0, [], []
+        for k in range(0, self.n_ticks, CHUNK):
+            rows = self.rows(k, min(CHUNK, self.n_ticks - k) + 1)
+            s, v = rows[:, 0], rows[:, 1]
+            v_op, s_op, mode = (rows[:, i] for i in (6, 7, 8)) if self.cols == TICK else (0.0, 0.0, MODE_CODE[self.case.mode])
+            follows = np.where(np.asarray(mode) > MANUAL, 1.0, 0.0)
+            v_max = max(v_max, float(np.max(np.abs(v_op - follows * v))))
+            tip += [float(s.min()), float(s.max())]
+            out = self.case.s_w + follows * (s - self.s_tip_0) - s_op
+            wire += [float(out.min()), float(out.max())]
+        return Asked(v_max, max(tip) - min(tip), min(wire), max(wire))
 
     def first_row(self) -> Array:
         """The full first row."""

@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 from stillhook import crane as spec
 from stillhook.control.ahc import AhcGains
+from stillhook.control.loop import Loop
 from stillhook.control.motors import MotorSettings
 from stillhook.control.passive import PassiveSettings
 from stillhook.control.plc import HS, LEVEL_1, LEVEL_2, MANUAL, NS, SSC, SSC_CUBIC, Memory, Plc
@@ -73,6 +74,23 @@ def gains(crane: Crane) -> AhcGains:
     K_1 = c.K_1 if c.K_1 is not None else 1.0 / wire_speed_max(crane)
     K_2 = c.K_2 if c.K_2 is not None else K_1 * 2.0 * servo.zeta / servo.omega_n
     return AhcGains(K_1=K_1, K_2=K_2, K_p=c.K_p)
+
+
+def loop_record(crane: Crane, alpha_m: float = 1.0, K_wire: float = 1.0) -> Loop:
+    """The position loop of paper E: one line holds its pressure, B_v stands for all friction, J is that of the full drum.
+
+    alpha_m displacement of the active motors [-]; K_wire published outer diameter over the one in use [-].
+    """
+    a, J, B_v, servo = crane.active, crane.inertia.J_m_eff, crane.control.B_v, crane.active.pump.servo
+    C_h, D_m = capacitance(a.line.V, a.line.bulk_modulus), a.motor.D_total * alpha_m
+    lever = wire_speed_max(crane, alpha_m) * D_m / K_wire  # D_p omega_p d / (2 i_hD)
+    return Loop(
+        a_0=(D_m * D_m + B_v * a.C_leak) / (J * C_h),
+        a_1=B_v / J + a.C_leak / C_h,
+        b_0=servo.omega_n**2,
+        b_1=2.0 * servo.zeta * servo.omega_n,
+        g=D_m * lever / (J * C_h),
+    )
 
 
 @functools.lru_cache(maxsize=256)
@@ -154,6 +172,8 @@ def _passive(crane: Crane) -> active_passive.PassiveCircuit:
             K_acc=crane.control.K_acc,
             dp_least=DP_LEAST,
         ),
+        n_full=p.motor.n_max_full,
+        n_max=p.motor.n_max,
     )
 
 

@@ -1,6 +1,7 @@
 """One trajectory, or blocks of sixteen, from the first cycle to the last; progress, interruption, failure of a case."""
 
 import itertools
+import math
 import threading
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -14,7 +15,7 @@ from stillhook.control.plc import Memory
 from stillhook.crane import Crane
 from stillhook.engine.build import driver
 from stillhook.engine.checks import check
-from stillhook.engine.drive import Drive, hermite_weights, scale_weights
+from stillhook.engine.drive import CHUNK, Drive, hermite_weights, scale_weights
 from stillhook.engine.lanes import VL, fields, flatten, offset, size, unflatten
 from stillhook.engine.pack import Packed, pack
 from stillhook.engine.stability import check_step
@@ -30,9 +31,6 @@ Pair = tuple[Packed, Drive]
 
 WINDOW = 30.0
 """Length of the moving window of the peak-to-peak error [s]. Source: Moslatt 2020 paper F table 2."""
-
-CHUNK = 4096
-"""Cycles handed to the kernel at once: progress and failures are seen this often."""
 
 
 class Ending(StrEnum):
@@ -159,7 +157,7 @@ class Block:
     def _record(self, packed: Packed, drive: Drive) -> list[float]:
         """One lane before the first cycle: the reference lies where the wire is; state and memory await `at_rest`."""
         tick, d = Tick(*drive.first_row()), self.d
-        memory = packed.memory._replace(datum=packed.s_w - tick.s_m + tick.s_op, mode=tick.mode)
+        memory = packed.memory._replace(datum=packed.s_w - tick.s_m, mode=tick.mode)
         x = nothing(d.State)._replace(s_w=packed.s_w)
         tip = Tip(tick.s, tick.v)
         lane = d.Lane(
@@ -215,6 +213,8 @@ class Block:
         x, m, st = (self._part(name, i) for name in ("x", "m", "st"))
         span, full = _span(best, st, self.n_win)
         t_cycle, failed = self.drive.t_cycle, self.failed.get(i)
+        if failed is not None and self.every:
+            self.out[math.ceil(failed / (self.every * t_cycle) - 1e-9) :, :, i] = np.nan  # there the lane runs on from rest
         return Result(
             stats=st,
             span=span,

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+import math
+from collections.abc import Iterable, Sequence
 from enum import StrEnum
 from typing import TYPE_CHECKING, Any
 
@@ -13,12 +14,11 @@ from stillhook import units
 from stillhook._version import __version__
 from stillhook.crane import Crane
 from stillhook.engine.build import kernel_hash
-from stillhook.engine.checks import notes as foreseen
-from stillhook.engine.drive import Drive
 from stillhook.engine.lanes import VL
 from stillhook.engine.run import Ending, Progress, Result, run_cases
+from stillhook.engine.stability import MOST_STEPS, whole_parts
 from stillhook.engine.summary import summarise
-from stillhook.errors import ScenarioError, SimulationError
+from stillhook.errors import ScenarioError, SimulationError, SpecError
 from stillhook.library import crane_toml
 from stillhook.plants.state import Signals
 from stillhook.scenario import Scenario
@@ -27,9 +27,14 @@ from stillhook.variables import BY_NAME
 if TYPE_CHECKING:
     import xarray
 
-SERIES_STEP = "2 ms"
-STATISTICS_STEP = "5 ms"
-"""Proven in docs/validation/step-size.md: within 0.1 mm of wire and 0.2 bar of peak pressure of a 0.1 ms reference."""
+SERIES_STEP = 2e-3
+STATISTICS_STEP = 5e-3
+"""Default steps [s]. Proven in docs/validation/step-size.md: within 0.1 mm of wire and 0.2 bar of peak pressure of a 0.1 ms reference."""
+
+EVERY = 0.1
+"""Default spacing of a stored series [s]."""
+
+MOST_THREADS = 1024
 
 
 class OnFailure(StrEnum):
@@ -44,7 +49,7 @@ def simulate(
     case: Scenario | Sequence[Scenario],
     *,
     step: str | None = None,
-    every: str = "0.1 s",
+    every: str | None = None,
     series: bool | None = None,
     on_failure: OnFailure | str = OnFailure.RAISE,
     threads: int = 2,
@@ -55,8 +60,9 @@ def simulate(
     Parameters
     ----------
     crane, case: what the machine is, and what is done to it. A list of cases adds the dimension "case".
-    step: integration step, at most the PLC cycle and a whole part of it; default 2 ms with series, 5 ms for statistics alone.
-    every: spacing of the stored series, a whole number of PLC cycles.
+    step: integration step, at most the PLC cycle and a whole part of it; default 2 ms with series, 5 ms for statistics alone,
+    or the next shorter step that the PLC cycle allows.
+    every: spacing of the stored series, a whole number of PLC cycles; default 0.1 s, or the next longer spacing that there is.
     series: store time series; default True for one case, False for a list (statistics alone, sixteen cases side by side).
     on_failure: "raise" stops with SimulationError if a case fails, "mark" keeps the rest (`status` says which failed).
     threads: threads that share the blocks of a batch. progress: called with the share done, 0..1.
@@ -69,13 +75,13 @@ def simulate(
     Errors: ScenarioError (bad scenario), SpecError (step too long), SimulationError (failed case). Nothing is returned half-done.
     """
     single = isinstance(case, Scenario)
-    cases = [case] if isinstance(case, Scenario) else list(case)
-    if not cases:
-        raise ScenarioError("simulate: the list of cases is empty. Give at least one Scenario.")
+    cases = checked_cases(crane, case)
     if on_failure not in tuple(OnFailure):
-        raise ScenarioError(f'on_failure = "{on_failure}": give one of {", ".join(OnFailure)}.')
+        raise ScenarioError(f"on_failure = {units.came(on_failure)}: give one of {', '.join(OnFailure)}.")
+    if type(threads) is not int or not 1 <= threads <= MOST_THREADS:
+        raise ScenarioError(f"threads = {units.came(threads)}: give a whole number from 1 to {MOST_THREADS}.")
     stored = single if series is None else series
-    n_sub = steps_per_cycle(crane, step or (SERIES_STEP if stored else STATISTICS_STEP))
+    n_sub = steps_per_cycle(crane, step, SERIES_STEP if stored else STATISTICS_STEP)
     lanes, rows = (1, cycles(crane, every)) if stored else (VL, 0)
     results = run_cases(crane, cases, n_sub=n_sub, lanes=lanes, every=rows, threads=threads, progress=progress)
     if OnFailure(on_failure) is OnFailure.RAISE:
@@ -83,11 +89,32 @@ def simulate(
     return to_dataset(crane, cases, results, single=single)
 
 
-def steps_per_cycle(crane: Crane, step: str) -> int:
-    """Steps per PLC cycle for a step given as text. Errors: ScenarioError where it is not a whole part of the cycle."""
-    h, t_cycle = units.parse(step, "time", "step"), crane.control.t_cycle
+def checked_cases(crane: Crane, case: Scenario | Sequence[Scenario]) -> list[Scenario]:
+    """The scenarios as a list. Errors: ScenarioError, SpecError where something else was given."""
+    if not isinstance(crane, Crane):
+        raise SpecError(f"crane = {units.came(crane)}: not a Crane. Read one with load_crane, by name or path.")
+    if isinstance(case, Scenario):
+        return [case]
+    cases = list(case) if isinstance(case, Iterable) else [case]
+    if not cases:
+        raise ScenarioError("simulate: the list of cases is empty. Give at least one Scenario.")
+    for i, each in enumerate(cases):
+        if not isinstance(each, Scenario):
+            raise ScenarioError(f"case {i} = {units.came(each)}: not a Scenario. Give one Scenario, or a list of them.")
+    return cases
+
+
+def steps_per_cycle(crane: Crane, step: str | None, default: float = SERIES_STEP) -> int:
+    """Steps per PLC cycle for a step given as text, or for the default [s] where there is none.
+
+    Errors: ScenarioError where the step is not a whole part of the cycle.
+    """
+    t_cycle = crane.control.t_cycle
+    if step is None:
+        return whole_parts(t_cycle, default)
+    h = units.parse(step, "time", "step")
     n = round(t_cycle / h) if h > 0.0 else 0
-    if n < 1 or abs(n * h - t_cycle) > 1e-9 * t_cycle or n > 10000:
+    if n < 1 or abs(n * h - t_cycle) > 1e-9 * t_cycle or n > MOST_STEPS:
         raise ScenarioError(
             f'step = "{step}" is not a whole part of the PLC cycle {units.show(t_cycle, "time")}. '
             f'Use for instance "{t_cycle / 5 * 1e3:g} ms" or "{t_cycle / 2 * 1e3:g} ms".'
@@ -95,9 +122,12 @@ def steps_per_cycle(crane: Crane, step: str) -> int:
     return n
 
 
-def cycles(crane: Crane, every: str) -> int:
-    """PLC cycles in a spacing given as text. Errors: ScenarioError where it is not a whole number of them."""
-    dt, t_cycle = units.parse(every, "time", "every"), crane.control.t_cycle
+def cycles(crane: Crane, every: str | None) -> int:
+    """PLC cycles in a spacing given as text, or in the default one. Errors: ScenarioError where it is not a whole number of them."""
+    t_cycle = crane.control.t_cycle
+    if every is None:
+        return math.ceil(EVERY / t_cycle * (1.0 - 1e-9))
+    dt = units.parse(every, "time", "every")
     n = round(dt / t_cycle)
     if n < 1 or abs(n * t_cycle - dt) > 1e-9 * dt:
         raise ScenarioError(f'every = "{every}" is not a whole number of PLC cycles of {units.show(t_cycle, "time")}.')
@@ -115,18 +145,11 @@ def raise_failures(results: Sequence[Result]) -> None:
         )
 
 
-def foreseen_notes(crane: Crane, case: Scenario) -> tuple[str, ...]:
-    """Limits that can be foreseen for this run, one line each."""
-    drive = Drive(crane, case)
-    tip = drive.rows(0, drive.n_ticks + 1)
-    return tuple(foreseen(crane, case, float(np.max(np.abs(tip[:, 1]))), float(np.ptp(tip[:, 0]))))
-
-
 def to_dataset(crane: Crane, cases: Sequence[Scenario], results: Sequence[Result], *, single: bool) -> xarray.Dataset:
     """Results as a labelled Dataset; see `simulate`."""
     import xarray  # heavy: not wanted for the command line's first table
 
-    summaries = [summarise(r, foreseen_notes(crane, c)) for c, r in zip(cases, results, strict=True)]
+    summaries = [summarise(crane, c, r) for c, r in zip(cases, results, strict=True)]
     columns: dict[str, Any] = {}
     for name in summaries[0]:
         values = [("; ".join(s[name]) if name == "notes" else s[name]) for s in summaries]

@@ -43,6 +43,7 @@ class Stats(NamedTuple):
     stroke_cycles: float
     slack_cycles: float
     cavitation_cycles: float
+    wire_cycles: float
     e_sum: float
     e2_sum: float
     tip_sum: float
@@ -87,8 +88,8 @@ def flag(condition):
 
 
 @scalar
-def fold(a, y, power, E, too_fast, at_end, w):
-    """Statistics with one more cycle: y Signals, power Powers, E stored energy [J], w weight of the cycle in integrals.
+def fold(a, y, power, E, limits, w):
+    """Statistics with one more cycle: y Signals, power Powers, E stored energy [J], limits Limits, w weight of the cycle in integrals.
 
     w is 1, and 0.5 at both ends of the part that counts (trapezoidal rule).
     """
@@ -118,11 +119,12 @@ def fold(a, y, power, E, too_fast, at_end, w):
         V_min=fmin(a.V_min, y.V_acc),
         V_max=fmax(a.V_max, y.V_acc),
         saturation_cycles=a.saturation_cycles + flag(abs(y.u_raw) > 1.0),
-        relief_cycles=a.relief_cycles + flag(y.Q_relief > 0.0),
-        overspeed_cycles=a.overspeed_cycles + too_fast,
-        stroke_cycles=a.stroke_cycles + at_end,
+        relief_cycles=a.relief_cycles + fmax(flag(y.Q_relief > 0.0), limits.relief_p),
+        overspeed_cycles=a.overspeed_cycles + limits.too_fast,
+        stroke_cycles=a.stroke_cycles + limits.at_end,
         slack_cycles=a.slack_cycles + flag(y.F_w <= 0.0),
         cavitation_cycles=a.cavitation_cycles + flag(fmin(y.p_a, y.p_b) <= 0.0),
+        wire_cycles=a.wire_cycles + limits.wire_end,
         e_sum=a.e_sum + w * y.e_c,
         e2_sum=a.e2_sum + w * y.e_c * y.e_c,
         tip_sum=a.tip_sum + w * y.s_tip,

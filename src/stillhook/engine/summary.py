@@ -3,7 +3,10 @@
 import math
 from typing import Any
 
-from stillhook.engine.run import Ending, Result
+from stillhook.crane import Crane
+from stillhook.engine.checks import Foreseen, foresee
+from stillhook.engine.run import WINDOW, Ending, Result
+from stillhook.scenario import Mode, Scenario
 
 LIMITS = (
     ("saturated", "saturation_cycles"),
@@ -12,14 +15,28 @@ LIMITS = (
     ("accumulator", "stroke_cycles"),
     ("cavitation", "cavitation_cycles"),
     ("slack", "slack_cycles"),
+    ("wire", "wire_cycles"),
 )
 OK = "ok"
 OFFSET = 0.05
 """Mean error from which a hook that never passes its place counts as standing off [m]; paper F accepts 5 cm of error."""
 
 
-def status(result: Result) -> str:
-    """ "ok", or the limits that the counted part of the run went beyond, joined by commas."""
+LEAST_EFFICIENCY = 0.05
+"""Efficiency below which a winch does not compensate [-]: a twentieth of the tip's motion is what friction alone takes off."""
+AUDIT = 0.05
+"""Energy not found again, over that through the pumps, from which a run is numerically wrong [-]; sound runs stay below 1e-3."""
+POSITION = ("e_c_pp", "e_c_pp_measured", "eta_c", "e_c_max", "e_c_mean", "e_c_std")
+"""What a run in manual mode has none of: nothing is held in place there."""
+
+
+def status(case: Scenario, result: Result, foreseen: Foreseen) -> str:
+    """ "ok", or the limits that the counted part of the run went beyond, joined by commas.
+
+    "unstable": K_p is above the gain of marginal stability, however the run went. "audit": the energy does not add up, so the numbers are
+    wrong; asked only of runs as long as the window. "uncompensated": the error is about as large as
+    the motion of the tip, or larger; asked only of plain compensation, where nothing else moves the hook.
+    """
     if result.ending is Ending.DIVERGED:
         return "diverged"
     st = result.stats
@@ -27,6 +44,14 @@ def status(result: Result) -> str:
     one_sided = st.e_min > 0.0 or st.e_max < 0.0
     if one_sided and abs(st.e_sum) > OFFSET * max(st.cycles - 1.0, 1.0):
         beyond.append("offset")
+    if foreseen.unstable:
+        beyond.append("unstable")
+    plain = case.mode is not Mode.MANUAL and not (case.modes or case.operator.profile or case.operator.steps)
+    e_c_pp, _, s_tip_pp = result.span
+    if result.full_window and abs(energy_unaccounted(result)) > AUDIT:
+        beyond.append("audit")
+    if plain and s_tip_pp > 0.0 and e_c_pp > max(OFFSET, (1.0 - LEAST_EFFICIENCY) * s_tip_pp):
+        beyond.append("uncompensated")
     return ", ".join(beyond) or OK
 
 
@@ -44,8 +69,13 @@ def energy_unaccounted(result: Result) -> float:
     return ((given - taken) * result.t_cycle - (st.E_end - st.E_start)) / through
 
 
-def summarise(result: Result, notes: tuple[str, ...] = ()) -> dict[str, Any]:
-    """The summary of one run: keys and SI units of `stillhook.variables.SUMMARY`. A diverged run has NaN for every number."""
+def summarise(crane: Crane, case: Scenario, result: Result) -> dict[str, Any]:
+    """The summary of one run: keys and SI units of `stillhook.variables.SUMMARY`.
+
+    A diverged run has NaN for every number, and one that is manual throughout for those of the position.
+    """
+    foreseen = foresee(crane, case)
+    notes = [*foreseen.notes, *_window_notes(result)]
     st, t = result.stats, result.t_cycle
     e_c_pp, e_c_pp_measured, s_tip_pp = result.span
     weight = max(st.cycles - 1.0, 1.0)
@@ -76,6 +106,7 @@ def summarise(result: Result, notes: tuple[str, ...] = ()) -> dict[str, Any]:
         "stroke_time": st.stroke_cycles * t,
         "slack_time": st.slack_cycles * t,
         "cavitation_time": st.cavitation_cycles * t,
+        "wire_time": st.wire_cycles * t,
         "energy_pumps": st.pump_abs * t,
         "energy_unaccounted": energy_unaccounted(result),
         "counted_time": weight * t,
@@ -83,4 +114,14 @@ def summarise(result: Result, notes: tuple[str, ...] = ()) -> dict[str, Any]:
     }
     if result.ending is Ending.DIVERGED:
         numbers = dict.fromkeys(numbers, math.nan)
-    return {"status": status(result), **numbers, "notes": list(notes)}
+    elif {case.mode, *(m for _, m in case.modes)} == {Mode.MANUAL}:
+        numbers |= dict.fromkeys(POSITION, math.nan)
+    return {"status": status(case, result, foreseen), **numbers, "notes": notes}
+
+
+def _window_notes(result: Result) -> list[str]:
+    """The peak-to-peak values of a short run cover less than the window that they are defined on."""
+    if result.full_window or result.ending is Ending.DIVERGED:
+        return []
+    counted = max(result.stats.cycles - 1.0, 0.0) * result.t_cycle
+    return [f"the counted part of {counted:.4g} s is shorter than the window of {WINDOW:g} s: peak-to-peak values are of that part alone"]

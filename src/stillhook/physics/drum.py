@@ -29,6 +29,25 @@ class Inertia(NamedTuple):
     i_i2: float
 
 
+LAST_TURNS = 3.0
+"""Turns of wire that must stay on the drum (usual practice)."""
+
+WIRE_SLACK = 0.05
+"""Wire that may be taken in beyond the hook's place at the crane tip before it counts as hauled into it [m]."""
+
+
+@scalar
+def wire_usable(drum):
+    """Wire that can be paid out with the last turns kept on the bare drum [m]."""
+    return drum.L_full - LAST_TURNS * PI * drum.d
+
+
+@scalar
+def wire_at_end(s_w, drum):
+    """1 where the last turns are paid out, or where the hook would be pulled into the crane tip, else 0; s_w wire paid out [m]."""
+    return 1.0 if s_w < -WIRE_SLACK or s_w > wire_usable(drum) else 0.0
+
+
 @scalar
 def layers_filled(L_left, drum):
     r"""Number of layers that a length of wire fills, as a real number in 0..layers.

@@ -83,7 +83,9 @@ def active_flows(alpha_p, D_m, omega_m, p_a, p_b, f_pump, A):
 
 @scalar
 def overspeed(alpha_m, omega_m, A):
-    """1 where the motors turn faster than allowed at this displacement, else 0: the limit rises as 1/alpha_m up to n_max."""
-    limit = A.n_full / alpha_m
-    limit = limit if limit < A.n_max else A.n_max
+    """1 where the motors turn faster than allowed at this displacement, else 0: the limit rises as 1/alpha_m up to n_max.
+
+    A any circuit with n_full and n_max; alpha_m may be 0.
+    """
+    limit = A.n_max if A.n_full > A.n_max * alpha_m else A.n_full / alpha_m
     return 1.0 if abs(omega_m) > limit else 0.0

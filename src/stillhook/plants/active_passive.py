@@ -5,21 +5,23 @@ from typing import NamedTuple
 from stillhook.control.passive import PassiveSettings, displacement_for_weight, make_up
 from stillhook.control.plc import Plc, Sensed, cycle, hold
 from stillhook.physics.accumulator import Accumulator, accumulator_pressure, piston_loss
-from stillhook.physics.drum import K_wire
+from stillhook.physics.drum import K_wire, wire_at_end
 from stillhook.physics.friction import bristle_update, dry_torque, system_friction_dry
 from stillhook.physics.motor import Motors, motor_leakage, motor_torque, torque_loss_dry, torque_loss_moving
 from stillhook.physics.pump import Pumps, pump_flow, pump_leakage
-from stillhook.physics.scalar import copysign, scalar
+from stillhook.physics.scalar import copysign, fmax, scalar
 from stillhook.physics.sensor import quantise
 from stillhook.physics.swash import Servo, displacement, known_displacement, pilot, swash_acceleration
 from stillhook.physics.valves import Relief, external_leakage, internal_leakage, relief_flow
 from stillhook.physics.wire import wire_stiffness
 from stillhook.plants.active_circuit import ActiveCircuit, ActiveFlows, active_flows, overspeed
 from stillhook.plants.hoist import Hoist, HoistState, drag_loss, drum_geometry, hoist_energy, hoist_state, wire_loss
-from stillhook.plants.state import Powers, Sensors, Signals, Tip
+from stillhook.plants.state import Limits, Powers, Sensors, Signals, Tip
 
 
 class PassiveCircuit(NamedTuple):
+    """n_full, n_max shaft speed limits of the motors at full and at reduced displacement [rad/s]."""
+
     pumps: Pumps
     pump_servo: Servo
     motors: Motors
@@ -27,6 +29,8 @@ class PassiveCircuit(NamedTuple):
     accumulator: Accumulator
     relief: Relief
     settings: PassiveSettings
+    n_full: float
+    n_max: float
 
 
 class Params(NamedTuple):
@@ -264,7 +268,8 @@ def stored_energy(c, x, geo, p):
 
 @scalar
 def limits(c, x, p):
-    """1 or 0 for: motors too fast; accumulator piston at an end of its stroke."""
-    acc = p.passive.accumulator
-    at_end = 1.0 if x.V_o <= 0.0 or x.V_o >= acc.V_stroke else 0.0
-    return overspeed(c.alpha_m, x.omega_m, p.active), at_end
+    """Which limits are passed now; see `Limits`. All motors sit on one shaft and each set has its own speed limit."""
+    too_fast = fmax(overspeed(c.alpha_m, x.omega_m, p.active), overspeed(c.alpha_pm, x.omega_m, p.passive))
+    at_end = 1.0 if x.V_o <= 0.0 or x.V_o >= p.passive.accumulator.V_stroke else 0.0
+    relief_p = 1.0 if c.Q_relief_p > 0.0 else 0.0
+    return Limits(too_fast, at_end, relief_p, wire_at_end(x.s_w, p.hoist.drum))

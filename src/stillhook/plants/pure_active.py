@@ -3,7 +3,7 @@
 from typing import NamedTuple
 
 from stillhook.control.plc import Plc, Sensed, cycle, hold
-from stillhook.physics.drum import K_wire
+from stillhook.physics.drum import K_wire, wire_at_end
 from stillhook.physics.friction import bristle_update, dry_torque, system_friction_dry
 from stillhook.physics.motor import motor_torque, torque_loss_dry, torque_loss_moving
 from stillhook.physics.scalar import copysign, scalar
@@ -12,7 +12,7 @@ from stillhook.physics.swash import displacement, known_displacement, pilot, swa
 from stillhook.physics.wire import wire_stiffness
 from stillhook.plants.active_circuit import ActiveCircuit, ActiveFlows, active_flows, overspeed
 from stillhook.plants.hoist import Hoist, HoistState, drag_loss, drum_geometry, hoist_energy, hoist_state, wire_loss
-from stillhook.plants.state import Powers, Sensors, Signals, Tip
+from stillhook.plants.state import Limits, Powers, Sensors, Signals, Tip
 
 
 class Params(NamedTuple):
@@ -185,5 +185,5 @@ def stored_energy(c, x, geo, p):
 
 @scalar
 def limits(c, x, p):
-    """1 or 0 for: motors too fast; accumulator piston at an end of its stroke (there is none)."""
-    return overspeed(c.alpha_m, x.omega_m, p.active), 0.0
+    """Which limits are passed now; see `Limits`. There is no accumulator and no passive relief valve."""
+    return Limits(overspeed(c.alpha_m, x.omega_m, p.active), 0.0, 0.0, wire_at_end(x.s_w, p.hoist.drum))

@@ -81,6 +81,16 @@ class Signals(NamedTuple):
     v_op: float
 
 
+class Limits(NamedTuple):
+    """1 where a limit is passed at an instant, else 0: too_fast a motor's speed; at_end the accumulator piston's stroke;
+    relief_p the passive circuit's relief valve is open; wire_end the wire: its last turns leave the drum, or the hook is at the tip."""
+
+    too_fast: float
+    at_end: float
+    relief_p: float
+    wire_end: float
+
+
 class Powers(NamedTuple):
     """Powers at an instant [W]. In: pumps active and passive, boost, tip (through the wire). Out: the rest, each as a loss or work done.
     The sum of the inputs less the outputs is the rate of the stored energy."""
