@@ -3,17 +3,23 @@
 A cache that is keyed on one file serves stale physics after an edit in another: hence the hash over all of them.
 """
 
+import contextlib
+import functools
+import getpass
 import hashlib
 import importlib.util
 import os
+import stat
 import sys
 import tempfile
 import threading
 from pathlib import Path
 from types import ModuleType
+from typing import Any
 
 import numba
 import platformdirs
+from numba.core.caching import FunctionCache
 
 from stillhook.plants import active_passive, pure_active
 
@@ -41,7 +47,20 @@ def cache_root() -> Path:
             return Path(wanted)
     except OSError:
         pass
-    return Path(tempfile.gettempdir()) / "stillhook-cache"
+    return _private_folder()
+
+
+@functools.cache
+def _private_folder() -> Path:
+    """A temporary folder that nobody else can write to: what lies in it is run as machine code."""
+    for name in ("stillhook-cache", f"stillhook-cache-{getpass.getuser()}"):
+        folder = Path(tempfile.gettempdir()) / name
+        with contextlib.suppress(OSError):
+            folder.mkdir(mode=0o700, exist_ok=True)
+            status = folder.lstat()
+            if stat.S_ISDIR(status.st_mode) and (os.name == "nt" or (status.st_uid == os.getuid() and not status.st_mode & 0o022)):
+                return folder
+    return Path(tempfile.mkdtemp(prefix="stillhook-cache-"))
 
 
 def cache_folder(plant: str, lanes: int) -> Path:
@@ -51,6 +70,22 @@ def cache_folder(plant: str, lanes: int) -> Path:
 def is_compiled(plant: str, lanes: int) -> bool:
     """Whether a run of this plant starts from cached machine code."""
     return numba.config.DISABLE_JIT or any(cache_folder(plant, lanes).rglob("*.nbc"))
+
+
+class _Cache(FunctionCache):  # type: ignore[misc]
+    """Numba's cache, but never in the way: what cannot be read is compiled again, what cannot be written is not kept."""
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        try:
+            return super().load_overload(sig, target_context)
+        except Exception:  # whatever a damaged file makes of unpickling
+            with contextlib.suppress(OSError):
+                self.flush()
+            return None
+
+    def save_overload(self, sig: Any, data: Any) -> None:
+        with contextlib.suppress(OSError):
+            super().save_overload(sig, data)
 
 
 def driver(plant: str, lanes: int) -> ModuleType:
@@ -70,6 +105,9 @@ def driver(plant: str, lanes: int) -> ModuleType:
             before, numba.config.CACHE_DIR = numba.config.CACHE_DIR, str(cache_folder(plant, lanes))
             try:
                 spec.loader.exec_module(module)
+                for entry in (module.run, module.at_rest):
+                    if hasattr(entry, "_cache"):  # not where NUMBA_DISABLE_JIT is set
+                        entry._cache = _Cache(entry.py_func)
             finally:
                 numba.config.CACHE_DIR = before
             sys.modules[name] = module
