@@ -1,10 +1,14 @@
 """The command line: thin commands that call verbs and own no physics.
 
-Exit codes: 0 done; 1 done, but the answer is "no" (limits exceeded); 2 bad input, said in one line without a traceback.
+Exit codes: 0 done; 1 done, but the answer is "no" (limits exceeded); 2 bad input, said in one line without a traceback;
+130 interrupted; 141 nobody reads the output any more.
 """
 
 from __future__ import annotations
 
+import contextlib
+import errno
+import os
 import sys
 from typing import Annotated
 
@@ -50,23 +54,41 @@ def run(arguments: list[str]) -> int:
     """Run one command line; returns the exit code."""
     try:
         code = app(arguments, standalone_mode=False)
+        if sys.stdout is not None:  # closed by the caller
+            sys.stdout.flush()
     except StillhookError as e:
         return _refuse(str(e))
-    except KeyboardInterrupt:
-        print("stopped: nothing was written", file=sys.stderr)
-        return 130
-    except BrokenPipeError:
-        sys.stderr.close()
-        return 0
+    except OSError as e:
+        return _lost(e)
+    except SystemExit as e:  # the argument parser's answer to a pipe that nobody reads
+        return _lost(e.__context__) if isinstance(e.__context__, OSError) else e.code if isinstance(e.code, int) else 2
     except Exception as e:
         if hasattr(e, "format_message"):  # an error of the argument parser
             return _refuse(f"{' '.join(str(e.format_message()).split())} See --help.") if str(e.format_message()) else 2
-        if type(e).__name__ == "Abort":
-            return 130
+        if type(e).__name__ == "Abort":  # what the argument parser makes of an interrupt
+            return _stopped()
         raise
+    except KeyboardInterrupt:
+        return _stopped()
     return code if isinstance(code, int) else 0
 
 
 def _refuse(line: str) -> int:
-    print(f"error: {line}", file=sys.stderr)
+    """One line, whatever was typed into it."""
+    shown = "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in line)
+    print(f"error: {shown}", file=sys.stderr)
     return 2
+
+
+def _stopped() -> int:
+    print("stopped: no file was left half-written", file=sys.stderr)
+    return 130
+
+
+def _lost(problem: OSError) -> int:
+    """Output that cannot be written: what is still held back is dropped, so that the interpreter does not try it again at its end."""
+    with contextlib.suppress(OSError, ValueError):
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    if problem.errno in (errno.EPIPE, errno.EINVAL):
+        return 141
+    return _refuse(f"{problem.filename or 'standard output'}: {problem.strerror or problem}. Choose another place for the output.")

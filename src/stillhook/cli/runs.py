@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -20,6 +21,7 @@ Out = Annotated[Path | None, typer.Option("--out", help="Folder for figure, NetC
 MOTION_HELP = 'Tip motion: "sine 2.8 m 12 s" (amplitude, period; sums with +), or a log: CSV or $PSXN,23.'
 POSITION_HELP = 'Ship logs: crane tip from the motion sensor, forward, port, up, such as "20 m, -12 m, 30 m".'
 PYTHON_POSITION, COMMAND_POSITION = 'tip=("-20 m", "12 m", "35 m")', '--position "-20 m, 12 m, 35 m"'
+OUT_FILES = ("panels.png", "runs.nc", "summary.json")
 DEMO_SHOWN = 40.0
 """Last part of each demonstration run that its picture shows [s]."""
 COLUMNS = ("e_c_pp", "eta_c", "e_c_max", "e_c_mean", "p_max", "u_p_max", "alpha_m_min", "saturation_time", "relief_time", "status")
@@ -86,14 +88,19 @@ def run(
     Example: stillhook run case.toml --out results
     """
     from stillhook.analysis.compare import dataset_of, run_labelled
+    from stillhook.errors import StillhookError
     from stillhook.io.case_file import load_case, stored_cases
 
+    _check_out(out)
     files = stored_cases(case_file) if case_file.suffix == ".nc" else [load_case(case_file)]
     crane, case = files[0].crane, files[0].case
     _say_if_compiling(crane)
-    labels = [f.case.name or case_file.stem for f in files]
-    with progress_bar(case_file.stem) as bar:
-        runs = run_labelled(crane, [f.case for f in files], step=files[0].step, every=files[0].every, progress=bar)
+    labels = _labels([f.case.name for f in files], case_file.stem)
+    try:
+        with progress_bar(case_file.stem) as bar:
+            runs = run_labelled(crane, [f.case for f in files], step=files[0].step, every=files[0].every, progress=bar)
+    except StillhookError as e:
+        raise type(e)(f"{case_file.name}: {e}") from None
     summaries = {label: r.summary for label, r in zip(labels, runs, strict=True)}
     if json:
         print_json(runs[0].summary if len(runs) == 1 else summaries)
@@ -120,7 +127,7 @@ def compare(
     duration: Annotated[str | None, typer.Option(help='Length of the run (default 120 s, or the whole log), such as "300 s".')] = None,
     warm_up: Annotated[str, typer.Option("--warm-up", help="Start of the run that is left out of the figures.")] = "30 s",
     delay: Annotated[str, typer.Option(help="Delay of the measured tip motion.")] = "0 s",
-    step: Annotated[str, typer.Option(help="Integration step.")] = "2 ms",
+    step: Annotated[str | None, typer.Option(help="Integration step (default 2 ms, or the next shorter part of the PLC cycle).")] = None,
     out: Out = None,
     json: Json = False,
 ) -> None:
@@ -134,6 +141,7 @@ def compare(
     from stillhook.library import load_crane
     from stillhook.scenario import Scenario, Sensors
 
+    _check_out(out)
     machine = load_crane(crane)
     tip = _motion(motion, position, heave, start, duration)
     times = {} if duration is None or tip.duration is not None else {"duration": duration}
@@ -152,14 +160,15 @@ def _motion(text: str, position: str | None, heave: str | None, start: str | Non
     """A motion text, or the log that it names."""
     from stillhook.errors import MotionError
     from stillhook.sea.text import parse_motion
+    from stillhook.units import came
 
     if text.strip().split(" ")[0].lower() in ("sine", "still"):
         for option, value in (("--position", position), ("--heave", heave), ("--start", start)):
             if value is not None:
                 raise MotionError(f'{option} {value}: belongs to a log, and --motion "{text}" is none. Leave {option} out.')
         return parse_motion(text, "--motion")
-    if not Path(text).exists():
-        raise MotionError(f'--motion "{text}": no such file, and not a motion such as "sine 2.8 m 12 s". Check the path.')
+    if not os.path.exists(text):
+        raise MotionError(f'--motion {came(text)}: no such file, and not a motion such as "sine 2.8 m 12 s". Check the path.')
     from stillhook.io.motion_file import read_tip_motion
 
     arm = tuple(p.strip() for p in position.split(",")) if position is not None else None
@@ -199,16 +208,29 @@ def _write(
 ) -> None:
     """Picture, NetCDF and summary of a set of runs."""
     from stillhook.io.figures import four_panels, save_figure
-    from stillhook.io.results import save_json, save_run
+    from stillhook.io.results import save_json, save_run, whole_folder
 
-    first = next(iter(runs.values()))
-    paths = (
-        save_figure(four_panels(runs, title=title, start=start), out / "panels.png"),
-        save_run(first if whole is None else whole, out / "runs.nc"),
-        save_json(summary, out / "summary.json"),
-    )
+    first, (picture, series, numbers) = next(iter(runs.values())), OUT_FILES
+    with whole_folder(out) as part:
+        save_figure(four_panels(runs, title=title, start=start), part / picture)
+        save_run(first if whole is None else whole, part / series)
+        save_json(summary, part / numbers)
     if not quiet:
-        print("written: " + ", ".join(str(p) for p in paths))
+        print("written: " + ", ".join(str(out / name) for name in OUT_FILES))
+
+
+def _check_out(out: Path | None) -> None:
+    """Refuse a folder that cannot be written to before anything runs."""
+    from stillhook.io.results import check_folder
+
+    if out is not None:
+        check_folder(out, OUT_FILES)
+
+
+def _labels(names: list[str], stem: str) -> list[str]:
+    """A label for each case of a file, no two alike."""
+    labels = [name or (stem if len(names) == 1 else str(i)) for i, name in enumerate(names)]
+    return [f"{label} ({i})" if labels.count(label) > 1 else label for i, label in enumerate(labels)]
 
 
 def demo(
@@ -218,6 +240,7 @@ def demo(
     from stillhook.analysis.compare import compare as side_by_side
     from stillhook.io.case_file import demo_cases
 
+    _check_out(out)
     cases = demo_cases()
     _say_if_compiling(cases[0].crane)
     rows, results = [], []

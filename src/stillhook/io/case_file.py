@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import tomllib
 from collections.abc import Mapping
 from importlib.resources import as_file, files
@@ -11,11 +12,13 @@ from typing import Any, NamedTuple
 from stillhook.crane import Crane
 from stillhook.errors import ScenarioError, StillhookError
 from stillhook.io.motion_file import read_tip_motion
-from stillhook.io.results import load_run, origin
+from stillhook.io.results import load_run, origin, stored_steps
 from stillhook.library import load_crane
+from stillhook.library.files import toml_text
 from stillhook.scenario import Operator, PowerLoss, Scenario, Sensors, Water
 from stillhook.sea.motion import Motion, Profile
 from stillhook.sea.text import parse_motion
+from stillhook.units import came
 
 TOP = ("crane", "scenario", "step", "every")
 TIP_FILE = ("file", "position", "heave", "time", "max_gap", "start", "duration")
@@ -56,7 +59,7 @@ def load_case(path: str | Path) -> CaseFile:
         case = build_scenario(data["scenario"], file.parent, file.stem)
         for name in ("step", "every"):
             if not isinstance(data.get(name, ""), str):
-                raise ScenarioError(f'{name} = {data[name]!r}: give a text with a unit, such as "2 ms".')
+                raise ScenarioError(f'{name} = {came(data[name])}: give a text with a unit, such as "2 ms".')
         return CaseFile(crane, case, data.get("step"), data.get("every"))
     except StillhookError as e:
         raise type(e)(f"{file.name}: {e}") from None
@@ -66,7 +69,7 @@ def stored_cases(path: str | Path) -> list[CaseFile]:
     """What a stored run was made from, to be run again with the same steps. Errors: StillhookError."""
     run = load_run(path)
     crane, cases = origin(run)
-    step, every = f"{float(run.attrs['step']) * 1e3:.9g} ms", f"{float(run.attrs['every']) or 0.1:.9g} s"
+    step, every = stored_steps(run)
     return [CaseFile(crane, case, step, every) for case in cases]
 
 
@@ -115,26 +118,21 @@ def _pairs(rows: Any) -> list[tuple[str, str]]:
 
 
 def _read(file: Path) -> dict[str, Any]:
+    text = toml_text(file)
     try:
-        return tomllib.loads(file.read_text(encoding="utf-8-sig"))
-    except FileNotFoundError:
-        raise ScenarioError(f"{file}: no such file. Check the path.") from None
-    except UnicodeDecodeError:
-        raise ScenarioError(f"{file.name}: not UTF-8 text. Save it as UTF-8.") from None
-    except tomllib.TOMLDecodeError as e:
-        raise ScenarioError(f"{file.name}: not valid TOML: {' '.join(str(e).split())} Mend that line.") from None
-    except OSError as e:
-        raise ScenarioError(f"{file}: cannot be read ({e.strerror}). Give the path of a TOML file.") from None
+        return tomllib.loads(text)
+    except (tomllib.TOMLDecodeError, RecursionError, ValueError) as e:
+        raise ScenarioError(f"{file.name}: not valid TOML: {' '.join(str(e).split()).rstrip('.')}. Mend that line.") from None
 
 
 def _known(table: Mapping[str, Any], allowed: tuple[str, ...], place: str) -> None:
     for key in table:
         if key not in allowed:
-            raise ScenarioError(f"{place}{key}: unknown field. Allowed: {', '.join(allowed)}.")
+            raise ScenarioError(f"{place}{came(key)[1:-1]}: unknown field. Allowed: {', '.join(allowed)}.")
 
 
 def _crane_name(value: Any, folder: Path) -> str:
     if not isinstance(value, str):
-        raise ScenarioError(f"crane = {value!r}: give a library name or the path of a crane file.")
-    beside = folder / value
-    return str(beside) if value.endswith(".toml") and beside.is_file() else value
+        raise ScenarioError(f"crane = {came(value)}: give a library name or the path of a crane file.")
+    beside = str(folder / value)
+    return beside if value.endswith(".toml") and os.path.isfile(beside) else value

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import os
+import shutil
 import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -33,7 +34,7 @@ def load_run(path: str | Path) -> xarray.Dataset:
     """The run that `save_run` wrote. Errors: StillhookError where the file is none."""
     import xarray
 
-    if not Path(path).is_file():
+    if not os.path.isfile(path):
         raise StillhookError(f"{path}: no such file. Give a file that save_run or --out wrote.")
     try:
         with xarray.open_dataset(path, engine="h5netcdf") as data:
@@ -47,18 +48,32 @@ def load_run(path: str | Path) -> xarray.Dataset:
 
 
 def origin(run: xarray.Dataset) -> tuple[Crane, list[Scenario]]:
-    """Crane and scenarios from which a run was made."""
-    crane = crane_from_toml(run.attrs["crane"], "stored crane")
-    return crane, [Scenario.from_dict(s) for s in json.loads(run.attrs["scenarios"])]
+    """Crane and scenarios from which a run was made. Errors: StillhookError where they cannot be read."""
+    crane = crane_from_toml(str(run.attrs["crane"]), "stored crane")
+    try:
+        stored = json.loads(str(run.attrs["scenarios"]))
+    except ValueError:
+        raise StillhookError("stored scenarios: not JSON. Simulate again.") from None
+    if not isinstance(stored, list) or not stored:
+        raise StillhookError("stored scenarios: not a list. Simulate again.")
+    return crane, [Scenario.from_dict(s) for s in stored]
+
+
+def stored_steps(run: xarray.Dataset) -> tuple[str, str | None]:
+    """Integration step and spacing of the series as texts; no spacing where no series was stored."""
+    try:
+        step, every = float(run.attrs["step"]), float(run.attrs.get("every", 0.0))
+    except ValueError:
+        raise StillhookError("stored run: step or every is not a number. Simulate again.") from None
+    return f"{step * 1e3:.9g} ms", f"{every:.9g} s" if every else None
 
 
 def rerun(run: xarray.Dataset) -> xarray.Dataset:
     """The same run again from its own record; the same version on the same machine gives the same bits."""
     crane, cases = origin(run)
-    every = float(run.attrs["every"])
-    step = f"{float(run.attrs['step']) * 1e3:.9g} ms"
-    case = cases[0] if run.attrs["single"] else cases
-    return simulate(crane, case, step=step, every=f"{every or 0.1:.9g} s", series=every > 0.0, on_failure="mark")
+    step, every = stored_steps(run)
+    case = cases[0] if run.attrs.get("single", 1) else cases
+    return simulate(crane, case, step=step, every=every, series=every is not None, on_failure="mark")
 
 
 def save_json(data: Any, path: str | Path) -> Path:
@@ -92,15 +107,71 @@ class whole_file:
         try:
             self.target.parent.mkdir(parents=True, exist_ok=True)
             handle, name = tempfile.mkstemp(dir=self.target.parent, prefix=f".{self.target.stem}-", suffix=self.target.suffix)
-        except OSError as e:
-            raise SimulationError(f"{self.target}: cannot be written ({e.strerror}). Choose another folder.") from None
+        except (OSError, ValueError) as e:
+            raise cannot_write(self.target, e) from None
         os.close(handle)
         self.part = Path(name)
         return self.part
 
-    def __exit__(self, kind: object, *rest: object) -> None:
-        if kind is None:
-            os.chmod(self.part, 0o644)
-            os.replace(self.part, self.target)
-        else:
+    def __exit__(self, kind: object, error: BaseException | None, *rest: object) -> None:
+        try:
+            if error is None:
+                os.chmod(self.part, 0o644)
+                os.replace(self.part, self.target)
+        except OSError as e:
+            error = e
+        finally:
             self.part.unlink(missing_ok=True)
+        if isinstance(error, OSError):
+            raise cannot_write(self.target, error) from None
+
+
+class whole_folder:
+    """A temporary folder inside the target, whose files move into the target together when the block ends well."""
+
+    def __init__(self, target: Path) -> None:
+        self.target = target
+
+    def __enter__(self) -> Path:
+        try:
+            self.made = not self.target.is_dir()
+            self.target.mkdir(parents=True, exist_ok=True)
+            self.part = Path(tempfile.mkdtemp(dir=self.target, prefix=".part-"))
+        except (OSError, ValueError) as e:
+            raise cannot_write(self.target, e) from None
+        return self.part
+
+    def __exit__(self, kind: object, error: BaseException | None, *rest: object) -> None:
+        try:
+            if error is None:
+                for part in sorted(self.part.iterdir()):
+                    os.replace(part, self.target / part.name)
+        except OSError as e:
+            error = e
+        finally:
+            shutil.rmtree(self.part, ignore_errors=True)
+            if error is not None and self.made:
+                shutil.rmtree(self.target, ignore_errors=True)
+        if isinstance(error, OSError):
+            raise cannot_write(self.target, error) from None
+
+
+def cannot_write(target: Path, problem: Exception) -> SimulationError:
+    """What stands in the way of writing a file or folder."""
+    reason = getattr(problem, "strerror", None) or problem
+    return SimulationError(f"{target}: cannot be written ({reason}). Choose another folder.")
+
+
+def check_folder(target: Path, names: tuple[str, ...]) -> None:
+    """Refuse a folder that files of these names cannot be written to, before the work is done. Errors: SimulationError."""
+    path = target
+    for path in (target, *target.parents):
+        if os.path.lexists(path):
+            break
+    if not path.is_dir():
+        raise cannot_write(target, NotADirectoryError(None, f"{path.name} is not a folder"))
+    if not os.access(path, os.W_OK):
+        raise cannot_write(target, PermissionError(None, "no right to write there"))
+    for name in names:
+        if (target / name).is_dir():
+            raise cannot_write(target / name, IsADirectoryError(None, "a folder of that name is in the way"))

@@ -67,24 +67,26 @@ def library_tree(shelf_name: str, name: str, where: str) -> Tree:
 
 def file_tree(path: Path) -> Tree:
     """A user's own file; SpecError of one line if it cannot be read as TOML."""
-    return tree(parsed(_text(path), path.name), path.name, user=True)
+    return tree(parsed(toml_text(path), path.name), path.name, user=True)
 
 
-def _text(path: Path) -> str:
+def toml_text(path: Path) -> str:
+    """The text of a TOML file of a sensible size; SpecError of one line if there is none."""
     try:
         status = path.stat()
         if not stat.S_ISREG(status.st_mode):
             what = "a folder" if stat.S_ISDIR(status.st_mode) else "a device"
             raise SpecError(f"{came(str(path))}: {what}, not a file. Give the path of a TOML file.")
         if status.st_size > LARGEST_FILE:
-            raise SpecError(f"{came(str(path))}: larger than {LARGEST_FILE} bytes, so it is no crane file.")
+            raise SpecError(f"{came(str(path))}: larger than {LARGEST_FILE} bytes, so it is no crane or case file.")
         return path.read_bytes().decode("utf-8-sig")
     except FileNotFoundError:
         raise SpecError(f"{came(str(path))}: no such file. Check the path.") from None
     except UnicodeDecodeError as problem:
         raise SpecError(f"{path.name}: not UTF-8 text (byte {problem.start}). Save it as UTF-8.") from None
     except (OSError, ValueError) as problem:
-        raise SpecError(f"{came(str(path))}: cannot be read ({_one_line(problem)}).") from None
+        reason = getattr(problem, "strerror", None) or _one_line(problem)
+        raise SpecError(f"{came(str(path))}: cannot be read ({reason}). Give the path of a TOML file.") from None
 
 
 def parsed(text: str, name: str) -> dict[str, Any]:
