@@ -11,6 +11,7 @@ import xarray
 from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
 from stillhook.errors import StillhookError
+from stillhook.units import came
 
 WINDOW = 30.0
 """Window of the peak-to-peak error [s]. Source: Moslatt 2020 paper F table 2."""
@@ -27,14 +28,17 @@ def time_step(run: xarray.Dataset) -> float:
 
 
 def counted(run: xarray.Dataset, name: str) -> xarray.DataArray:
-    """A series of the run, NaN during the warm-up."""
+    """A series of the run, NaN during the warm-up. Errors: StillhookError where there is none."""
+    time_step(run)
+    if name not in run:
+        raise StillhookError(f"metrics: the Dataset has no {name}. Give a run, or a log with the names of the nomenclature.")
     start = run["time"][0] + run.get("warm_up", 0.0)
     return run[name].where(run["time"] >= start - 1e-9)
 
 
 def peak_to_peak(series: xarray.DataArray, dt: float, window: float = WINDOW) -> xarray.DataArray:
     """Largest less smallest value over a moving window that trails and includes both ends; NaN where the window is not full of numbers."""
-    n = round(window / dt) + 1
+    n = _samples(window, dt, series.sizes["time"])
     x, axis = series.values, series.get_axis_num("time")
     assert isinstance(axis, int)
     unknown = np.isnan(x)
@@ -44,6 +48,17 @@ def peak_to_peak(series: xarray.DataArray, dt: float, window: float = WINDOW) ->
     holes = maximum_filter1d(unknown.astype(float), n, axis=axis, origin=trail) > 0.0
     full = series["time"] >= series["time"][0] + window - 1e-9
     return series.copy(data=np.where(holes, np.nan, hi - lo)).where(full)
+
+
+def _samples(window: float, dt: float, most: int) -> int:
+    """Samples in a window, both ends included; one more than there are where the window is longer than the series."""
+    try:
+        n = round(window / dt)
+    except (TypeError, ValueError, OverflowError):
+        n = 0
+    if n < 1:
+        raise StillhookError(f"metrics: window = {came(window)}: give seconds as a number, at least the {dt:g} s between two samples.")
+    return min(n, most) + 1
 
 
 def e_c_pp(run: xarray.Dataset, *, measured: bool = False, window: float = WINDOW) -> xarray.DataArray:
@@ -70,6 +85,8 @@ def settling_time(run: xarray.Dataset, *, start: float, target: float, step: flo
 
     target [m/s] is the speed after the step of `step` [m/s]. Source: Moslatt 2020 paper E section 4.3 (2 % of 5 m/min).
     """
+    if not start <= float(run["time"][-1]):
+        raise StillhookError(f"metrics: start = {start:g} s is after the end of the run, {float(run['time'][-1]):g} s.")
     after = run["v_w"].where(run["time"] >= start, drop=True)
     outside = np.abs(after - target) > band * abs(step)
     last = after["time"].where(outside).max("time")

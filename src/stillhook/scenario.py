@@ -41,7 +41,7 @@ def mode_of(text: Mode | str) -> Mode:
     try:
         return Mode(text)
     except ValueError:
-        raise ScenarioError(f'mode "{text}" is not one of {", ".join(m.value for m in Mode)}.') from None
+        raise ScenarioError(f'mode {u.came(str(text))} is not one of {", ".join(m.value for m in Mode)}.') from None
 
 
 class FrictionModel(StrEnum):
@@ -56,7 +56,7 @@ class Record(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid", arbitrary_types_allowed=True)
 
-    def __init__(self, **data: Any) -> None:
+    def __init__(self, /, **data: Any) -> None:
         try:
             super().__init__(**data)
         except ValidationError as e:
@@ -184,9 +184,11 @@ class Scenario(Record):
 
     @classmethod
     def from_dict(cls, data: Mapping[str, Any]) -> Scenario:
-        """The scenario that `to_dict` wrote."""
-        raw = {**data, "tip": motion_from_dict(data["tip"])}
-        return cls.model_construct(**_rebuilt(raw))
+        """The scenario that `to_dict` wrote. Errors: ScenarioError where it is none."""
+        try:
+            return cls.model_construct(**_rebuilt({**data, "tip": motion_from_dict(data["tip"])}))
+        except (KeyError, TypeError, ValueError, AttributeError) as problem:
+            raise ScenarioError(f"stored scenario: {u.came(str(problem))} is missing or wrong. Simulate again.") from None
 
 
 def _rebuilt(raw: dict[str, Any]) -> dict[str, Any]:
@@ -209,7 +211,7 @@ def one_line(model: type[BaseModel], error: ValidationError, data: Mapping[str, 
     if isinstance(cause, StillhookError):
         return str(cause)
     loc, message = first["loc"], first["msg"].removeprefix("Value error, ").removesuffix(".")
-    where = ".".join(str(i) for i in (model.__name__, *loc))
+    where = ".".join(i if isinstance(i, str) and i.isprintable() else u.came(i).strip('"') for i in (model.__name__, *loc))
     if first["type"] == "extra_forbidden":
         return f"{where}: unknown field. Allowed: {', '.join(model.model_fields)}."
     if first["type"] == "missing":

@@ -159,7 +159,7 @@ def _problem(text: object, kind: Kind) -> str:
     if isinstance(text, float) and not math.isfinite(text):
         return f'not a finite number; write one as text with its unit, such as "1 {kind.display}".'
     if isinstance(text, (int, float)) and not isinstance(text, bool):
-        return f'a bare number; write it as text with its unit, "{came(text)} {kind.display}" (allowed: {units}).'
+        return f'a bare number; write it as text with its unit, "{text!s} {kind.display}" (allowed: {units}).'
     if not isinstance(text, str):
         return f'write a number and a unit as text, such as "1 {kind.display}" (allowed: {units}).'
     text = text.strip()

@@ -173,6 +173,8 @@ def _revive(times: FloatArray, heights: FloatArray, source: str, report: str) ->
 
 def _column(values: ArrayLike, name: str, source: str) -> FloatArray:
     try:
+        if np.iscomplexobj(values):
+            raise TypeError
         column = np.array(values, dtype=np.float64)
     except (TypeError, ValueError):
         raise MotionError(f"{source or 'Recorded'}: {name} are not numbers. Give one SI number a sample.") from None
