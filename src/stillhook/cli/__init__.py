@@ -18,6 +18,8 @@ from stillhook._version import __version__
 from stillhook.cli import calc, cranes, runs
 from stillhook.errors import StillhookError
 
+INTERRUPTED, UNREAD = 130, 141
+
 app = typer.Typer(
     name="stillhook",
     help="Digital twin of hydraulic active-heave-compensated crane winches: keeps the hook still, and says how still.",
@@ -65,10 +67,12 @@ def run(arguments: list[str]) -> int:
     except Exception as e:
         if hasattr(e, "format_message"):  # an error of the argument parser
             return _refuse(f"{' '.join(str(e.format_message()).split())} See --help.") if str(e.format_message()) else 2
-        if type(e).__name__ == "Abort":  # what the argument parser makes of an interrupt
+        if type(e).__name__ == "Abort":  # what some argument parsers make of an interrupt, others of its exit code
             return _stopped()
         raise
     except KeyboardInterrupt:
+        return _stopped()
+    if code == INTERRUPTED:
         return _stopped()
     return code if isinstance(code, int) else 0
 
@@ -82,7 +86,7 @@ def _refuse(line: str) -> int:
 
 def _stopped() -> int:
     print("stopped: no file was left half-written", file=sys.stderr)
-    return 130
+    return INTERRUPTED
 
 
 def _lost(problem: OSError) -> int:
@@ -90,5 +94,5 @@ def _lost(problem: OSError) -> int:
     with contextlib.suppress(OSError, ValueError):
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     if problem.errno in (errno.EPIPE, errno.EINVAL):
-        return 141
+        return UNREAD
     return _refuse(f"{problem.filename or 'standard output'}: {problem.strerror or problem}. Choose another place for the output.")

@@ -15,6 +15,7 @@ from stillhook.cli.show import human, print_json, print_table, progress_bar, say
 if TYPE_CHECKING:
     from stillhook.analysis.compare import Comparison
     from stillhook.crane import Crane
+    from stillhook.engine.run import Progress
     from stillhook.sea.motion import Motion
 
 Out = Annotated[Path | None, typer.Option("--out", help="Folder for figure, NetCDF and summary.json; nothing is written without it.")]
@@ -65,11 +66,19 @@ def _row(summary: dict[str, Any]) -> list[str]:
     return [_cell(name, summary[name]) for name in COLUMNS]
 
 
-def _say_if_compiling(crane: Crane, lanes: int = 1) -> None:
+def _started(crane: Crane, bar: Progress | None, report: str = "") -> Progress:
+    """Progress of a run that says what there is to say once everything that was given has been found good."""
     from stillhook.engine.build import is_compiled
 
-    if not is_compiled(crane.plant.value, lanes):
-        say("compiling the winch model for this machine (once, about 10 s) ...")
+    def told(share: float) -> None:
+        if share == 0.0 and report:
+            say(report)
+        if share == 0.0 and not is_compiled(crane.plant.value, 1):
+            say("compiling the winch model for this machine (once, about 10 s) ...")
+        if bar is not None:
+            bar(share)
+
+    return told
 
 
 def _print_notes(summaries: dict[str, dict[str, Any]]) -> None:
@@ -94,11 +103,10 @@ def run(
     _check_out(out)
     files = stored_cases(case_file) if case_file.suffix == ".nc" else [load_case(case_file)]
     crane, case = files[0].crane, files[0].case
-    _say_if_compiling(crane)
     labels = _labels([f.case.name for f in files], case_file.stem)
     try:
         with progress_bar(case_file.stem) as bar:
-            runs = run_labelled(crane, [f.case for f in files], step=files[0].step, every=files[0].every, progress=bar)
+            runs = run_labelled(crane, [f.case for f in files], step=files[0].step, every=files[0].every, progress=_started(crane, bar))
     except StillhookError as e:
         raise type(e)(f"{case_file.name}: {e}") from None
     summaries = {label: r.summary for label, r in zip(labels, runs, strict=True)}
@@ -147,9 +155,8 @@ def compare(
     times = {} if duration is None or tip.duration is not None else {"duration": duration}
     case = Scenario(load=load, s_w=s_w, tip=tip, warm_up=warm_up, sensors=Sensors(delay=delay), **times)
     chosen = [m.strip().lower() for m in modes.split(",") if m.strip()]
-    _say_if_compiling(machine)
     with progress_bar("comparing") as bar:
-        result = side_by_side(machine, case, chosen, step=step, progress=bar)
+        result = side_by_side(machine, case, chosen, step=step, progress=_started(machine, bar, getattr(tip, "report", "")))
     _report(result, json=json)
     if out is not None:
         _write_comparison(result, out, quiet=json)
@@ -173,11 +180,9 @@ def _motion(text: str, position: str | None, heave: str | None, start: str | Non
 
     arm = tuple(p.strip() for p in position.split(",")) if position is not None else None
     try:
-        tip = read_tip_motion(text, tip=arm, heave=heave, start=start, duration=duration)  # type: ignore[arg-type]
+        return read_tip_motion(text, tip=arm, heave=heave, start=start, duration=duration)  # type: ignore[arg-type]
     except MotionError as e:
         raise MotionError(str(e).replace(PYTHON_POSITION, COMMAND_POSITION)) from None
-    say(tip.report)
-    return tip
 
 
 def _title(crane: Crane, case: Any) -> str:
@@ -242,11 +247,10 @@ def demo(
 
     _check_out(out)
     cases = demo_cases()
-    _say_if_compiling(cases[0].crane)
     rows, results = [], []
     for file in cases:
         with progress_bar(file.case.name) as bar:
-            result = side_by_side(file.crane, file.case, progress=bar)
+            result = side_by_side(file.crane, file.case, progress=_started(file.crane, bar))
         results.append((file.case.name, result))
         rows += [[file.case.name if i == 0 else "", r.mode.value, *_row(r.summary)] for i, r in enumerate(result.runs)]
     crane, case = cases[0].crane, cases[0].case

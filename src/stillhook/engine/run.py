@@ -97,6 +97,7 @@ def run_cases(
         groups.setdefault((drive.n_ticks, drive.first, drive.cols), []).append(i)
     blocks = [g[i : i + lanes] for g in groups.values() for i in range(0, len(g), lanes)]
     meter = _Meter(len(blocks), progress)
+    meter.add(0.0)
     results: dict[int, Result] = {}
 
     def work(indices: list[int]) -> None:

@@ -65,7 +65,8 @@ def simulate(
     every: spacing of the stored series, a whole number of PLC cycles; default 0.1 s, or the next longer spacing that there is.
     series: store time series; default True for one case, False for a list (statistics alone, sixteen cases side by side).
     on_failure: "raise" stops with SimulationError if a case fails, "mark" keeps the rest (`status` says which failed).
-    threads: threads that share the blocks of a batch. progress: called with the share done, 0..1.
+    threads: threads that share the blocks of a batch. progress: called with the share done, 0..1; first with 0,
+    when everything that was given has been found good.
 
     Returns
     -------
@@ -82,7 +83,8 @@ def simulate(
         raise ScenarioError(f"threads = {units.came(threads)}: give a whole number from 1 to {MOST_THREADS}.")
     stored = single if series is None else series
     n_sub = steps_per_cycle(crane, step, SERIES_STEP if stored else STATISTICS_STEP)
-    lanes, rows = (1, cycles(crane, every)) if stored else (VL, 0)
+    rows = cycles(crane, every)
+    lanes, rows = (1, rows) if stored else (VL, 0)
     results = run_cases(crane, cases, n_sub=n_sub, lanes=lanes, every=rows, threads=threads, progress=progress)
     if OnFailure(on_failure) is OnFailure.RAISE:
         raise_failures(results)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import math
 import os
@@ -21,10 +22,16 @@ if TYPE_CHECKING:
     from stillhook.crane import Crane
 
 
+HEADER = 500_000
+"""What a file holds beside its numbers, generously [bytes]."""
+
+
 def save_run(run: xarray.Dataset, path: str | Path) -> Path:
     """Write a run to NetCDF (h5netcdf). The file appears under its name only when it is complete."""
     target = Path(path)
     with whole_file(target) as part:
+        if shutil.disk_usage(part.parent).free < run.nbytes + HEADER:  # HDF5 does not survive a full disk
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
         packed = {v: {"zlib": True} for v in run.data_vars if run[v].ndim and run[v].dtype.kind == "f"}
         run.to_netcdf(part, engine="h5netcdf", encoding=packed)
     return target
@@ -154,6 +161,8 @@ class whole_folder:
                 shutil.rmtree(self.target, ignore_errors=True)
         if isinstance(error, OSError):
             raise cannot_write(self.target, error) from None
+        if isinstance(error, SimulationError):  # a file in the temporary folder: name the folder that was asked for
+            raise SimulationError(str(error).replace(f"{self.part}{os.sep}", f"{self.target}{os.sep}")) from None
 
 
 def cannot_write(target: Path, problem: Exception) -> SimulationError:
