@@ -76,6 +76,13 @@ class TestLimitsAreNamed:
         assert status(s_w="0.5 m") == {"wire"}
         assert status(s_w="2 m") == {"ok"}
 
+    def test_a_hook_that_is_hauled_through_the_crane_tip_keeps_its_numbers(self):
+        for crane in (CRANE, PURE):
+            run = answer(crane, load="20 t", s_w="0 m", duration="100 s", operator=lowering("100 m/min", "1 s"))
+            assert run.s_w.values[-1] < -crane.wire.L_0
+            assert "wire" in run.status.item().split(", ")
+            assert "audit" not in run.status.item()
+
     def test_an_empty_hook_at_the_crane_tip_hangs_still(self):
         for crane in (CRANE, PURE):
             assert status(crane, load="0 t", s_w="0 m", tip="still") == {"ok"}
@@ -225,6 +232,7 @@ class TestScenarios:
         [
             ({"duration": "30.004 s"}, "leaves no whole PLC cycle of 0.01 s of the duration 30.004 s"),
             ({"load": "20 t", "water": Water(volume="30 m^3")}, "The payload floats"),
+            ({"load": "20 t", "water": Water(volume="20 m^3")}, "The payload floats: 20 t in air displaces 20 m^3 of water"),
             ({"load": "250.1 t"}, "(100.04 %)"),
             ({"power_loss": PowerLoss(time="0 s", unit=4)}, "3 hydraulic power units"),
         ],

@@ -67,8 +67,7 @@ def _check_load(crane: Crane, case: Scenario) -> None:
         )
     if case.load + crane.hook_mass <= 0.0:
         raise ScenarioError(f'Nothing hangs on the wire: load 0 t, and "{crane.name}" has a hook_mass of 0 t. Give one of them.')
-    load = load_record(crane, case)
-    if load.W <= 0.0 and case.water is not None:
+    if case.water is not None and case.weight <= 0.0:
         raise ScenarioError(
             f"The payload floats: {show(case.load, 'mass')} in air displaces {case.water.volume:g} m^3 of water. "
             "Lower water.volume or raise the load."
@@ -201,9 +200,10 @@ def _pure_active_notes(crane: Crane, case: Scenario, d: float, alpha: float) -> 
         return []
     lever, D = 0.5 * d / crane.i_hD, crane.active.motor.D_total * alpha
     dp = load_record(crane, case).W * lever / D
-    Q_leak = crane.active.C_leak * dp
-    e_c = Q_leak / (crane.active.pump.D_total * crane.active.pump.omega_p) / max(crane.control.K_p, 1e-12)
-    out = [f"the load is held by the pumps against leakage: under P control expect a standing offset of about {show(e_c, 'length')}"]
+    A, p_b = active_record(crane), crane.active.boost.p
+    f = active_flows(0.0, D, 0.0, p_b + dp, p_b, 1.0, A)
+    e_c = (f.Q_int + f.Q_ext_a) / (A.pumps.D_max * A.pumps.omega_p) / max(crane.control.K_p, 1e-12)
+    out = [f"the load is held by the pumps against leakage: under P control expect a standing offset of {show(e_c, 'length')} or more"]
     relief = crane.active.relief.p - crane.active.boost.p
     if dp > relief:
         out.insert(

@@ -15,8 +15,11 @@ class Wire(NamedTuple):
 
 @scalar
 def wire_stiffness(s_w, wire):
-    """Stiffness k = f E A / L of the wire out [N/m]; s_w wire paid out [m]. Source: Moslatt 2020 eq. 2.16."""
-    return wire.EA / (wire.L_0 + s_w)
+    """Stiffness k = f E A / L of the wire out [N/m]; s_w wire paid out [m]. Source: Moslatt 2020 eq. 2.16.
+
+    With s_w below 0 the hook is at the crane tip: the wire from there to the drum is left (such a run is marked).
+    """
+    return wire.EA / (wire.L_0 + fmax(s_w, 0.0))
 
 
 @scalar
