@@ -93,6 +93,12 @@ class TestLimitsAreNamed:
         assert run.status.item() == "overspeed"
         assert "above their limit 900 rev/min" in run.notes.item()
 
+    def test_a_load_beyond_the_passive_motors_is_foreseen(self):
+        run = answer(other(SWL="1000 t"), load="800 t")
+        assert run.status.item() != "ok"
+        assert "holding the load takes 271% of the passive motors at 280 bar" in run.notes.item()
+        assert "passive motors" not in answer(load="250 t", s_w="10 m").notes.item()
+
     def test_the_relief_valve_of_the_passive_circuit_is_one_of_the_reliefs(self):
         low = other(passive={"relief": {"p": "281 bar"}})
         run = answer(low)

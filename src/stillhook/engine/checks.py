@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 from stillhook.control.loop import marginal_gain
 from stillhook.control.plc import Sensed, motor_demand
-from stillhook.crane import Crane, MotorSet, Plant
+from stillhook.crane import Crane, MotorSet, PassiveCircuit, Plant
 from stillhook.engine.drive import Asked, Drive
 from stillhook.engine.pack import (
     MODE_CODE,
@@ -101,7 +101,7 @@ def foresee(crane: Crane, case: Scenario) -> Foreseen:
         *_speed_notes(crane, case, asked.v_max, d),
         *_wire_notes(crane, asked),
         *gain,
-        *_stroke_notes(crane, case, asked.s_tip_pp),
+        *_stroke_notes(crane, case, asked.s_tip_pp, d),
         *_pure_active_notes(crane, case, d, alpha_wanted(crane, case, K_wire, 0.0)),
         *_event_notes(case),
     ]
@@ -134,9 +134,13 @@ def _passive_limit(crane: Crane, case: Scenario, d: float) -> tuple[float, ...]:
     """Speed limit of the passive motors at the displacement that holds the load at mid stroke; nothing without a passive circuit."""
     if crane.passive is None:
         return ()
+    return (speed_limit(crane.passive.motor, min(alpha_for_weight(crane, crane.passive, case, d), 1.0)),)
+
+
+def alpha_for_weight(crane: Crane, passive: PassiveCircuit, case: Scenario, d: float) -> float:
+    """Displacement with which the passive motors hold the load at mid stroke [-]; above 1 they cannot."""
     T = load_record(crane, case).W * 0.5 * d / crane.i_hD
-    alpha = T / (crane.passive.motor.D_total * (crane.passive.accumulator.gas.p_0 - crane.passive.p_lp))
-    return (speed_limit(crane.passive.motor, min(alpha, 1.0)),)
+    return T / (passive.motor.D_total * (passive.accumulator.gas.p_0 - passive.p_lp))
 
 
 def alpha_wanted(crane: Crane, case: Scenario, K_wire: float, u_ff: float, mode: Mode | None = None) -> float:
@@ -181,18 +185,25 @@ def _event_notes(case: Scenario) -> list[str]:
     return [f"the {name} at {t:g} s comes after the end of the run at {case.duration:g} s" for name, t in events if t > case.duration]
 
 
-def _stroke_notes(crane: Crane, case: Scenario, s_tip_pp: float) -> list[str]:
-    """The passive circuit moves W s_tip_pp / dp of oil, whatever its gear and displacement: work is pressure times volume."""
+def _stroke_notes(crane: Crane, case: Scenario, s_tip_pp: float, d: float) -> list[str]:
+    """Passive motors too small for the load, an accumulator too small for the motion; d diameter in use [m].
+
+    The passive circuit moves W s_tip_pp / dp of oil, whatever its gear and displacement: work is pressure times volume.
+    """
     if crane.passive is None:
         return []
-    acc = crane.passive.accumulator
+    acc, out = crane.passive.accumulator, []
+    alpha = alpha_for_weight(crane, crane.passive, case, d)
+    if alpha > 1.0:
+        p_0 = show(acc.gas.p_0, "pressure")
+        out.append(f"holding the load takes {alpha:.0%} of the passive motors at {p_0}: the rest loads the active circuit")
     V = load_record(crane, case).W * s_tip_pp / (acc.gas.p_0 - crane.passive.p_lp)
-    if V <= acc.V_stroke:
-        return []
-    return [
-        f"compensating {show(s_tip_pp, 'length')} at this load moves about {show(V, 'volume')} of oil, more than the accumulator's "
-        f"stroke of {show(acc.V_stroke, 'volume')}: the piston will run into its ends"
-    ]
+    if V > acc.V_stroke:
+        out.append(
+            f"compensating {show(s_tip_pp, 'length')} at this load moves about {show(V, 'volume')} of oil, more than the accumulator's "
+            f"stroke of {show(acc.V_stroke, 'volume')}: the piston will run into its ends"
+        )
+    return out
 
 
 def _pure_active_notes(crane: Crane, case: Scenario, d: float, alpha: float) -> list[str]:
