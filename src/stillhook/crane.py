@@ -242,6 +242,8 @@ class PassiveCircuit(Spec):
 
     @model_validator(mode="after")
     def _pressures_in_order(self) -> Self:
+        if self.motor.variant is not ServoVariant.CLOSED_LOOP:
+            raise ValueError(f'motor.variant "{self.motor.variant}" is modelled for active motors only. Set "closed-loop".')
         p_0 = self.accumulator.gas.p_0
         if not self.p_lp < p_0 < self.relief.p:
             raise ValueError(

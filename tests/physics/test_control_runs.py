@@ -8,6 +8,7 @@ import pytest
 
 from stillhook import Scenario, load_crane, simulate
 from stillhook.crane import Crane
+from stillhook.engine.drive import Drive
 from stillhook.engine.pack import pack
 from stillhook.library import changed
 from stillhook.physics.accumulator import accumulator_pressure
@@ -15,6 +16,7 @@ from stillhook.physics.friction import system_friction
 from stillhook.physics.motor import motor_leakage, motor_torque, torque_loss
 from stillhook.physics.pump import pump_leakage
 from stillhook.plants.hoist import drum_geometry
+from stillhook.plants.state import Tick
 from stillhook.scenario import Operator, PowerLoss, Sensors, Water
 
 BOTH = load_crane("nov-250t")
@@ -416,3 +418,11 @@ def test_the_regularised_friction_is_within_its_stated_error():
         smooth = run(BOTH, mode=mode, friction="regularised")
         assert float(smooth.e_c_pp) == pytest.approx(float(usual(mode).e_c_pp), abs=1.5e-3)
         assert float(smooth.p_max) == pytest.approx(float(usual(mode).p_max), abs=15.0 * BAR)
+
+
+def test_a_lost_power_unit_takes_its_own_passive_pump_with_it():
+    case = Scenario(load="100 t", s_w="100 m", power_loss=PowerLoss(time="0 s", unit=2, run_down="0 s"))
+    drive = Drive(load_crane("nov-250t"), case)
+    row = Tick(*drive.rows(1, 1)[0])
+    assert row.f_pump == pytest.approx(855 / 1355)
+    assert row.f_passive == pytest.approx(855 / 1210)

@@ -9,6 +9,7 @@ from stillhook.crane import Crane, MotorSet, PassiveCircuit, Plant
 from stillhook.engine.drive import Asked, Drive
 from stillhook.engine.pack import (
     MODE_CODE,
+    active_record,
     drum_record,
     gains,
     load_record,
@@ -19,6 +20,7 @@ from stillhook.engine.pack import (
 )
 from stillhook.errors import ScenarioError
 from stillhook.physics.drum import LAST_TURNS, WIRE_SLACK, layer_diameter, layers_filled, wire_usable
+from stillhook.plants.active_circuit import active_flows
 from stillhook.scenario import LONGEST, Mode, Scenario
 from stillhook.units import show
 
@@ -214,7 +216,7 @@ def _pure_active_notes(crane: Crane, case: Scenario, d: float, alpha: float) -> 
     A, p_b = active_record(crane), crane.active.boost.p
     f = active_flows(0.0, D, 0.0, p_b + dp, p_b, 1.0, A)
     e_c = (f.Q_int + f.Q_ext_a) / (A.pumps.D_max * A.pumps.omega_p) / max(crane.control.K_p, 1e-12)
-    out = [f"the load is held by the pumps against leakage: under P control expect a standing offset of {show(e_c, 'length')} or more"]
+    out = [f"the load is held by the pumps against leakage: under P control expect a standing offset of about {show(e_c, 'length')}"]
     relief = crane.active.relief.p - crane.active.boost.p
     if dp > relief:
         out.insert(

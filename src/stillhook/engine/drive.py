@@ -15,7 +15,7 @@ from stillhook.scenario import Operator, PowerLoss, Scenario
 from stillhook.sea.motion import Motion, Ramped
 
 Array = NDArray[np.float64]
-TICK = 13
+TICK = 14
 THIN = 3
 """Columns of a full row (`stillhook.plants.state.Tick`), and of one that only moves the tip."""
 
@@ -62,6 +62,7 @@ class Drive:
         self.s_tip_0 = float(self.motion.sample(np.zeros(1))[0][0])
         self.first = min(round(case.warm_up / self.t_cycle), self.n_ticks)
         self._pumps = crane.active.pump.D
+        self._passive_pumps = crane.passive.pump.D if crane.passive is not None else ()
         self._noise = _Noise(case, self.n_ticks + 1)
         self.cols = THIN if self._only_the_tip_moves() else TICK
 
@@ -104,6 +105,7 @@ class Drive:
         out[:, 9], out[:, 10] = pump_shares(case.power_loss, self._pumps, t)
         out[:, 11] = self._noise.wire[k : k + n]
         out[:, 12] = self._noise.load[k : k + n]
+        out[:, 13], _ = pump_shares(case.power_loss, self._passive_pumps, t)
         return out
 
     def _measured(self, t: Array, k: int, n: int, thin: Array) -> Array:
@@ -163,9 +165,9 @@ def mode_codes(case: Scenario, t: Array) -> Array:
 
 
 def pump_shares(loss: PowerLoss | None, pumps: tuple[float, ...], t: Array) -> tuple[Array, Array]:
-    """Share of the active pumps' flow that is there, and the share that the PLC reckons with."""
+    """Share of a circuit's pump flow that is there, and the share that the PLC reckons with; pumps one for each power unit."""
     there = np.ones_like(t)
-    if loss is None:
+    if loss is None or loss.unit > len(pumps):
         return there, there
     left = 1.0 - pumps[loss.unit - 1] / sum(pumps)
     gone = np.clip((t - loss.time) / loss.run_down, 0.0, 1.0) if loss.run_down > 0.0 else (t >= loss.time).astype(float)

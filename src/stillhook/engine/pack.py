@@ -129,7 +129,7 @@ def _motor_control(motor: spec.MotorSet) -> MotorControl:
     return MotorControl(offset=motor.offset, half_width=0.5 * motor.hysteresis, feedback=feedback)
 
 
-def _active(crane: Crane) -> ActiveCircuit:
+def active_record(crane: Crane) -> ActiveCircuit:
     a = crane.active
     return ActiveCircuit(
         pumps=_pumps(a.pump),
@@ -240,7 +240,7 @@ def pack(crane: Crane, case: Scenario) -> Packed:
     mode = MODE_CODE[case.mode]
     memory = Memory(mode, 0.0, hoist.load.W, p_0, 0.0, 1.0, 0.0, 0.0, 1.0)
     if crane.plant is spec.Plant.PURE_ACTIVE:
-        params: Any = pure_active.Params(_active(crane), hoist, plc_record(crane), sensors)
+        params: Any = pure_active.Params(active_record(crane), hoist, plc_record(crane), sensors)
         return Packed(pure_active, crane.plant.value, params, memory, case.s_w)
-    params = active_passive.Params(_active(crane), _passive(crane), hoist, plc_record(crane), sensors)
+    params = active_passive.Params(active_record(crane), _passive(crane), hoist, plc_record(crane), sensors)
     return Packed(active_passive, crane.plant.value, params, memory, case.s_w)

@@ -65,13 +65,15 @@ class State(NamedTuple):
 
 
 class Command(NamedTuple):
-    """Held between PLC cycles: u_p, u_m active, u_pp, u_pm passive pumps and motors [-]; f_pump share of the pumps that run."""
+    """Held between PLC cycles: u_p, u_m active, u_pp, u_pm passive pumps and motors [-]; f_pump, f_passive shares of the active
+    and of the passive pumps that run."""
 
     u_p: float
     u_m: float
     u_pp: float
     u_pm: float
     f_pump: float
+    f_passive: float
 
 
 class Circuit(NamedTuple):
@@ -135,8 +137,8 @@ def circuit(x, u, geo, tip, p):
 
     D_pm = P.motors.count * P.motors.D_max * alpha_pm
     p_o = accumulator_pressure(x.V_o, P.accumulator)
-    C_leak = u.f_pump * pump_leakage(alpha_pp, P.pumps.leak) + motor_leakage(x.omega_m, P.motors)
-    Q_pp = u.f_pump * pump_flow(alpha_pp, P.pumps)
+    C_leak = u.f_passive * pump_leakage(alpha_pp, P.pumps.leak) + motor_leakage(x.omega_m, P.motors)
+    Q_pp = u.f_passive * pump_flow(alpha_pp, P.pumps)
     Q_lp = internal_leakage(C_leak, p_o - P.settings.p_lp) + P.accumulator.C_leak * (p_o - P.settings.p_lp)
     Q_lp_ext = external_leakage(C_leak, p_o)
     Q_relief_p = relief_flow(p_o, P.relief)
@@ -221,7 +223,7 @@ def control(x, m, tick, tip, geo, p):
     u_m, held = pilot(drive.u_m, m.held, A.control)
     u_pm = displacement_for_weight(m.F, geo.lever, p_hp, P.settings)
     u_pp = make_up(m.p_mean, u_pm, tick.v_op / geo.lever, P.settings)
-    return Command(drive.u_p, u_m, u_pp, u_pm, tick.f_pump), hold(m, held), drive
+    return Command(drive.u_p, u_m, u_pp, u_pm, tick.f_pump, tick.f_passive), hold(m, held), drive
 
 
 @scalar

@@ -23,7 +23,7 @@ class Geometry(NamedTuple):
 class Tick(NamedTuple):
     """What comes from outside in one PLC cycle. True tip s, v, a at its start; s_m, v_m, a_m as the PLC receives them;
     v_op operator's speed and s_op its integral; mode; f_pump share of the pumps that run, f_known share that the PLC knows of;
-    n_s, n_F noise on encoder [m] and load cell [N]."""
+    n_s, n_F noise on encoder [m] and load cell [N]; f_passive share of the passive pumps that run."""
 
     s: float
     v: float
@@ -38,6 +38,7 @@ class Tick(NamedTuple):
     f_known: float
     n_s: float
     n_F: float
+    f_passive: float
 
 
 class Sensors(NamedTuple):
