@@ -12,9 +12,7 @@ from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
 from stillhook.errors import StillhookError
 from stillhook.units import came
-
-WINDOW = 30.0
-"""Window of the peak-to-peak error [s]. Source: Moslatt 2020 paper F table 2."""
+from stillhook.variables import WINDOW
 
 
 def time_step(run: xarray.Dataset) -> float:

@@ -219,14 +219,4 @@ def one_line(model: type[BaseModel], error: ValidationError, data: Mapping[str, 
     if not loc:
         return f"{where}: {message}."
     message = message.replace("Input should", "it must")
-    return f"{where} = {u.came(_given(data, loc, first['input']))}: {message}."
-
-
-def _given(data: Any, loc: tuple[int | str, ...], otherwise: Any) -> Any:
-    """What was written at loc: "-5 t", where pydantic reports the -5000.0 that it was read as."""
-    for part in loc:
-        try:
-            data = data[part]
-        except (KeyError, IndexError, TypeError):
-            return otherwise
-    return data
+    return f"{where} = {u.came(u.written_at(data, loc, first['input']))}: {message}."

@@ -16,7 +16,7 @@ from __future__ import annotations
 import functools
 import math
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Annotated, Any
@@ -126,6 +126,16 @@ def _known(kind: str) -> Kind:
     if kind not in KINDS:
         raise UnitError(f'Unknown kind "{kind}": it is not one of {", ".join(KINDS)}.')
     return KINDS[kind]
+
+
+def written_at(data: Any, loc: Sequence[int | str], otherwise: Any) -> Any:
+    """What was written at a place of nested tables and lists: "-80 L", where a validator reports the -0.08 that it was read as."""
+    for part in loc:
+        try:
+            data = data[part]
+        except (KeyError, IndexError, TypeError):
+            return otherwise
+    return data
 
 
 def came(value: object) -> str:

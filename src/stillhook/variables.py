@@ -8,6 +8,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import NamedTuple
 
+WINDOW = 30.0
+"""Moving window of the peak-to-peak error [s]. Source: Moslatt 2020 paper F table 2."""
+
 
 class Variable(NamedTuple):
     """kind is a key of `stillhook.units.KINDS`, or "" for a pure number or text."""

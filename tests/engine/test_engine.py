@@ -14,7 +14,7 @@ from scipy.integrate import solve_ivp
 
 from stillhook import Scenario, load_crane, simulate
 from stillhook.crane import Crane
-from stillhook.engine import run as run_module
+from stillhook.engine import drive as drive_module
 from stillhook.engine.build import cache_root, driver, kernel_hash
 from stillhook.engine.drive import Drive
 from stillhook.engine.lanes import VL, flatten, size, unflatten
@@ -165,7 +165,7 @@ def test_a_run_that_is_stopped_and_taken_up_again_equals_one_that_was_not(plant,
     """The engine hands its state from piece to piece: many pieces are many restarts."""
     case = scenario(plant, modes=(("31 s", "ns"),))
     whole = run_one(CRANES[plant], case, n_sub=2)
-    monkeypatch.setattr(run_module, "CHUNK", 137)
+    monkeypatch.setattr(drive_module, "CHUNK", 137)
     pieces = run_one(CRANES[plant], case, n_sub=2)
     assert same(whole, pieces)
     assert np.array_equal(whole.series, pieces.series)

@@ -35,7 +35,7 @@ class ModeRun(NamedTuple):
 
     def dataset(self, crane: Crane) -> xarray.Dataset:
         """The run as a Dataset."""
-        return to_dataset(crane, [self.case], [self.result], single=True)
+        return to_dataset(crane, [self.case], [self.result], [self.summary], single=True)
 
 
 class Comparison(NamedTuple):
@@ -97,7 +97,7 @@ def _chosen(modes: Sequence[Mode | str]) -> list[Mode]:
 def dataset_of(crane: Crane, runs: Sequence[ModeRun], labels: Sequence[str]) -> xarray.Dataset:
     """Several runs in one Dataset, the labels along "case"."""
     cases = [r.case.model_copy(update={"name": label}) for r, label in zip(runs, labels, strict=True)]
-    return to_dataset(crane, cases, [r.result for r in runs], single=False)
+    return to_dataset(crane, cases, [r.result for r in runs], [r.summary for r in runs], single=False)
 
 
 def run_labelled(

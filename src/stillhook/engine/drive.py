@@ -2,6 +2,7 @@
 
 import bisect
 import math
+from collections.abc import Iterator
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -11,13 +12,13 @@ from numpy.typing import NDArray
 from stillhook.control.plc import MANUAL
 from stillhook.crane import Crane
 from stillhook.engine.pack import MODE_CODE
+from stillhook.plants.state import THIN, Tick
 from stillhook.scenario import Operator, PowerLoss, Scenario
 from stillhook.sea.motion import Motion, Ramped
 
 Array = NDArray[np.float64]
-TICK = 14
-THIN = 3
-"""Columns of a full row (`stillhook.plants.state.Tick`), and of one that only moves the tip."""
+TICK = len(Tick._fields)
+"""Columns of a full row of the drive; THIN is that of one that only moves the tip."""
 
 CHUNK = 4096
 """Cycles that are made and run at once."""
@@ -72,6 +73,14 @@ class Drive:
         ideal = not any((s.delay, s.noise_s_tip, s.noise_v_tip, s.noise_a_tip, s.noise_s_w, s.noise_F, s.step_s_tip, s.step_v_tip))
         return plain and ideal
 
+    def pieces(self) -> Iterator[tuple[int, int]]:
+        """First cycle and number of cycles of every piece in which the run is made; one begins where the warm-up ends."""
+        k = 0
+        while k < self.n_ticks:
+            count = min(CHUNK, (self.n_ticks if k >= self.first else self.first) - k)
+            yield k, count
+            k += count
+
     def rows(self, k: int, n: int) -> Array:
         """Cycles k .. k + n - 1, shape (n, cols)."""
         t: Array = np.arange(k, k + n, dtype=np.float64) * self.t_cycle
@@ -81,8 +90,8 @@ class Drive:
     def asked(self) -> Asked:
         """Extremes over the whole run, taken in pieces; in manual mode the tip asks for nothing."""
         v_max, tip, wire = 0.0, [], []
-        for k in range(0, self.n_ticks, CHUNK):
-            rows = self.rows(k, min(CHUNK, self.n_ticks - k) + 1)
+        for k, count in self.pieces():
+            rows = self.rows(k, count + 1)
             s, v = rows[:, 0], rows[:, 1]
             v_op, s_op, mode = (rows[:, i] for i in (6, 7, 8)) if self.cols == TICK else (0.0, 0.0, MODE_CODE[self.case.mode])
             follows = np.where(np.asarray(mode) > MANUAL, 1.0, 0.0)

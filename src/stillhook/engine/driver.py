@@ -13,7 +13,7 @@ from stillhook.engine.lanes import access, offset, replace, size
 from stillhook.engine.stats import Stats, fold
 from stillhook.engine.window import SIGNALS, window_add, window_turn
 from stillhook.physics.scalar import STRICT, align_stack, scalar
-from stillhook.plants.state import Geometry, Signals, Tick, Tip
+from stillhook.plants.state import THIN, Geometry, Signals, Tick, Tip
 
 plant = plant  # type: ignore[name-defined]  # noqa: F821
 LANES = LANES  # type: ignore[name-defined]  # noqa: F821
@@ -51,8 +51,6 @@ X, U, GEO, M, ST, Y, TIP_0, TIP_1, TIP_2, TICK, P = (offset(Lane, f, LANES) for 
 Y_E, Y_EM, Y_TIP = (Y + offset(Signals, f, LANES) for f in ("e_c", "e_c_measured", "s_tip"))
 NS = size(Signals)
 NH = 12
-THIN = 3
-"""Columns of a drive that only moves the tip: s, v, a; the other fields of Tick then keep their first values."""
 
 
 @scalar

@@ -15,7 +15,7 @@ from stillhook.control.plc import Memory
 from stillhook.crane import Crane
 from stillhook.engine.build import driver
 from stillhook.engine.checks import check
-from stillhook.engine.drive import CHUNK, Drive, hermite_weights, scale_weights
+from stillhook.engine.drive import Drive, hermite_weights, scale_weights
 from stillhook.engine.lanes import VL, fields, flatten, offset, size, unflatten
 from stillhook.engine.pack import Packed, pack
 from stillhook.engine.stability import check_step
@@ -24,13 +24,11 @@ from stillhook.engine.window import SIGNALS, blank_window
 from stillhook.errors import StillhookError
 from stillhook.plants.state import Geometry, Signals, Tick, Tip
 from stillhook.scenario import Scenario
+from stillhook.variables import WINDOW
 
 Array = NDArray[np.float64]
 Progress = Callable[[float], None]
 Pair = tuple[Packed, Drive]
-
-WINDOW = 30.0
-"""Length of the moving window of the peak-to-peak error [s]. Source: Moslatt 2020 paper F table 2."""
 
 
 class Ending(StrEnum):
@@ -168,17 +166,15 @@ class Block:
 
     def steps(self) -> Iterator[float]:
         """Run to the end in pieces; yields the share done. A case without numbers is marked and its lane set to rest."""
-        n, first, k = self.drive.n_ticks, self.drive.first, 0
-        while k < n:
-            count = min(CHUNK, n - k) if k >= first else min(CHUNK, first - k)
+        n, first = self.drive.n_ticks, self.drive.first
+        for k, count in self.drive.pieces():
             if k == first:
                 self._count_from_here()
             self._piece(k, count, n, first)
-            k += count
-            self._mark_failures(k * self.drive.t_cycle)
+            self._mark_failures((k + count) * self.drive.t_cycle)
             if len(self.failed) == len(self.packs):
                 break
-            yield k / n
+            yield (k + count) / n
 
     def _piece(self, k: int, count: int, n: int, first: int) -> None:
         rows = [lane[1].rows(k, count + 1) for lane in self.lanes]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from enum import StrEnum
 from typing import TYPE_CHECKING, Any
 
@@ -88,7 +88,8 @@ def simulate(
     results = run_cases(crane, cases, n_sub=n_sub, lanes=lanes, every=rows, threads=threads, progress=progress)
     if OnFailure(on_failure) is OnFailure.RAISE:
         raise_failures(results)
-    return to_dataset(crane, cases, results, single=single)
+    summaries = [summarise(crane, c, r) for c, r in zip(cases, results, strict=True)]
+    return to_dataset(crane, cases, results, summaries, single=single)
 
 
 def checked_cases(crane: Crane, case: Scenario | Sequence[Scenario]) -> list[Scenario]:
@@ -147,11 +148,12 @@ def raise_failures(results: Sequence[Result]) -> None:
         )
 
 
-def to_dataset(crane: Crane, cases: Sequence[Scenario], results: Sequence[Result], *, single: bool) -> xarray.Dataset:
-    """Results as a labelled Dataset; see `simulate`."""
+def to_dataset(
+    crane: Crane, cases: Sequence[Scenario], results: Sequence[Result], summaries: Sequence[Mapping[str, Any]], *, single: bool
+) -> xarray.Dataset:
+    """Results with their summaries as a labelled Dataset; see `simulate`."""
     import xarray  # heavy: not wanted for the command line's first table
 
-    summaries = [summarise(crane, c, r) for c, r in zip(cases, results, strict=True)]
     columns: dict[str, Any] = {}
     for name in summaries[0]:
         values = [("; ".join(s[name]) if name == "notes" else s[name]) for s in summaries]

@@ -5,8 +5,9 @@ from typing import Any
 
 from stillhook.crane import Crane
 from stillhook.engine.checks import Foreseen, foresee
-from stillhook.engine.run import WINDOW, Ending, Result
+from stillhook.engine.run import Ending, Result
 from stillhook.scenario import Mode, Scenario
+from stillhook.variables import WINDOW
 
 LIMITS = (
     ("saturated", "saturation_cycles"),
@@ -20,8 +21,6 @@ LIMITS = (
 OK = "ok"
 OFFSET = 0.05
 """Mean error from which a hook that never passes its place counts as standing off [m]; paper F accepts 5 cm of error."""
-
-
 LEAST_EFFICIENCY = 0.05
 """Efficiency below which a winch does not compensate [-]: a twentieth of the tip's motion is what friction alone takes off."""
 AUDIT = 0.05

@@ -10,7 +10,7 @@ from pydantic import BaseModel, ValidationError
 
 from stillhook.errors import SpecError, StillhookError, UnitError
 from stillhook.library.files import nearest
-from stillhook.units import KINDS, Quantity, came
+from stillhook.units import KINDS, Quantity, came, written_at
 
 # Typing errors first: a misspelt field is also a missing one, and the misspelling is what to mend.
 _ORDER = {"extra_forbidden": 0, "unit": 1, "missing": 3, "value_error": 4}
@@ -29,7 +29,7 @@ def explain(error: ValidationError, model: type[BaseModel], where: str, data: Ma
 
 def _line(problem: Any, model: type[BaseModel], data: Mapping[str, Any]) -> str:
     loc: tuple[int | str, ...] = problem["loc"]
-    place, given = _dotted(loc), came(_given(data, loc, problem["input"]))
+    place, given = _dotted(loc), came(written_at(data, loc, problem["input"]))
     kind, message = problem["type"], str(problem["msg"]).removeprefix("Value error, ")
     if kind == "extra_forbidden":
         fields = _fields(model, loc[:-1])
@@ -43,16 +43,6 @@ def _line(problem: Any, model: type[BaseModel], data: Mapping[str, Any]) -> str:
     if kind in {"model_type", "model_attributes_type", "dict_type"}:
         return f"{place} = {given}: a table is due, with {', '.join(_fields(model, loc))}."
     return f"{place} = {given}: {_SHOULD.sub('it must', message, count=1)}."
-
-
-def _given(data: Any, loc: Sequence[int | str], otherwise: Any) -> Any:
-    """What was written at ``loc``: "-80 L", where pydantic reports the -0.08 that it was read as."""
-    for part in loc:
-        try:
-            data = data[part]
-        except (KeyError, IndexError, TypeError):
-            return otherwise
-    return data
 
 
 def _dotted(loc: Sequence[int | str]) -> str:

@@ -3,19 +3,19 @@
 from typing import NamedTuple
 
 from stillhook.control.passive import PassiveSettings, displacement_for_weight, make_up
-from stillhook.control.plc import Plc, Sensed, cycle, hold
+from stillhook.control.plc import Plc, cycle, hold
 from stillhook.physics.accumulator import Accumulator, accumulator_pressure, piston_loss
-from stillhook.physics.drum import K_wire, wire_at_end
+from stillhook.physics.drum import wire_at_end
 from stillhook.physics.friction import bristle_update, dry_torque, system_friction_dry
 from stillhook.physics.motor import Motors, motor_leakage, motor_torque, torque_loss_dry, torque_loss_moving
 from stillhook.physics.pump import Pumps, pump_flow, pump_leakage
 from stillhook.physics.scalar import copysign, fmax, scalar
-from stillhook.physics.sensor import quantise
-from stillhook.physics.swash import Servo, displacement, known_displacement, pilot, swash_acceleration
+from stillhook.physics.swash import Servo, displacement, pilot, swash_acceleration
 from stillhook.physics.valves import Relief, external_leakage, internal_leakage, relief_flow
 from stillhook.physics.wire import wire_stiffness
 from stillhook.plants.active_circuit import ActiveCircuit, ActiveFlows, active_flows, overspeed
 from stillhook.plants.hoist import Hoist, HoistState, drag_loss, drum_geometry, hoist_energy, hoist_state, wire_loss
+from stillhook.plants.sensing import sense
 from stillhook.plants.state import Limits, Powers, Sensors, Signals, Tip
 
 
@@ -210,16 +210,8 @@ def at_rest(s_w, m, tick, p):
 def control(x, m, tick, tip, geo, p):
     """One PLC cycle: plant commands, the PLC's new memory, and the active drive's signals."""
     A, P = p.active, p.passive
-    q = hoist_state(x.omega_m, x.s_w, x.s_load, x.v_load, geo, tip, p.hoist)
     p_hp = accumulator_pressure(x.V_o, P.accumulator)
-    alpha_m = known_displacement(displacement(x.alpha_m, A.motor_servo), m.u_m, A.control)
-    s_w = quantise(x.s_w + tick.n_s, p.sensors.q_s)
-    F = quantise(q.F_w + tick.n_F, p.sensors.q_F)
-    ratio = K_wire(geo.d, p.hoist.drum)
-    y = Sensed(
-        tick.s_m, tick.v_m, tick.a_m, tick.v_op, tick.s_op, tick.mode, tick.f_known, s_w, F, alpha_m, ratio
-    )
-    drive, m = cycle(y, m, p_hp, p.plc)
+    drive, m = cycle(sense(x, m, tick, tip, geo, p), m, p_hp, p.plc)
     u_m, held = pilot(drive.u_m, m.held, A.control)
     u_pm = displacement_for_weight(m.F, geo.lever, p_hp, P.settings)
     u_pp = make_up(m.p_mean, u_pm, tick.v_op / geo.lever, P.settings)

@@ -2,16 +2,16 @@
 
 from typing import NamedTuple
 
-from stillhook.control.plc import Plc, Sensed, cycle, hold
-from stillhook.physics.drum import K_wire, wire_at_end
+from stillhook.control.plc import Plc, cycle, hold
+from stillhook.physics.drum import wire_at_end
 from stillhook.physics.friction import bristle_update, dry_torque, system_friction_dry
 from stillhook.physics.motor import motor_torque, torque_loss_dry, torque_loss_moving
 from stillhook.physics.scalar import copysign, scalar
-from stillhook.physics.sensor import quantise
-from stillhook.physics.swash import displacement, known_displacement, pilot, swash_acceleration
+from stillhook.physics.swash import displacement, pilot, swash_acceleration
 from stillhook.physics.wire import wire_stiffness
 from stillhook.plants.active_circuit import ActiveCircuit, ActiveFlows, active_flows, overspeed
 from stillhook.plants.hoist import Hoist, HoistState, drag_loss, drum_geometry, hoist_energy, hoist_state, wire_loss
+from stillhook.plants.sensing import sense
 from stillhook.plants.state import Limits, Powers, Sensors, Signals, Tip
 
 
@@ -130,17 +130,8 @@ def at_rest(s_w, m, tick, p):
 @scalar
 def control(x, m, tick, tip, geo, p):
     """One PLC cycle: plant commands, the PLC's new memory, and the active drive's signals."""
-    A = p.active
-    q = hoist_state(x.omega_m, x.s_w, x.s_load, x.v_load, geo, tip, p.hoist)
-    alpha_m = known_displacement(displacement(x.alpha_m, A.motor_servo), m.u_m, A.control)
-    s_w = quantise(x.s_w + tick.n_s, p.sensors.q_s)
-    F = quantise(q.F_w + tick.n_F, p.sensors.q_F)
-    ratio = K_wire(geo.d, p.hoist.drum)
-    y = Sensed(
-        tick.s_m, tick.v_m, tick.a_m, tick.v_op, tick.s_op, tick.mode, tick.f_known, s_w, F, alpha_m, ratio
-    )
-    drive, m = cycle(y, m, 0.0, p.plc)
-    u_m, held = pilot(drive.u_m, m.held, A.control)
+    drive, m = cycle(sense(x, m, tick, tip, geo, p), m, 0.0, p.plc)
+    u_m, held = pilot(drive.u_m, m.held, p.active.control)
     return Command(drive.u_p, u_m, tick.f_pump), hold(m, held), drive
 
 

@@ -41,6 +41,10 @@ class Tick(NamedTuple):
     f_passive: float
 
 
+THIN = 3
+"""Columns of a drive that only moves the tip: s, v, a; the other fields of Tick then keep their first values."""
+
+
 class Sensors(NamedTuple):
     """Smallest steps of the signals (0: none): q_s encoder [m], q_F load cell [N]."""
 
