@@ -15,6 +15,7 @@ from scipy.integrate import solve_ivp
 from stillhook import Scenario, load_crane, simulate
 from stillhook.crane import Crane
 from stillhook.engine import drive as drive_module
+from stillhook.engine import run as run_module
 from stillhook.engine.build import cache_root, driver, kernel_hash
 from stillhook.engine.drive import Drive
 from stillhook.engine.lanes import VL, flatten, size, unflatten
