@@ -26,3 +26,11 @@ class MotionError(StillhookError):
 
 class SimulationError(StillhookError):
     """A run that failed: the state left the physical range or lost its numbers."""
+
+
+class LogError(StillhookError):
+    """A log, a supplier map or their mapping that cannot be read, or whose signals cannot be trusted."""
+
+
+class IdentifyError(StillhookError):
+    """Data that cannot tell what is asked of them."""
