@@ -12,6 +12,7 @@ import math
 from collections.abc import Callable
 from typing import Any
 
+import numpy as np
 from llvmlite import ir
 from numba import njit, types
 from numba.extending import intrinsic, typeof_impl
@@ -133,8 +134,14 @@ def _exp(x):
     return p * _float((_bits(t) + 1023) << 52)
 
 
-exp = Scalar(_exp, python=math.exp, error_model="numpy", fastmath={"contract"})
-"""Exponential as a polynomial that LLVM vectorises (libm's is not); relative error below 1e-14 for |x| <= 700."""
+def _exp_python(x):
+    return math.exp(x) if isinstance(x, float) else np.exp(x)
+
+
+exp = Scalar(_exp, python=_exp_python, error_model="numpy", fastmath={"contract"})
+"""Exponential as a polynomial that LLVM vectorises (libm's is not); relative error below 1e-14 for |x| <= 700.
+
+Called from Python it takes arrays as well, so that measured data can be put into the same equations."""
 
 
 @scalar

@@ -1,0 +1,226 @@
+"""System friction from crane tests by bounded least squares that cannot miss the best answer.
+
+With Y_4 given the model is linear in the other five parameters, none of which may be negative: that is one convex problem with
+one answer (non-negative least squares). What is left is a search along Y_4 alone, made on a grid and then refined. The thesis
+used Box's complex method on all six at once (`stillhook.identify.complex_method`); both are offered.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from stillhook.errors import IdentifyError
+from stillhook.identify.friction_model import Y_LINEAR, Y_NAMES, Loss, Y, motor_loss_at, system_columns, system_friction_at, system_slope
+from stillhook.identify.points import FloatArray, Points
+from stillhook.units import parse
+
+Y_4_LEAST, Y_4_MOST = parse("5 rev/min", "rotation"), parse("1500 rev/min", "rotation")
+"""Bounds of the search: a winch does not run steadily below 5 rev/min of its motors, and an exponential that fades over more
+than 1500 rev/min is a straight line over the speeds that it can reach, which Y_5 describes already."""
+Y_4_GRID = np.geomspace(Y_4_LEAST, Y_4_MOST, 61)
+DP_FLOOR = 1.0
+"""Least standard uncertainty of a friction pressure [Pa]: a hundred-thousandth of a bar, so that noise-free data keep their numbers."""
+EVIDENCE = 2.0
+"""Improvement of AICc that a constant term Y_2 must bring to be kept (Burnham and Anderson's "substantial support" ends there)."""
+ROUNDS = 4  # of estimating scatter and parameters in turn; the third changes nothing any more
+
+
+@dataclass(frozen=True)
+class FrictionFit:
+    """Identified system friction.
+
+    ``y`` parameters in SI (a dropped one is 0); ``names`` those that were free; ``covariance`` of them in SI, in that order, taken
+    as if bounds were not there (so never too small); ``at_bound`` free ones that ended on zero, or Y_4 on an end of its range;
+    ``dropped`` those left out (Y_4 too where nothing fades); ``evidence`` by name, how much AICc improves with it (negative: worse);
+    ``residual`` measured less modelled friction per shaft at the fitted points [N m]; ``tau`` scatter of dp_F beyond what the
+    stretches themselves showed [Pa]; ``chi2``, ``dof``.
+    """
+
+    y: Y
+    names: tuple[str, ...]
+    covariance: FloatArray
+    at_bound: tuple[str, ...]
+    dropped: tuple[str, ...]
+    evidence: Mapping[str, float]
+    residual: FloatArray
+    tau: float
+    chi2: float
+    dof: int
+
+    def sd(self, name: str) -> float:
+        """Standard error of a free parameter in SI, NaN for one that was left out."""
+        return math.sqrt(self.covariance[i, i]) if (i := self._index(name)) is not None else math.nan
+
+    def _index(self, name: str) -> int | None:
+        return self.names.index(name) if name in self.names else None
+
+
+class Problem:
+    """Weighted least squares in the five linear parameters, for any Y_4.
+
+    ``points`` what is fitted; ``target`` friction per shaft that the system must explain [N m]; ``sigma`` its standard
+    uncertainties [N m]; ``used`` the linear parameters that are free.
+    """
+
+    def __init__(self, points: Points, target: FloatArray, sigma: FloatArray, used: tuple[str, ...] = Y_LINEAR) -> None:
+        self.points, self.target, self.sigma, self.used = points, target, sigma, used
+        self.weighted = target / sigma
+        self._columns: dict[float, FloatArray] = {}
+
+    def columns(self, Y_4: float) -> FloatArray:
+        """Shape (n, 5), each row over its uncertainty."""
+        if Y_4 not in self._columns:
+            found = system_columns(self.points, Y_4) / self.sigma[:, None]
+            if len(self._columns) < 4 * len(Y_4_GRID):
+                self._columns[Y_4] = found
+            return found
+        return self._columns[Y_4]
+
+    def solve(self, Y_4: float, fixed: Mapping[str, float] | None = None, target: FloatArray | None = None) -> tuple[Y, float]:
+        """Best parameters at this Y_4 and their chi^2; ``fixed`` linear parameters keep the values given [SI]."""
+        from scipy.optimize import nnls
+
+        fixed = fixed or {}
+        A, b = self.columns(Y_4), self.weighted if target is None else target / self.sigma
+        for name, value in fixed.items():
+            b = b - value * A[:, Y_LINEAR.index(name)]
+        free = [n for n in self.used if n not in fixed]
+        part = A[:, [Y_LINEAR.index(n) for n in free]]
+        size = np.linalg.norm(part, axis=0)
+        size[size == 0.0] = 1.0
+        found, norm = nnls(part / size, b) if free else (np.zeros(0), float(np.linalg.norm(b)))
+        values = {**dict.fromkeys(Y_LINEAR, 0.0), **dict(zip(free, found / size, strict=True)), **fixed}
+        return Y(**values, Y_4=Y_4), float(norm) ** 2
+
+    def best(self, fixed: Mapping[str, float] | None = None, target: FloatArray | None = None) -> tuple[Y, float]:
+        """Best parameters over all Y_4, and their chi^2; ``fixed`` may hold Y_4 itself."""
+        fixed = dict(fixed or {})
+        if "Y_4" in fixed:
+            return self.solve(fixed.pop("Y_4"), fixed, target)
+        from scipy.optimize import minimize_scalar
+
+        rough = [self.solve(v, fixed, target)[1] for v in Y_4_GRID]
+        i = int(np.argmin(rough))
+        lo, hi = np.log(Y_4_GRID[max(i - 1, 0)]), np.log(Y_4_GRID[min(i + 1, len(Y_4_GRID) - 1)])
+        fine = minimize_scalar(
+            lambda v: self.solve(math.exp(v), fixed, target)[1], bounds=(lo, hi), method="bounded", options={"xatol": 1e-7}
+        )
+        at = math.exp(fine.x) if fine.fun < rough[i] else float(Y_4_GRID[i])
+        return self.solve(at, fixed, target)
+
+
+def fit_system(
+    points: Points, loss: Loss, *, keep_Y_2: bool | None = None, used: tuple[str, ...] = Y_LINEAR, u_extra: float | None = None
+) -> FrictionFit:
+    """System friction that explains the points together with the motor loss.
+
+    Parameters: points measured ones (held-out ones are left out here); loss of one motor shaft; keep_Y_2 keep the constant term
+    (None: only where AICc improves by more than ``EVIDENCE``, as eq. 2.13 drops it for want of need); used linear parameters
+    that may be free at all; u_extra scatter of dp_F beyond the stretches' own [Pa] (None: found from the residuals).
+    Errors: IdentifyError for fewer points than parameters.
+    """
+    seen = points.fitted()
+    wanted = len(used) + 2
+    if len(seen) < wanted:
+        raise IdentifyError(f"{len(seen)} measured points for {wanted - 1} parameters: at least {wanted} are needed. Add steps or tests.")
+    target = seen.T_f - motor_loss_at(seen, loss)
+    if "Y_2" not in used or keep_Y_2 is True:
+        return _fit(seen, target, used, u_extra)
+    full = _fit(seen, target, used, u_extra)
+    without = tuple(n for n in used if n != "Y_2")
+    lean = _fit(seen, target, without, full.tau)
+    gain = _aicc(lean) - _aicc(full)
+    if keep_Y_2 is None and gain > EVIDENCE:
+        return replace(full, evidence={"Y_2": gain})
+    return replace(_fit(seen, target, without, u_extra), evidence={"Y_2": gain})
+
+
+def _aicc(fit: FrictionFit) -> float:
+    """Akaike's criterion for small samples with the scatter held; only differences count."""
+    k, n = len(fit.names), fit.dof + len(fit.names)
+    return fit.chi2 + 2 * k + 2 * k * (k + 1) / max(n - k - 1, 1)
+
+
+def _fit(seen: Points, target: FloatArray, used: tuple[str, ...], u_extra: float | None) -> FrictionFit:
+    tau = float(np.sqrt(np.mean(seen.u_dp**2))) if u_extra is None else u_extra
+    for _ in range(ROUNDS if u_extra is None else 1):
+        problem = Problem(seen, target, sigma_of(seen, tau), used)
+        y, _ = problem.best()
+        residual = target - system_friction_at(seen, y)
+        dof = len(seen) - len(_free(used))
+        if u_extra is None:
+            tau = _scatter(residual / seen.D_m, seen.u_dp, dof)
+    sigma = sigma_of(seen, tau)
+    names = tuple(n for n in _free(used) if n != "Y_4" or y.Y_1 > 0.0 or y.Y_3 > 0.0)
+    J = jacobian(seen, y, names) / sigma[:, None]
+    return FrictionFit(
+        y=y, names=names, covariance=covariance(J), at_bound=_at_bound(y, names), dropped=tuple(n for n in Y_NAMES if n not in names),
+        evidence={}, residual=residual, tau=tau, chi2=float(np.sum((residual / sigma) ** 2)), dof=dof,
+    )  # fmt: skip
+
+
+def _free(used: tuple[str, ...]) -> tuple[str, ...]:
+    """Free parameters in the order Y_1 to Y_6; Y_4 is free where something fades with it."""
+    fading = "Y_1" in used or "Y_3" in used
+    return tuple(n for n in Y_NAMES if n in used or (n == "Y_4" and fading))
+
+
+def sigma_of(points: Points, tau: float) -> FloatArray:
+    """Standard uncertainty of the friction torque with the common scatter tau [Pa] in it [N m]."""
+    return np.asarray(points.D_m * np.sqrt(points.u_dp**2 + tau**2 + DP_FLOOR**2))
+
+
+def _scatter(dp: FloatArray, u: FloatArray, dof: int) -> float:
+    """Common scatter [Pa] that brings chi^2 down to its expectation; 0 where the stretches' own uncertainty explains all."""
+    from scipy.optimize import brentq
+
+    def excess(tau: float) -> float:
+        return float(np.sum(dp**2 / (u**2 + tau**2 + DP_FLOOR**2))) - dof
+
+    if excess(0.0) <= 0.0:
+        return 0.0
+    return float(brentq(excess, 0.0, 10.0 * float(np.sqrt(np.sum(dp**2))) + 1.0, xtol=1e-9, rtol=1e-9))
+
+
+def jacobian(points: Points, y: Y, names: tuple[str, ...]) -> FloatArray:
+    """Shape (n, k): change of the friction per shaft at the points per change of each parameter (SI)."""
+    linear = system_columns(points, y.Y_4)
+    return np.column_stack([system_slope(points, y) if n == "Y_4" else linear[:, Y_LINEAR.index(n)] for n in names])
+
+
+def covariance(J: FloatArray) -> FloatArray:
+    """Inverse of J'J by its singular values; a direction that the data do not see gets a very large variance, not an error."""
+    size = np.linalg.norm(J, axis=0)
+    _, s, V = np.linalg.svd(J / size, full_matrices=False)
+    half = (V / np.maximum(s, BLIND)[:, None]) / size
+    return np.asarray(half.T @ half)
+
+
+BLIND = 1e-9
+"""Singular value of the scaled sensitivities that counts as nothing."""
+
+
+def _at_bound(y: Y, names: tuple[str, ...]) -> tuple[str, ...]:
+    zero = [n for n in names if n != "Y_4" and getattr(y, n) <= 0.0]
+    end = "Y_4" in names and not Y_4_LEAST * 1.001 < y.Y_4 < Y_4_MOST * 0.999
+    return tuple(zero + (["Y_4"] if end else []))
+
+
+def predicted(points: Points, loss: Loss, y: Y) -> FloatArray:
+    """Friction per shaft that motor loss and system friction together predict at the points [N m]."""
+    return motor_loss_at(points, loss) + system_friction_at(points, y)
+
+
+def predicted_sd(points: Points, fit: FrictionFit) -> FloatArray:
+    """Standard error of the predicted system friction per shaft at the points, from the covariance [N m]."""
+    J = jacobian(points, fit.y, fit.names)
+    return np.asarray(np.sqrt(np.maximum(np.einsum("ij,jk,ik->i", J, fit.covariance, J), 0.0)))
+
+
+def cost(points: Points, loss: Loss, y: Y) -> float:
+    """The thesis's cost E: squared error summed over the points, per motor shaft (eq. 2.8) [N^2 m^2]."""
+    return float(np.sum((points.T_f - predicted(points, loss, y)) ** 2))

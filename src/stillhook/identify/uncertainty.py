@@ -1,0 +1,159 @@
+"""How far identified friction can be trusted: profile likelihood, bootstrap, posterior samples, and what data cannot tell apart."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from stillhook.errors import IdentifyError
+from stillhook.identify.friction_fit import (
+    Y_4_LEAST,
+    Y_4_MOST,
+    FrictionFit,
+    Problem,
+    jacobian,
+    sigma_of,
+)
+from stillhook.identify.friction_model import Y_LINEAR, Y_NAMES, Loss, Y, motor_loss_at, system_friction_at
+from stillhook.identify.points import FloatArray, Points
+
+LEVEL = 0.95
+SEARCH = 40  # doublings of an interval's end before it counts as open
+
+
+@dataclass(frozen=True)
+class Interval:
+    """Where a parameter lies with 95 % confidence [SI]; an open end is infinite, a lower end at zero is the physical bound."""
+
+    name: str
+    value: float
+    low: float
+    high: float
+
+
+def t_factor(dof: int, level: float = LEVEL) -> float:
+    """Two-sided quantile of Student's distribution."""
+    from scipy.stats import t
+
+    return float(t.ppf(0.5 + 0.5 * level, max(dof, 1)))
+
+
+def fitted_problem(points: Points, loss: Loss, fit: FrictionFit) -> Problem:
+    """The least-squares problem that a fit has solved."""
+    seen = points.fitted()
+    used = tuple(n for n in Y_LINEAR if n not in fit.dropped)
+    return Problem(seen, seen.T_f - motor_loss_at(seen, loss), sigma_of(seen, fit.tau), used)
+
+
+def profile_intervals(points: Points, loss: Loss, fit: FrictionFit) -> tuple[Interval, ...]:
+    """Intervals by profile likelihood: how far one parameter can go while the others do their best to make up for it.
+
+    They respect bounds and curvature, which standard errors do not. Parameters as `fit_system`.
+    """
+    problem = fitted_problem(points, loss, fit)
+    allowed = problem.best()[1] + t_factor(fit.dof) ** 2
+    return tuple(_profile(problem, name, fit, allowed) for name in fit.names)
+
+
+def _profile(problem: Problem, name: str, fit: FrictionFit, allowed: float) -> Interval:
+    value = getattr(fit.y, name)
+    step = fit.sd(name)
+    step = step if math.isfinite(step) and step > 0.0 else max(abs(value), 1e-12)
+    least, most = (Y_4_LEAST, Y_4_MOST) if name == "Y_4" else (0.0, math.inf)
+
+    def excess(at: float) -> float:
+        return problem.best({name: at})[1] - allowed
+
+    return Interval(name, value, _end(excess, value, -step, least), _end(excess, value, step, most))
+
+
+def _end(excess: Callable[[float], float], value: float, step: float, bound: float) -> float:
+    """Where the profile crosses the threshold; the bound where it does not before."""
+    from scipy.optimize import brentq
+
+    inside, factor = value, 1.0
+    for _ in range(SEARCH):
+        at = value + factor * step
+        beyond = at <= bound if step < 0.0 else at >= bound
+        if beyond:
+            if not math.isfinite(bound) or excess(bound) <= 0.0:
+                return bound
+            at = bound
+        if excess(at) > 0.0:
+            return float(brentq(excess, *sorted((inside, at)), xtol=1e-4 * abs(step), rtol=1e-9))
+        inside, factor = at, 2.0 * factor
+    return math.copysign(math.inf, step)
+
+
+def bootstrap(points: Points, loss: Loss, fit: FrictionFit, *, n: int = 400, seed: int = 0) -> FloatArray:
+    """Shape (n, 6): parameters (Y_1 to Y_6, SI) fitted to n redrawn campaigns.
+
+    Each is the fitted friction plus normal scatter of the size that was found; bounds act on every one as they did on the fit.
+    """
+    problem = fitted_problem(points, loss, fit)
+    model = system_friction_at(problem.points, fit.y)
+    rng = np.random.default_rng(seed)
+    return np.array([problem.best(target=model + problem.sigma * rng.standard_normal(len(model)))[0] for _ in range(n)])
+
+
+def posterior(points: Points, loss: Loss, fit: FrictionFit, *, n: int = 4000, seed: int = 0) -> FloatArray:
+    """Shape (n, 6): samples of the posterior with flat priors inside the bounds, by emcee (optional extra ``mcmc``).
+
+    Errors: IdentifyError where emcee is not installed.
+    """
+    try:
+        import emcee
+    except ImportError:
+        raise IdentifyError('Posterior samples need emcee. Install it with: pip install "stillhook[mcmc]".') from None
+    problem = fitted_problem(points, loss, fit)
+    start, size = np.array([getattr(fit.y, n) for n in fit.names]), np.sqrt(np.diag(fit.covariance))
+    walkers, rng = 4 * len(fit.names), np.random.default_rng(seed)
+    blank = fit.y._asdict()
+
+    def log_probability(x: FloatArray) -> float:
+        y = Y(**{**blank, **dict(zip(fit.names, x, strict=True))})
+        if np.any(x < 0.0) or not Y_4_LEAST <= y.Y_4 <= Y_4_MOST:
+            return -math.inf
+        return -0.5 * float(np.sum(((problem.target - system_friction_at(problem.points, y)) / problem.sigma) ** 2))
+
+    places = np.abs(start + 0.5 * size * rng.standard_normal((walkers, len(start))))
+    at = fit.names.index("Y_4") if "Y_4" in fit.names else None
+    if at is not None:
+        places[:, at] = np.clip(places[:, at], 1.01 * Y_4_LEAST, 0.99 * Y_4_MOST)  # starting places only
+    sampler = emcee.EnsembleSampler(walkers, len(start), log_probability)
+    sampler.random_state = np.random.RandomState(seed).get_state()  # noqa: NPY002 - emcee's own kind of generator
+    burn, kept = 400, max(1, -(-n // walkers))
+    sampler.run_mcmc(places, burn + 10 * kept, skip_initial_state_check=True)
+    flat = sampler.get_chain(discard=burn, thin=10, flat=True)[:n]
+    return np.array([[dict(zip(fit.names, row, strict=True)).get(name, blank[name]) for name in Y_NAMES] for row in flat])
+
+
+def quantile_intervals(samples: FloatArray, fit: FrictionFit) -> tuple[Interval, ...]:
+    """Intervals from samples of `bootstrap` or `posterior`."""
+    low, high = np.quantile(samples, [0.5 - 0.5 * LEVEL, 0.5 + 0.5 * LEVEL], axis=0)
+    return tuple(Interval(n, getattr(fit.y, n), float(low[i]), float(high[i])) for i, n in enumerate(Y_NAMES) if n in fit.names)
+
+
+def correlation(fit: FrictionFit) -> FloatArray:
+    """Shape (k, k): correlation of the free parameters."""
+    sd = np.sqrt(np.diag(fit.covariance))
+    return np.asarray(fit.covariance / np.outer(sd, sd))
+
+
+ALIKE = 0.02
+"""Smallest singular value of the scaled sensitivities below which parameters are told apart only by two per cent of their effect."""
+SHARE = 0.3  # of a blind direction: parameters that take part in it
+
+
+def blind_directions(points: Points, fit: FrictionFit) -> tuple[tuple[str, ...], ...]:
+    """Sets of free parameters whose effects the design of the campaign cannot tell apart, whatever the noise.
+
+    The test is the smallest singular values of the sensitivities, each column scaled to unit size.
+    """
+    seen = points.fitted()
+    J = jacobian(seen, fit.y, fit.names) / sigma_of(seen, fit.tau)[:, None]
+    _, s, V = np.linalg.svd(J / np.linalg.norm(J, axis=0), full_matrices=False)
+    return tuple(tuple(n for n, v in zip(fit.names, row, strict=True) if abs(v) > SHARE) for value, row in zip(s, V, strict=True) if value < ALIKE)
