@@ -93,10 +93,13 @@ class Operator(Record):
     """Joystick: wire speeds held from a time on, hoisting positive, and set-point steps of the wire reference, hoisting positive.
 
     `profile` joins its points by straight lines; before the first and after the last point the nearest speed holds.
+    `alpha_m` is the motors' relative displacement that the operator holds in manual mode, as in friction tests; the pump command then
+    follows the joystick alone and is steady within a layer. Without it the PLC chooses the displacement.
     """
 
     profile: tuple[tuple[u.Time, u.Speed], ...] = ()
     steps: tuple[tuple[u.Time, u.Length], ...] = ()
+    alpha_m: Number | None = Field(default=None, gt=0, le=1, description="relative displacement of the motors, held in manual mode")
 
     @model_validator(mode="after")
     def _times_rise(self) -> Self:
@@ -197,7 +200,7 @@ def _rebuilt(raw: dict[str, Any]) -> dict[str, Any]:
     raw["modes"] = tuple((t, Mode(m)) for t, m in raw["modes"])
     raw["friction"] = FrictionModel(raw["friction"])
     profile, steps = (tuple((t, x) for t, x in raw["operator"][k]) for k in ("profile", "steps"))
-    raw["operator"] = Operator.model_construct(profile=profile, steps=steps)
+    raw["operator"] = Operator.model_construct(profile=profile, steps=steps, alpha_m=raw["operator"].get("alpha_m"))
     raw["sensors"] = Sensors.model_construct(**raw["sensors"])
     raw["water"] = Water.model_construct(**raw["water"]) if raw["water"] else None
     raw["power_loss"] = PowerLoss.model_construct(**raw["power_loss"]) if raw["power_loss"] else None

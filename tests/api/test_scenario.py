@@ -100,6 +100,7 @@ def test_the_same_run_in_another_mode():
         {"modes": (("20 s", "ns"), ("40 s", "manual")), "friction": "regularised"},
         {"water": {"volume": "10 m^3", "C_D": 1.0, "area": "9 m^2", "added_mass": "12 t", "rho": "1010 kg/m^3"}},
         {"operator": {"profile": (("0 s", "0 m/min"), ("9 s", "-12 m/min")), "steps": (("5 s", "20 cm"),)}},
+        {"mode": "manual", "operator": {"profile": (("0 s", "0 m/min"), ("9 s", "-12 m/min")), "alpha_m": 0.7}},
         {"sensors": {"delay": "120 ms", "noise_F": "3 kN", "step_s_w": "1 mm", "seed": 9}, "power_loss": {"time": "30 s", "unit": 2}},
     ],
 )
@@ -160,6 +161,9 @@ def test_a_missing_field_is_named():
         (lambda: Sensors(noise_F="1 bar"), 'Sensors.noise_F = "1 bar": unit "bar" is not one of N, kN, MN.'),
         (lambda: PowerLoss(time="5 s", unit=0), "PowerLoss.unit = 0: it must be greater than or equal to 1."),
         (lambda: PowerLoss(time="5 s", unit=1.5), "PowerLoss.unit = 1.5: it must be a valid integer."),
+        (lambda: Operator(alpha_m=0.0), "Operator.alpha_m = 0.0: it must be greater than 0."),
+        (lambda: Operator(alpha_m=1.1), "Operator.alpha_m = 1.1: it must be less than or equal to 1."),
+        (lambda: Operator(alpha_m="0.7"), 'Operator.alpha_m = "0.7": it must be a valid number.'),
         (lambda: Operator(profile=(("5 s", "3 knots"),)), 'Operator.profile.0.1 = "3 knots": unit "knots" is not one of m/s, m/min, mm/s.'),
         (lambda: Operator(steps=((3, "1 m"),)), 'Operator.steps.0.0 = 3: a bare number; write it as text with its unit, "3 s" (allowed: s, ms, min, h).'),
     ],
@@ -232,6 +236,25 @@ def test_the_loss_of_the_only_power_unit_is_refused():
     assert asked(single, power_loss=PowerLoss(time="5 s")) == (
         'power_loss: "nov-250t" has a single hydraulic power unit; nothing would be left to hold the load.'
     )
+
+
+def test_a_displacement_that_the_motors_do_not_have_cannot_be_held():
+    assert asked(mode="manual", operator=Operator(alpha_m=0.5)) == (
+        'operator.alpha_m = 0.5: the motors of "nov-250t" go from 0.6 to 1 of their displacement. '
+        "Give a value in between, or a crane with a smaller active.motor.alpha_min."
+    )
+
+
+def test_a_displacement_is_held_in_manual_mode_only():
+    assert asked(mode="ssc", operator=Operator(alpha_m=0.8)) == (
+        'operator.alpha_m = 0.8: held in manual mode only, and this run is in ssc. Set mode = "manual", or leave it out.'
+    )
+
+
+def test_a_scenario_stored_before_displacements_could_be_held_is_read():
+    old = Scenario(**BASE).to_dict()
+    del old["operator"]["alpha_m"]
+    assert Scenario.from_dict(old) == Scenario(**BASE)
 
 
 def test_a_payload_that_floats_is_refused():

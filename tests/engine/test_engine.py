@@ -56,6 +56,8 @@ def mixed(plant: str) -> list[Scenario]:
     out += [scenario(plant, sensors=Sensors(delay="0.1 s", noise_s_w="1 mm", seed=s)) for s in range(3)]
     out += [scenario(plant, modes=(("30 s", "ns"),)), scenario(plant, power_loss=PowerLoss(time="30 s"))]
     out += [scenario(plant, operator=Operator(profile=(("25 s", "0 m/min"), ("30 s", "9 m/min"), ("40 s", "0 m/min"))))]
+    held = Operator(profile=(("25 s", "0 m/min"), ("30 s", "9 m/min")), alpha_m=0.7)
+    out += [scenario(plant, mode="manual", operator=held), scenario(plant, mode="manual", modes=(("40 s", "ssc"),), operator=held)]
     return out
 
 

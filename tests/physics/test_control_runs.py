@@ -27,6 +27,8 @@ SEA = "sine 2 m 12 s"
 AMPLITUDE, PERIOD = 2.0, 12.0
 GRID = 1.0e-9
 """Values that are stored and compared, not computed anew."""
+STEADY = 1.0e-3
+"""Relative: a winch that runs at a held command; what is left is the drum that thins as wire leaves it, and the wire's last ringing."""
 
 
 @functools.cache
@@ -172,6 +174,37 @@ def test_manual_mode_has_full_displacement_at_low_speed_and_reduces_it_for_high_
     fast = run(BOTH, mode="manual", tip="still", duration="60 s", operator=stick("65 m/min"))
     assert float(slow.alpha_m_min) == pytest.approx(1.0)
     assert float(fast.alpha_m_min) < 0.9
+
+
+@pytest.mark.parametrize("crane", [BOTH, PURE], ids=["active-passive", "pure-active"])
+@pytest.mark.parametrize("metres_a_minute", [-40.0, 8.0, 40.0])
+def test_a_displacement_that_the_operator_holds_is_held_at_any_speed_and_the_winch_runs_steadily(crane, metres_a_minute):
+    """As in the friction tests of section 2.2: fixed displacement, fixed pump command, steady speed."""
+    operator = Operator(profile=(("0 s", "0 m/min"), ("5 s", f"{metres_a_minute} m/min")), alpha_m=0.7)
+    data = run(crane, mode="manual", tip="still", load="30 t", duration="60 s", warm_up="25 s", operator=operator)
+    late = data.sel(time=slice(25.0, None))
+    assert np.all(data.alpha_m.values == pytest.approx(0.7, abs=GRID))
+    assert np.ptp(late.u_p.values) == 0.0
+    assert np.ptp(late.omega_m.values) < STEADY * abs(float(late.omega_m.mean()))
+
+
+def test_more_displacement_takes_less_pressure_for_the_same_load_and_more_pump_for_the_same_speed():
+    def held(alpha: float):
+        operator = Operator(profile=(("0 s", "0 m/min"), ("5 s", "15 m/min")), alpha_m=alpha)
+        return run(PURE, mode="manual", tip="still", load="40 t", duration="60 s", operator=operator).isel(time=-1)
+
+    small, large = held(0.7), held(1.0)
+    load_small, load_large = (d.alpha_m * (d.p_a - d.p_b) for d in (small, large))
+    assert float(large.p_a - large.p_b) < 0.75 * float(small.p_a - small.p_b)
+    assert float(load_large / load_small) == pytest.approx(1.0, abs=0.02)  # the same torque but for what the motors lose
+    assert float(large.u_p / small.u_p) == pytest.approx(1.0 / 0.7, rel=0.02)
+
+
+def test_outside_manual_mode_the_plc_has_the_motors_whatever_the_operator_held():
+    operator = Operator(alpha_m=0.7)
+    data = run(BOTH, mode="manual", modes=(("40 s", "level-1"),), operator=operator)
+    assert float(data.alpha_m.sel(time=39.0)) == pytest.approx(0.7, abs=GRID)
+    assert float(data.alpha_m.sel(time=60.0)) == pytest.approx(1.0, abs=1e-3)
 
 
 def test_in_manual_mode_the_load_moves_with_the_ship():

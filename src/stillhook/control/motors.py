@@ -7,7 +7,8 @@ from stillhook.physics.scalar import clip, fmax, scalar
 
 class MotorSettings(NamedTuple):
     """alpha_min absolute minimum, alpha_ns and alpha_hs settings on the outermost layer [-]; u_thr threshold of SSC [-];
-    i_F_swl inverse of the weight of the safe working load and the hook [1/N]; K_outer K_wire of the outermost layer."""
+    i_F_swl inverse of the weight of the safe working load and the hook [1/N]; K_outer K_wire of the outermost layer;
+    alpha_hold displacement that the operator holds in manual mode [-], 0 where he leaves it to the PLC."""
 
     alpha_min: float
     alpha_ns: float
@@ -15,6 +16,7 @@ class MotorSettings(NamedTuple):
     u_thr: float
     i_F_swl: float
     K_outer: float
+    alpha_hold: float
 
 
 @scalar

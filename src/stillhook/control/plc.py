@@ -104,7 +104,8 @@ def pump_demand(y, e_c, plc):
 
 @scalar
 def motor_demand(y, u_ff, F, plc):
-    """Displacement that the mode asks for [-]. Manual mode keeps full displacement at low speed by the law of SSC."""
+    """Displacement that the mode asks for [-]. Manual mode keeps full displacement at low speed by the law of SSC, unless the
+    operator holds a displacement, as in the friction tests of Moslatt 2020 section 2.2."""
     s = plc.motors
     alpha_min = displacement_min(F, y.K_wire, s)
     linear = displacement_ssc(reduction_linear(u_ff, s.u_thr), alpha_min)
@@ -120,6 +121,8 @@ def motor_demand(y, u_ff, F, plc):
         u_m = displacement_by_layer(s.alpha_ns, y.K_wire, s)
     if y.mode == HS:
         u_m = displacement_by_layer(s.alpha_hs, y.K_wire, s)
+    if y.mode == MANUAL and s.alpha_hold > 0.0:
+        u_m = s.alpha_hold
     return u_m
 
 

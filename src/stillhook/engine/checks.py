@@ -37,6 +37,7 @@ def check(crane: Crane, case: Scenario) -> None:
     _check_numbers(case)
     _check_load(crane, case)
     _check_times(crane, case)
+    _check_held(crane, case)
     wire = wire_usable(drum_record(crane))
     if case.s_w > wire:
         raise ScenarioError(
@@ -84,6 +85,22 @@ def _check_times(crane: Crane, case: Scenario) -> None:
         raise ScenarioError(
             f"warm_up {case.warm_up:g} s leaves no whole PLC cycle of {show(t_cycle, 'time')} of the duration {case.duration:g} s. "
             "Shorten warm_up or run longer."
+        )
+
+
+def _check_held(crane: Crane, case: Scenario) -> None:
+    """A displacement that the operator holds is one that the motors have, in a run that is manual at some time."""
+    alpha, least = case.operator.alpha_m, crane.active.motor.alpha_min
+    if alpha is None:
+        return
+    if not least <= alpha <= 1.0:
+        raise ScenarioError(
+            f'operator.alpha_m = {alpha:g}: the motors of "{crane.name}" go from {least:g} to 1 of their displacement. '
+            "Give a value in between, or a crane with a smaller active.motor.alpha_min."
+        )
+    if Mode.MANUAL not in (case.mode, *(m for _, m in case.modes)):
+        raise ScenarioError(
+            f'operator.alpha_m = {alpha:g}: held in manual mode only, and this run is in {case.mode.value}. Set mode = "manual", or leave it out.'
         )
 
 
@@ -150,7 +167,7 @@ def alpha_wanted(crane: Crane, case: Scenario, K_wire: float, u_ff: float, mode:
     F = load_record(crane, case).W
     code = MODE_CODE[mode or case.mode]
     y = Sensed(0.0, 0.0, 0.0, 0.0, 0.0, code, 1.0, case.s_w, F, 1.0, K_wire)
-    return float(motor_demand(y, u_ff, F, plc_record(crane)))
+    return float(motor_demand(y, u_ff, F, plc_record(crane, case.operator)))
 
 
 def _wire_notes(crane: Crane, asked: Asked) -> list[str]:

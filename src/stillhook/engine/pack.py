@@ -29,7 +29,7 @@ from stillhook.plants import active_passive, pure_active
 from stillhook.plants.active_circuit import ActiveCircuit
 from stillhook.plants.hoist import Hoist
 from stillhook.plants.state import Sensors
-from stillhook.scenario import FrictionModel, Mode, Scenario
+from stillhook.scenario import FrictionModel, Mode, Operator, Scenario
 
 MODE_CODE = {
     Mode.MANUAL: MANUAL,
@@ -201,12 +201,15 @@ def load_record(crane: Crane, case: Scenario) -> Load:
     return Load(W=W, m=m, i_m=1.0 / m, b=0.5 * case.water.rho * case.water.C_D * case.water.area)
 
 
+def friction_record(s: spec.SystemFriction) -> SystemFriction:
+    return SystemFriction(s.Y_1, s.Y_2, s.Y_3, 1.0 / s.Y_4, s.Y_5, s.Y_6)
+
+
 def _hoist(crane: Crane, case: Scenario) -> Hoist:
     w, f = crane.wire, crane.friction
     load = load_record(crane, case)
     EA = w.E * w.fill * math.pi / 4.0 * w.d**2
     c = 2.0 * w.zeta * math.sqrt(EA / (w.L_0 + case.s_w) * load.m)
-    s = f.system
     n_motors = crane.active.motor.count + (crane.passive.motor.count if crane.passive is not None else 0)
     sigma_1 = f.sigma_1_ratio * math.sqrt(f.sigma_0 * crane.inertia.J_m_eff)
     regular = 1.0 if case.friction is FrictionModel.REGULARISED else 0.0
@@ -215,7 +218,7 @@ def _hoist(crane: Crane, case: Scenario) -> Hoist:
         inertia=inertia_record(crane),
         wire=Wire(EA=EA, L_0=w.L_0, c=c),
         load=load,
-        friction=SystemFriction(s.Y_1, s.Y_2, s.Y_3, 1.0 / s.Y_4, s.Y_5, s.Y_6),
+        friction=friction_record(f.system),
         bristle=Bristle(f.sigma_0, sigma_1, 1.0 / f.omega_fade, regular, 1.0 / f.omega_reg),
         i_i=1.0 / crane.i_hD,
         s_w_0=case.s_w,
@@ -223,12 +226,14 @@ def _hoist(crane: Crane, case: Scenario) -> Hoist:
     )
 
 
-def plc_record(crane: Crane) -> Plc:
+def plc_record(crane: Crane, operator: Operator | None = None) -> Plc:
+    """The PLC's settings, with the displacement that the operator holds in manual mode."""
     c = crane.control
     drum = drum_record(crane)
     K_outer = K_wire(layer_diameter(drum.layers, drum), drum)
     F_swl = (crane.SWL + crane.hook_mass) * G
-    settings = MotorSettings(crane.active.motor.alpha_min, c.alpha_ns, c.alpha_hs, c.u_thr, 1.0 / F_swl, K_outer)
+    alpha_hold = (operator.alpha_m or 0.0) if operator is not None else 0.0
+    settings = MotorSettings(crane.active.motor.alpha_min, c.alpha_ns, c.alpha_hs, c.u_thr, 1.0 / F_swl, K_outer, alpha_hold)
     return Plc(gains(crane), settings, c.t_cycle, c.tau_F, c.tau_acc, c.t_bumpless)
 
 
@@ -240,7 +245,7 @@ def pack(crane: Crane, case: Scenario) -> Packed:
     mode = MODE_CODE[case.mode]
     memory = Memory(mode, 0.0, hoist.load.W, p_0, 0.0, 1.0, 0.0, 0.0, 1.0)
     if crane.plant is spec.Plant.PURE_ACTIVE:
-        params: Any = pure_active.Params(active_record(crane), hoist, plc_record(crane), sensors)
+        params: Any = pure_active.Params(active_record(crane), hoist, plc_record(crane, case.operator), sensors)
         return Packed(pure_active, crane.plant.value, params, memory, case.s_w)
-    params = active_passive.Params(active_record(crane), _passive(crane), hoist, plc_record(crane), sensors)
+    params = active_passive.Params(active_record(crane), _passive(crane), hoist, plc_record(crane, case.operator), sensors)
     return Packed(active_passive, crane.plant.value, params, memory, case.s_w)

@@ -1,0 +1,41 @@
+"""`stillhook identify example-campaign`: synthetic crane tests, to try the whole road from logs to a friction model."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from stillhook.cli.cranes import Json
+from stillhook.cli.show import print_json, progress_bar
+
+
+def example_campaign(
+    name: Annotated[str, typer.Argument(help="L4593, crane-2 or crane-2-extended: the tests of Moslatt 2020 tables 2.3, D 2 and D 5.")],
+    out: Annotated[Path, typer.Argument(help="Folder for campaign.toml, the logs and truth.toml.")],
+    noise: Annotated[str, typer.Option(help="none: as simulated, all digits; typical: as a PLC sees it.")] = "typical",
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the noise.")] = 0,
+    minutes: Annotated[float, typer.Option(help="Length of each test.")] = 20.0,
+    layer: Annotated[int | None, typer.Option(help="Layer of wire (default: the outermost that the pressures allow).")] = None,
+    parquet: Annotated[bool, typer.Option("--parquet", help="Logs as Parquet instead of CSV.")] = False,
+    json: Json = False,
+) -> None:
+    """Write the logs of a friction test campaign that the twin ran instead of a crane. Everything is marked SYNTHETIC.
+
+    Example: stillhook identify example-campaign L4593 my-tests
+    """
+    from stillhook.identify.instruments import Instruments, noise_of
+    from stillhook.identify.twin_tests import campaign_plan, write_campaign
+
+    plan, instruments = campaign_plan(name), Instruments(noise=noise_of(noise), seed=seed)
+    with progress_bar(f"{plan.crane}: {len(plan.tests)} tests") as bar:
+        written = write_campaign(plan, out, instruments=instruments, minutes=minutes, layer=layer, parquet=parquet, progress=bar)
+    if json:
+        logs = [str(p) for p in written.logs]
+        print_json({"campaign": str(written.campaign), "logs": logs, "layer": written.layer, "notes": written.notes})
+        return
+    print(f"SYNTHETIC {plan.title}: {len(written.logs)} tests of {minutes:g} minutes on layer {written.layer}")
+    for note in written.notes:
+        print(note)
+    print(f"written: {written.campaign}, {written.folder / 'logs'}; what the crane really was: {written.folder / 'truth.toml'}")

@@ -1,0 +1,171 @@
+"""What a crane's PLC logs of a run: ranges and steps of the sensors, noise, delays, calibration."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from enum import StrEnum
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stillhook.crane import Crane
+from stillhook.errors import IdentifyError
+from stillhook.physics.scalar import G
+from stillhook.units import came, from_display
+
+FloatArray = NDArray[np.float64]
+
+BITS = 12
+"""Resolution of the analogue inputs of a PLC over a sensor's range (typical of input cards)."""
+NOISE_P = 0.5e5
+"""Standard deviation of a pressure sample [Pa]."""
+NOISE_SPEED = 0.002
+"""Standard deviation of a speed sample, part of the reading [-]."""
+NOISE_SETTING = 5e-4
+"""Standard deviation of a sample of the motors' measured setting [-] (assumed)."""
+NOISE_CELL = 0.002
+"""Standard deviation of a load cell sample, part of its range [-] (assumed)."""
+DELAY_SPEED = 0.02
+DELAY_CELL = 0.1
+"""Delays of the speed and the load cell signals behind the pressures [s] (assumed: counting window, filter of the cell)."""
+WIRE_STEP = 1e-3
+"""Wire paid out per count of the encoder [m] (assumed)."""
+CELL_RANGE = 1.5
+"""Range of the load cell over the weight of SWL and hook [-] (assumed)."""
+P_RANGE = 400e5
+"""Range of the pressure transmitters [Pa]."""
+SPEED_STEP = 500.0 * math.pi / 30.0
+"""The range of the speed pick-up is a whole number of these [rad/s]."""
+DECIMALS = 2
+"""Decimals of a logged value beyond its sensor's smallest step: the log then holds that step unharmed."""
+
+
+class Noise(StrEnum):
+    """How true a synthetic log is: as simulated with all digits, or as a PLC sees it."""
+
+    NONE = "none"
+    TYPICAL = "typical"
+
+
+class Column(NamedTuple):
+    """A column of the log: our name, the heading in the log, the unit that it is logged in and the kind of quantity."""
+
+    name: str
+    heading: str
+    unit: str
+    kind: str
+
+
+COLUMNS = (
+    Column("p_a", "PT A", "bar", "pressure"),
+    Column("p_b", "PT B", "bar", "pressure"),
+    Column("omega_m", "Motor speed", "rev/min", "rotation"),
+    Column("u_p", "Pump command", "1", ""),
+    Column("alpha_m", "Motor displacement", "1", ""),
+    Column("F_w", "Load cell", "kN", "force"),
+    Column("s_w", "Wire paid out", "m", "length"),
+)
+"""What the PLC logs in the tests beside the time (Moslatt 2020 section 2.2 and paper D section 2.2)."""
+
+
+@dataclass(frozen=True)
+class Sensor:
+    """lo, hi ends of the range; step smallest step (0: none); noise standard deviation of a sample, in SI; noise_part the same as part of
+    the reading; delay [s]; the sensor shows gain * truth + offset."""
+
+    lo: float = -math.inf
+    hi: float = math.inf
+    step: float = 0.0
+    noise: float = 0.0
+    noise_part: float = 0.0
+    delay: float = 0.0
+    gain: float = 1.0
+    offset: float = 0.0
+
+
+Sensors = Mapping[str, Sensor]
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """Systematic errors of one sensor: it shows gain * truth + offset [SI]."""
+
+    gain: float = 1.0
+    offset: float = 0.0
+
+
+@dataclass(frozen=True)
+class Instruments:
+    """The sensors of a campaign by the name of their signal, and their seed."""
+
+    noise: Noise = Noise.TYPICAL
+    seed: int = 0
+    calibration: Mapping[str, Calibration] = field(default_factory=dict)
+
+    def sensors(self, crane: Crane, fastest: float) -> Sensors:
+        """The sensors for a crane and the highest motor speed of the tests [rad/s]. Errors: IdentifyError."""
+        sensors = _typical(crane, fastest) if self.noise is Noise.TYPICAL else {c.name: Sensor() for c in COLUMNS}
+        for name, error in self.calibration.items():
+            if name not in sensors:
+                raise IdentifyError(f"calibration: {came(name)} is not logged. Logged are {', '.join(sensors)}.")
+            sensors[name] = replace(sensors[name], gain=error.gain, offset=error.offset)
+        return sensors
+
+
+def noise_of(text: Noise | str) -> Noise:
+    """The noise of this name. Errors: IdentifyError naming those there are."""
+    try:
+        return Noise(text)
+    except ValueError:
+        raise IdentifyError(f"noise = {came(text)}: not one of {', '.join(Noise)}.") from None
+
+
+def _typical(crane: Crane, fastest: float) -> dict[str, Sensor]:
+    speed = SPEED_STEP * math.ceil(1.05 * fastest / SPEED_STEP)
+    cell = CELL_RANGE * (crane.SWL + crane.hook_mass) * G
+    return {
+        "p_a": _analogue(0.0, P_RANGE, noise=NOISE_P),
+        "p_b": _analogue(0.0, P_RANGE, noise=NOISE_P),
+        "omega_m": _analogue(-speed, speed, noise_part=NOISE_SPEED, delay=DELAY_SPEED),
+        "u_p": _analogue(-1.0, 1.0),
+        "alpha_m": _analogue(0.0, 1.0, noise=NOISE_SETTING),
+        "F_w": _analogue(0.0, cell, noise=NOISE_CELL * cell, delay=DELAY_CELL),
+        "s_w": Sensor(step=WIRE_STEP),
+    }
+
+
+def _analogue(lo: float, hi: float, *, noise: float = 0.0, noise_part: float = 0.0, delay: float = 0.0) -> Sensor:
+    return Sensor(lo, hi, (hi - lo) / 2**BITS, noise, noise_part, delay)
+
+
+def logged(truth: FloatArray, sensor: Sensor, t_cycle: float, rng: np.random.Generator) -> FloatArray:
+    """What the PLC logs of a signal that it reads every t_cycle [s]: late, out of calibration, noisy, held in its range, in steps.
+
+    Before the first sample the signal stood as it was then. Shapes (n,) in and out, SI.
+    """
+    late = min(round(sensor.delay / t_cycle), len(truth))
+    y: FloatArray = np.concatenate([np.full(late, truth[0]), truth[: len(truth) - late]])
+    y = sensor.gain * y + sensor.offset
+    if sensor.noise > 0.0 or sensor.noise_part > 0.0:
+        y = y + rng.standard_normal(len(y)) * np.hypot(sensor.noise, sensor.noise_part * y)
+    y = np.clip(y, sensor.lo, sensor.hi)
+    return np.round(y / sensor.step) * sensor.step if sensor.step > 0.0 else y
+
+
+def in_log_unit(values: FloatArray, column: Column, sensor: Sensor) -> FloatArray:
+    """SI values in the unit of their column, rounded far below the sensor's step where it has one."""
+    factor = unit_factor(column)
+    out = values / factor
+    if sensor.step == 0.0:
+        return out
+    return np.round(out, DECIMALS - math.floor(math.log10(sensor.step / factor)))
+
+
+def unit_factor(column: Column) -> float:
+    """SI value of one unit of a column."""
+    return from_display(1.0, column.kind) if column.kind else 1.0
+
+
