@@ -8,6 +8,7 @@ from typing import Any, get_args
 
 from pydantic import BaseModel, ValidationError
 
+from stillhook.crane import Crane
 from stillhook.errors import SpecError, StillhookError, UnitError
 from stillhook.library.files import nearest
 from stillhook.units import KINDS, Quantity, came, written_at
@@ -35,7 +36,8 @@ def _line(problem: Any, model: type[BaseModel], data: Mapping[str, Any]) -> str:
         fields = _fields(model, loc[:-1])
         return f"{place}: unknown field{nearest(str(loc[-1]), fields)} Fields here: {', '.join(fields)}."
     if kind == "missing":
-        return f"{place}: missing{_meaning(model, loc)}. Add it, or start the file with base = <crane of the library>."
+        base = ", or start the file with base = <crane of the library>" if issubclass(model, Crane) else ""
+        return f"{place}: missing{_meaning(model, loc)}. Add it{base}."
     if kind == "value_error":
         return f"{place}: {message}" if place else message
     if kind == "unit":

@@ -22,6 +22,7 @@ from stillhook.units import came
 
 LARGEST_FILE = 1_000_000  # bytes; the library's longest file has 20 kB
 LABELS = frozenset({"name", "title"})  # texts that need no source
+EVIDENCE = "evidence"  # table of a parameter set: how well it is known
 LONGEST_KEY = 100  # characters; the longest field has 15
 
 _LEAF_KEYS = frozenset({"value", "kind", "source"})
@@ -58,11 +59,17 @@ def _library_text(shelf_name: str, name: str) -> str:
 
 
 def library_tree(shelf_name: str, name: str, where: str) -> Tree:
-    """One file of the library; SpecError that names ``where`` if there is none of this name."""
+    """One file of the library less its evidence; SpecError that names ``where`` if there is none of this name."""
+    table = {key: value for key, value in library_table(shelf_name, name, where).items() if key != EVIDENCE}
+    return tree(table, f"{name}.toml", user=False)
+
+
+def library_table(shelf_name: str, name: str, where: str) -> dict[str, Any]:
+    """One file of the library as it is parsed; SpecError that names ``where`` if there is none of this name."""
     if name not in shelf(shelf_name):
         have = ", ".join(shelf(shelf_name))
         raise SpecError(f"{where} = {came(name)}: not in the library, which has {have}{nearest(name, shelf(shelf_name))}")
-    return tree(parsed(_library_text(shelf_name, name), f"{name}.toml"), f"{name}.toml", user=False)
+    return parsed(_library_text(shelf_name, name), f"{name}.toml")
 
 
 def file_tree(path: Path) -> Tree:

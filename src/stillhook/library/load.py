@@ -8,11 +8,11 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from stillhook.crane import Crane, Motor, Plant, Source, SourceKind
+from stillhook.crane import Crane, Motor, Plant, Source, SourceKind, Spec, SystemFriction
 from stillhook.errors import SpecError
 from stillhook.library.explain import explain
 from stillhook.library.files import LABELS, Leaf, Tree, file_tree, lay_over, library_tree, nearest, parsed, shelf, sources, tree, values
-from stillhook.library.tables import without_title
+from stillhook.library.sets import is_path, set_values
 from stillhook.library.write import crane_tree
 from stillhook.units import came
 
@@ -29,7 +29,8 @@ def load_crane(name_or_path: str | Path) -> Crane:
 
     A file may start with ``base = "nov-250t"`` (or the path of another file, seen from its own folder) and then gives
     only what differs. A motor or system friction that it names is filled in from the library; what the file itself says
-    on top wins. A file that turns its base into a pure active winch drops the passive circuit of that base.
+    on top wins. It may also name the path of a set's file, seen from its own folder (``library = "my-crane.friction.toml"``).
+    A file that turns its base into a pure active winch drops the passive circuit of that base.
 
     Errors: SpecError, UnitError of one line that names file, field, what came and what is allowed.
     """
@@ -78,7 +79,7 @@ def _fields(name_or_path: str | Path, above: tuple[Path, ...]) -> tuple[str, Tre
     if isinstance(name_or_path, str) and path.name == name_or_path and path.suffix != ".toml":
         have, hint = ", ".join(cranes()), nearest(name_or_path, cranes())
         raise SpecError(f"No crane {came(name_or_path)}: the library has {have}{hint} A file's name ends in .toml.")
-    own = file_tree(path)
+    own = _with_library(file_tree(path), path.name, path.parent)
     base = own.pop("base", None)
     return path.name, own if base is None else _on_base(own, base, path, above)
 
@@ -122,19 +123,30 @@ def _text_at(node: Leaf | Tree | None, *path: str) -> str | None:
     return node.value if isinstance(node, Leaf) and isinstance(node.value, str) else None
 
 
-def _with_library(fields: Tree, label: str) -> Tree:
-    """Motors and system friction filled in by name, under what the file says itself; leak tables looked up."""
+def _with_library(fields: Tree, label: str, folder: Path | None = None) -> Tree:
+    """Motors and system friction filled in by name, under what the file says itself; leak tables looked up.
+
+    folder: that of the file, from which paths of sets are seen; None where all files have been read: a set that was read from a path then
+    stands in the fields, and its file need not be there any more.
+    """
     out = dict(fields)
     for circuit in ("active", "passive"):
         part = out.get(circuit)
         type_, leak = _text_at(part, "motor", "type"), _text_at(part, "pump", "leak")
-        if isinstance(part, dict) and type_:
-            motor = without_title(library_tree("motors", type_, f"{label}: {circuit}.motor.type"))
+        if isinstance(part, dict) and type_ and _to_be_read(type_, part.get("motor"), Motor, folder):
+            motor = set_values("motors", type_, f"{label}: {circuit}.motor.type", folder or Path())
             out[circuit] = lay_over({"motor": motor}, part, label, circuit)
-        if leak:
+        if leak and folder is None:
             library_tree("pumps", leak, f"{label}: {circuit}.pump.leak")
     friction, library = out.get("friction"), _text_at(out, "friction", "library")
-    if isinstance(friction, dict) and library:
-        system = without_title(library_tree("friction", library, f"{label}: friction.library"))
+    if isinstance(friction, dict) and library and _to_be_read(library, friction.get("system"), SystemFriction, folder):
+        system = set_values("friction", library, f"{label}: friction.library", folder or Path())
         out["friction"] = lay_over({"system": system}, friction, label, "friction")
     return out
+
+
+def _to_be_read(name: str, part: Leaf | Tree | None, model: type[Spec], folder: Path | None) -> bool:
+    """Whether a set is read now: one of the library at the end, one from a path with the file that names it."""
+    if not is_path(name):
+        return folder is None
+    return folder is not None or not (isinstance(part, dict) and set(model.model_fields) <= set(part))

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple, get_args
 
 from pydantic.fields import FieldInfo
 
 from stillhook.crane import Crane, Source, SourceKind, Spec
-from stillhook.library.files import Leaf, Tree
+from stillhook.library.files import LABELS, Leaf, Tree
 from stillhook.units import KINDS, Quantity, parse, show
 
 _UNSTATED = Source(text="not stated", kind=SourceKind.USER)
@@ -28,8 +28,13 @@ class Item(NamedTuple):
 
 def items(crane: Crane) -> Iterator[Item]:
     """Every value of a crane, depth first; absent options are left out."""
-    for path, name, field, value in _walk(crane, ""):
-        yield Item(path, field.description or name, value, _quantity(field), crane.sources.get(path, _UNSTATED))
+    return leaves(crane, crane.sources)
+
+
+def leaves(spec: Spec, sources: Mapping[str, Source]) -> Iterator[Item]:
+    """Every value of a table of a crane file, depth first, with its source out of those of the table; absent options are left out."""
+    for path, name, field, value in _walk(spec, ""):
+        yield Item(path, field.description or name, value, _quantity(field), sources.get(path, _UNSTATED))
 
 
 def _walk(spec: Spec, path: str) -> Iterator[tuple[str, str, FieldInfo, Any]]:
@@ -50,10 +55,10 @@ def _quantity(field: FieldInfo) -> str | None:
     return next((mark.kind for mark in marks if isinstance(mark, Quantity)), None)
 
 
-def _written(value: Any, quantity: str | None) -> Any:
+def written(value: Any, quantity: str | None) -> Any:
     """A value as a file has it: in display units where that loses nothing, else in SI with all digits."""
     if isinstance(value, tuple):
-        return [_written(v, quantity) for v in value]
+        return [written(v, quantity) for v in value]
     if quantity is None:
         return value
     text = show(value, quantity, _DIGITS)
@@ -62,34 +67,50 @@ def _written(value: Any, quantity: str | None) -> Any:
 
 def crane_tree(crane: Crane) -> Tree:
     """A crane as a tree of leaves, as read from a file."""
+    return leaf_tree(crane, crane.sources)
+
+
+def leaf_tree(spec: Spec, sources: Mapping[str, Source]) -> Tree:
+    """A table of a crane file as a tree of leaves."""
     out: Tree = {}
-    for item in items(crane):
+    for item in leaves(spec, sources):
         *tables, name = item.path.split(".")
         here = out
         for table in tables:
             below = here.setdefault(table, {})
             assert isinstance(below, dict)
             here = below
-        here[name] = Leaf(_written(item.value, item.quantity), item.source)
+        here[name] = Leaf(written(item.value, item.quantity), item.source)
     return out
 
 
 def crane_toml(crane: Crane) -> str:
     """A crane as a complete crane file: ``load_crane`` reads the same crane from it, sources included."""
+    return joined(leaf_tables(crane, crane.sources))
+
+
+def leaf_tables(spec: Spec, sources: Mapping[str, Source]) -> dict[str, list[str]]:
+    """The lines of a file by their table ("": top), every value with kind and source."""
     tables: dict[str, list[str]] = {"": []}
-    for item in items(crane):
+    for item in leaves(spec, sources):
         table, _, name = item.path.rpartition(".")
-        value = _toml(_written(item.value, item.quantity))
-        if item.path not in {"name", "title"}:
-            kind, source = _toml(item.source.kind.value), _toml(item.source.text)
+        value = toml_value(written(item.value, item.quantity))
+        if item.path not in LABELS:
+            kind, source = toml_value(item.source.kind.value), toml_value(item.source.text)
             value = f"{{ value = {value}, kind = {kind}, source = {source} }}"
         tables.setdefault(table, []).append(f"{name} = {value}")
+    return tables
+
+
+def joined(tables: Mapping[str, list[str]]) -> str:
+    """The text of a file from the lines of its tables."""
     return "\n\n".join("\n".join([f"[{t}]", *lines] if t else lines) for t, lines in tables.items()) + "\n"
 
 
-def _toml(value: Any) -> str:
+def toml_value(value: Any) -> str:
+    """A text, a number or a list of them as TOML writes it."""
     if isinstance(value, list):
-        return f"[{', '.join(_toml(v) for v in value)}]"
+        return f"[{', '.join(toml_value(v) for v in value)}]"
     if isinstance(value, str):
         return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007F")
     return repr(value)

@@ -1,0 +1,176 @@
+"""Parameter sets with their uncertainty: system frictions and motor losses, of the library or from files of your own.
+
+A set's file holds a title, its values as leaves (value, kind, source), and may hold a table ``[evidence]``: how well the values are known,
+and from what data. A crane file names a set of the library, or the path of a file seen from its own folder:
+``[friction] library = "my-crane.friction.toml"``, ``[active.motor] type = "my-motor.toml"``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, TypeVar
+
+from pydantic import ValidationError
+
+from stillhook.crane import Motor, Source, Spec, SystemFriction, TorqueLoss
+from stillhook.errors import SpecError
+from stillhook.library.evidence import RANGES, Evidence, evidence_of
+from stillhook.library.explain import explain
+from stillhook.library.files import EVIDENCE, Tree, library_table, nearest, parsed, shelf, sources, toml_text, tree, values
+from stillhook.library.write import joined, leaf_tables, leaf_tree, toml_value, written
+from stillhook.units import came
+
+SUFFIX = ".toml"
+FRICTION, MOTORS = "friction", "motors"
+Y_NAMES = tuple(SystemFriction.model_fields)
+X_NAMES = tuple(TorqueLoss.model_fields)
+
+_Model = TypeVar("_Model", bound=Spec)
+
+
+@dataclass(frozen=True)
+class FrictionSet:
+    """A system friction (Moslatt 2020 eq. 2.7) with the source of every value and, where it was identified, its evidence."""
+
+    name: str
+    title: str
+    system: SystemFriction
+    sources: Mapping[str, Source]
+    evidence: Evidence | None = None
+
+
+@dataclass(frozen=True)
+class LossSet:
+    """A motor with its torque loss (model MJ4, Moslatt 2020 eq. 2.12), sources and evidence; the evidence is about X_1 to X_5."""
+
+    name: str
+    title: str
+    motor: Motor
+    sources: Mapping[str, Source]
+    evidence: Evidence | None = None
+
+
+def is_path(name: str) -> bool:
+    """Whether the name of a set is the path of a file."""
+    return name.endswith(SUFFIX)
+
+
+def load_friction(name_or_path: str | Path) -> FrictionSet:
+    """A system friction by its name in the library, or from a file. Errors: SpecError, UnitError, one line."""
+    label, table = _table(FRICTION, name_or_path, "friction set", Path())
+    return _friction_set(label, table, user=_is_file(FRICTION, name_or_path))
+
+
+def load_losses(name_or_path: str | Path) -> LossSet:
+    """A motor by its name in the library, or from a file. Errors: SpecError, UnitError, one line."""
+    label, table = _table(MOTORS, name_or_path, "motor", Path())
+    return _loss_set(label, table, user=_is_file(MOTORS, name_or_path))
+
+
+def load_set(name_or_path: str | Path) -> FrictionSet | LossSet:
+    """A set of either kind, told apart by its name in the library or by what the file holds. Errors: SpecError, UnitError, one line."""
+    if str(name_or_path) in shelf(FRICTION):
+        return load_friction(name_or_path)
+    if str(name_or_path) in shelf(MOTORS):
+        return load_losses(name_or_path)
+    if not is_path(str(name_or_path)):
+        have = (*shelf(FRICTION), *shelf(MOTORS))
+        hint = nearest(str(name_or_path), have)
+        raise SpecError(f"set {came(str(name_or_path))}: the library has {', '.join(have)}{hint} A file's name ends in .toml.")
+    label, table = _table(FRICTION, name_or_path, "set", Path())
+    return _loss_set(label, table, user=True) if "D_max" in table or "loss" in table else _friction_set(label, table, user=True)
+
+
+def set_values(shelf_name: str, name: str, where: str, folder: Path) -> Tree:
+    """The values of a set that a crane file names, as a tree with sources, title and evidence left out; folder of that crane file.
+
+    Errors: SpecError that names where, if there is no such set; and what is wrong with its evidence.
+    """
+    label, table = _table(shelf_name, name, where, folder)
+    evidence_of(table.get(EVIDENCE), Y_NAMES if shelf_name == FRICTION else X_NAMES, label)
+    return _tree(label, table, user=is_path(name))
+
+
+def set_toml(item: FrictionSet | LossSet) -> str:
+    """A set as the text of its file, which `load_set` reads back alike."""
+    spec = item.system if isinstance(item, FrictionSet) else item.motor
+    tables = leaf_tables(spec, item.sources)
+    tables[""].insert(0, f"title = {toml_value(item.title)}")
+    if item.evidence is not None:
+        tables[EVIDENCE] = list(_evidence_lines(item.evidence))
+    return joined(tables)
+
+
+def _evidence_lines(e: Evidence) -> Iterator[str]:
+    yield f"names = {toml_value(list(e.names))}"
+    yield "covariance = [  # SI, in the order of names"
+    yield from (f"  [{', '.join(repr(float(x)) for x in row)}]," for row in e.covariance)
+    yield "]"
+    yield f"dof = {e.dof!r}"
+    yield f"data = {toml_value(e.data)}"
+    for name, kind in RANGES.items():
+        if (ends := getattr(e, name)) is not None:
+            yield f"{name} = {toml_value(written(ends, kind))}"
+    yield "statements = ["
+    yield from (f"  {toml_value(s)}," for s in e.statements)
+    yield "]"
+
+
+def _table(shelf_name: str, name_or_path: str | Path, where: str, folder: Path) -> tuple[str, dict[str, Any]]:
+    """Label for errors and the parsed tables of a set's file."""
+    if not isinstance(name_or_path, str | Path) or not str(name_or_path).strip():
+        raise SpecError(f"{where} = {came(name_or_path)}: give a name ({', '.join(shelf(shelf_name))}) or the path of a .toml file.")
+    if not _is_file(shelf_name, name_or_path):
+        return f"{name_or_path}{SUFFIX}", library_table(shelf_name, str(name_or_path), where)
+    path = folder / name_or_path
+    try:
+        text = toml_text(path)
+    except SpecError as problem:
+        raise SpecError(f"{where} = {came(str(name_or_path))}: {str(problem).removeprefix(f'{came(str(path))}: ')}") from None
+    return path.name, parsed(text, path.name)
+
+
+def _is_file(shelf_name: str, name_or_path: str | Path) -> bool:
+    return isinstance(name_or_path, Path) or (name_or_path not in shelf(shelf_name) and is_path(name_or_path))
+
+
+def _tree(label: str, table: Mapping[str, Any], *, user: bool) -> Tree:
+    numbers = {key: value for key, value in table.items() if key not in (EVIDENCE, "title")}
+    return tree(numbers, label, user=user)
+
+
+def _friction_set(label: str, table: dict[str, Any], *, user: bool) -> FrictionSet:
+    system, origin = _validated(SystemFriction, label, table, user=user)
+    return FrictionSet(_name(label), _title(label, table), system, origin, evidence_of(table.get(EVIDENCE), Y_NAMES, label))
+
+
+def _loss_set(label: str, table: dict[str, Any], *, user: bool) -> LossSet:
+    motor, origin = _validated(Motor, label, table, user=user)
+    return LossSet(_name(label), _title(label, table), motor, origin, evidence_of(table.get(EVIDENCE), X_NAMES, label))
+
+
+def _validated(model: type[_Model], label: str, table: dict[str, Any], *, user: bool) -> tuple[_Model, dict[str, Source]]:
+    node = _tree(label, table, user=user)
+    data = values(node)
+    try:
+        return model.model_validate(data), dict(sources(node))
+    except ValidationError as error:
+        raise explain(error, model, label, data) from None
+
+
+def _name(label: str) -> str:
+    return label.removesuffix(SUFFIX)
+
+
+def _title(label: str, table: Mapping[str, Any]) -> str:
+    title = table.get("title", _name(label))
+    if not isinstance(title, str) or not title.strip():
+        raise SpecError(f"{label}: title = {came(title)}: give a text.")
+    return title
+
+
+def set_tree(item: FrictionSet | LossSet) -> Tree:
+    """The values of a set as a tree of leaves."""
+    return leaf_tree(item.system, item.sources) if isinstance(item, FrictionSet) else leaf_tree(item.motor, item.sources)

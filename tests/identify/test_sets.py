@@ -1,0 +1,197 @@
+"""Parameter sets with their uncertainty: files, what is refused, and how they drop into a crane file."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from stillhook import load_crane, simulate
+from stillhook.crane import Source, SourceKind
+from stillhook.errors import StillhookError
+from stillhook.io.results import load_run, rerun, save_run
+from stillhook.io.set_file import save_set
+from stillhook.library import (
+    FrictionSet,
+    LossSet,
+    crane_from_toml,
+    crane_toml,
+    frictions,
+    load_friction,
+    load_losses,
+    load_set,
+    motors,
+    set_toml,
+)
+from stillhook.library.evidence import Evidence
+from stillhook.scenario import Scenario
+
+EVIDENCE = """
+[evidence]
+names = ["Y_1", "Y_4"]
+covariance = [[1e-12, 1e-7], [1e-7, 0.25]]
+dof = 120
+data = "7 tests of the crane, 0 to 107 t"
+omega_m = ["25 rev/min", "1200 rev/min"]
+T_d = ["0.1 MN m", "2 MN m"]
+statements = ["Y_2 cannot be told from Y_3: one displacement only"]
+"""
+FRICTION = """title = "My crane"
+Y_1 = { value = 2e-05, kind = "fitted", source = "tests of spring" }
+Y_2 = "0 N m"
+Y_3 = "1.5 N m"
+Y_4 = "200 rev/min"
+Y_5 = "0.01 N m s/rad"
+Y_6 = 1.5e-05
+"""
+
+
+def written(folder: Path, text: str, name: str = "my.friction.toml") -> Path:
+    path = folder / name
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def refusal(make) -> str:
+    with pytest.raises(StillhookError) as caught:
+        make()
+    assert "\n" not in str(caught.value)
+    return str(caught.value)
+
+
+# Reading and writing
+
+
+@pytest.mark.parametrize("name", [*frictions(), *motors()])
+def test_every_set_of_the_library_is_read_with_its_sources_and_written_back_alike(name, tmp_path):
+    item = load_set(name)
+    assert isinstance(item, FrictionSet if name in frictions() else LossSet)
+    spec = item.system if isinstance(item, FrictionSet) else item.motor
+    assert all(place in item.sources for place in type(spec).model_fields if place != "loss")
+    again = load_set(save_set(item, tmp_path / f"{name}.toml"))
+    assert again == item
+
+
+def test_a_set_of_a_file_keeps_its_evidence_through_writing(tmp_path):
+    item = load_friction(written(tmp_path, FRICTION + EVIDENCE))
+    evidence = item.evidence
+    assert evidence is not None
+    assert (item.name, item.title) == ("my.friction", "My crane")
+    assert item.sources["Y_1"] == Source(text="tests of spring", kind=SourceKind.FITTED)
+    assert item.sources["Y_3"].kind is SourceKind.USER
+    assert evidence.deviation("Y_1") == pytest.approx(1e-6)
+    assert evidence.deviation("Y_4") == pytest.approx(0.5)
+    assert evidence.deviation("Y_6") == 0.0
+    assert evidence.T_d == pytest.approx((1e5, 2e6))
+    assert evidence.statements[0].startswith("Y_2 cannot be told")
+    again = load_set(save_set(item, tmp_path / "my.friction.toml"))
+    assert again.evidence == evidence
+    assert again == item
+
+
+def test_a_motor_of_a_file_is_told_from_a_friction_by_what_it_holds(tmp_path):
+    loss = load_losses("A6VM215")
+    with_evidence = LossSet(
+        "m", "My motor", loss.motor, loss.sources,
+        Evidence(names=("X_4",), covariance=((0.04,),), dof=12.0, data="a map", D_m=("50 cm^3/rev", "215 cm^3/rev")),
+    )  # fmt: skip
+    again = load_set(save_set(with_evidence, tmp_path / "m.toml"))
+    assert isinstance(again, LossSet)
+    assert again == with_evidence
+
+
+# Sets in a crane file
+
+
+def test_a_crane_file_names_a_set_by_its_path_seen_from_its_own_folder(tmp_path, monkeypatch):
+    folder = tmp_path / "cranes"
+    folder.mkdir()
+    written(folder, FRICTION + EVIDENCE)
+    save_set(load_losses("A6VM215-crane-2-second-loop"), folder / "my-motor.toml")
+    crane_file = written(
+        folder, 'base = "nov-150t"\n[friction]\nlibrary = "my.friction.toml"\n[active.motor]\ntype = "my-motor.toml"\n', "mine.toml"
+    )
+    monkeypatch.chdir(tmp_path)
+    crane = load_crane(crane_file)
+    assert crane.friction.system == load_friction(folder / "my.friction.toml").system
+    assert crane.active.motor.loss == load_losses("A6VM215-crane-2-second-loop").motor.loss
+    assert crane.active.motor.count == 3
+    assert crane.sources["friction.system.Y_1"].text == "tests of spring"
+    other = written(tmp_path, 'base = "cranes/mine.toml"\n[friction.system]\nY_5 = "0.02 N m s/rad"\n', "other.toml")
+    changed = load_crane(other)
+    assert changed.friction.system.Y_5 == 0.02
+    assert changed.friction.system.Y_1 == crane.friction.system.Y_1
+
+
+def test_what_a_crane_file_says_itself_wins_over_the_set(tmp_path):
+    written(tmp_path, FRICTION)
+    text = 'base = "nov-150t"\n[friction]\nlibrary = "my.friction.toml"\n[friction.system]\nY_4 = "150 rev/min"\n'
+    system = load_crane(written(tmp_path, text, "mine.toml")).friction.system
+    assert system.Y_4 == pytest.approx(150.0 * np.pi / 30.0)
+    assert system.Y_3 == 1.5
+
+
+def test_a_stored_crane_and_a_stored_run_need_no_file_of_their_sets_any_more(tmp_path):
+    path = written(tmp_path, FRICTION)
+    crane = load_crane(written(tmp_path, 'base = "nov-150t"\n[friction]\nlibrary = "my.friction.toml"\n', "mine.toml"))
+    run = simulate(crane, Scenario(load="50 t", s_w="100 m", duration="2 s", warm_up="1 s", tip="sine 1 m 8 s"))
+    save_run(run, tmp_path / "run.nc")
+    path.unlink()
+    assert crane_from_toml(crane_toml(crane), "stored crane") == crane
+    again = rerun(load_run(tmp_path / "run.nc"))
+    assert float(again.p_max) == float(run.p_max)
+
+
+def test_a_set_that_is_not_there_is_named_with_the_place_that_names_it(tmp_path):
+    crane_file = written(tmp_path, 'base = "nov-150t"\n[friction]\nlibrary = "missing.toml"\n', "mine.toml")
+    assert refusal(lambda: load_crane(crane_file)) == 'mine.toml: friction.library = "missing.toml": no such file. Check the path.'
+    crane_file = written(tmp_path, 'base = "nov-150t"\n[active.motor]\ntype = "A6VM21"\n', "mine.toml")
+    assert 'mine.toml: active.motor.type = "A6VM21": not in the library' in refusal(lambda: load_crane(crane_file))
+    assert refusal(lambda: load_set("crane-3")).startswith('set "crane-3": the library has')
+    assert refusal(lambda: load_friction("A6VM215")).startswith('friction set = "A6VM215": not in the library')
+
+
+# What is refused
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "text"),
+    [
+        ('"Y_4"]', '"Y_9"]', 'evidence.names: "Y_9" is not one of Y_1, Y_2, Y_3, Y_4, Y_5, Y_6.'),
+        ('"Y_4"]', '"Y_1"]', "evidence: names: a name comes twice. Name each parameter once."),
+        ("[1e-7, 0.25]]", "[1e-7, 0.25], [0.0, 0.0]]", "evidence: covariance: 3 rows of 2 values for 2 names. Give 2 rows of 2."),
+        ("[1e-7, 0.25]]", "[1e-7]]", "evidence: covariance: 2 rows of 1, 2 values for 2 names. Give 2 rows of 2."),
+        ("[1e-7, 0.25]]", "[2e-7, 0.25]]", "evidence: covariance: it is not symmetric. Give the covariance of each pair twice."),
+        ("[1e-7, 0.25]]", "[1e-7, -0.25]]", "evidence: covariance: a variance on its diagonal is negative. Give variances and covariances."),
+        (
+            "[[1e-12, 1e-7], [1e-7, 0.25]]", "[[1e-12, 1e-6], [1e-6, 0.25]]",
+            "evidence: covariance: it is not positive semidefinite (least eigenvalue of its correlations -1). Give a covariance matrix.",
+        ),
+        ("dof = 120", "dof = 0", "evidence: dof = 0: it must be greater than 0."),
+        ('"25 rev/min"', '"25 bar"', 'evidence: omega_m[0] = "25 bar": unit "bar" is not one of rad/s, rev/min.'),
+        ('"25 rev/min"', '"2500 rev/min"', "evidence: omega_m: its second value is below its first. Write the lower end first."),
+        ("dof = 120", "dog = 120", "evidence: dog: unknown field"),
+        ("[evidence]", "[[evidence]]", "evidence = [{"),
+        ('title = "My crane"', "title = 3", "title = 3: give a text."),
+        ('Y_2 = "0 N m"', "", "Y_2: missing (constant friction; in N m, kN m, MN m). Add it."),
+        ('Y_2 = "0 N m"', 'Y_2 = "-1 N m"', 'Y_2 = "-1 N m": it must be greater than or equal to 0.'),
+        ('Y_2 = "0 N m"', 'Y_2 = "0 N m"\nname = "x"', "name: unknown field"),
+    ],
+)  # fmt: skip
+def test_a_mistake_in_a_set_is_one_line_that_says_where_and_what(tmp_path, old, new, text):
+    path = written(tmp_path, (FRICTION + EVIDENCE).replace(old, new))
+    line = refusal(lambda: load_friction(path))
+    assert line.startswith(f"my.friction.toml: {text}")
+    crane_file = written(tmp_path, 'base = "nov-150t"\n[friction]\nlibrary = "my.friction.toml"\n', "mine.toml")
+    if "evidence" in text:
+        assert refusal(lambda: load_crane(crane_file)) == line
+
+
+def test_a_covariance_of_parameters_that_were_held_may_be_zero():
+    evidence = Evidence(names=("Y_1", "Y_2"), covariance=((1e-12, 0.0), (0.0, 0.0)), dof=3.0, data="tests")
+    assert evidence.deviation("Y_2") == 0.0
+
+
+def test_nothing_is_written_where_a_folder_is_in_the_way(tmp_path):
+    assert re.search("cannot be written", refusal(lambda: save_set(load_friction("crane-1"), tmp_path)))
+    assert set_toml(load_friction("crane-1")).startswith('title = "System friction of crane 1')
