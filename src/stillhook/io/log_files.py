@@ -1,0 +1,45 @@
+"""Opens a log by its content: text, Parquet, MDF4, TDMS, MAT v5 and v7.3."""
+
+from __future__ import annotations
+
+import os
+import stat
+from pathlib import Path
+
+from stillhook.errors import LogError
+from stillhook.io.log_csv import open_csv
+from stillhook.io.log_source import Source
+from stillhook.units import came
+
+_HEAD = 512
+_FOREIGN = (
+    (b"\x1f\x8b", "gzip"),
+    (b"PK\x03\x04", "zip or Excel"),
+    (b"%PDF", "PDF"),
+    (b"\xd0\xcf\x11\xe0", "old Excel"),
+    (b"7z\xbc\xaf", "7z"),
+)
+
+
+def open_log(path: str | os.PathLike[str]) -> Source:
+    """The log at a path, opened. Errors: LogError of one line for what is no log."""
+    file = Path(path)
+    try:
+        if stat.S_ISDIR(file.stat().st_mode):
+            raise LogError(f"{file}: is a folder. Give one log file in it.")
+        if not stat.S_ISREG(file.stat().st_mode):
+            raise LogError(f"{file}: is not an ordinary file. Give a log file.")
+        with file.open("rb") as stream:
+            head = stream.read(_HEAD)
+    except FileNotFoundError:
+        raise LogError(f"{file}: no such file. Check the name and the folder.") from None
+    except (OSError, ValueError) as problem:
+        raise LogError(
+            f"{came(str(file))}: cannot be read ({getattr(problem, 'strerror', None) or problem}). Check the name and your rights."
+        ) from None
+    for magic, name in _FOREIGN:
+        if head.startswith(magic):
+            raise LogError(f"{file.name}: is a {name} file. Unpack it, or save the log as CSV or Parquet.")
+    if not head:
+        raise LogError(f"{file.name}: is empty. Give a log with a header and rows of numbers.")
+    return open_csv(file)

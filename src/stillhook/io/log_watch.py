@@ -1,0 +1,156 @@
+"""What is watched of one signal while its samples stream past: values beyond what can be, standstill, ends of the sensor.
+
+Only a few numbers per signal and long runs of equal values are kept, so that memory does not grow with the samples.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stillhook.io.log_types import FloatArray, Signal
+
+LEAST_RUN = 2.0  # s: a signal that keeps its last digit for a shorter time is not worth a word
+RANGE_STEP = 2.5e-4  # of the range: one step of a 12-bit converter; nearer to an end is at the end
+MOST_BINS = 500  # bins around an extreme whose values are kept; enough to tell a rail from a coarse reading
+
+
+@dataclass(frozen=True)
+class Run:
+    """Equal values in a row: from the first to the last sample [s]."""
+
+    start: float
+    end: float
+    samples: int
+    value: float
+
+
+@dataclass
+class Rail:
+    """Samples that stand exactly at the extreme of a signal, and the values around them."""
+
+    value: float = np.nan
+    bins: list[NDArray[np.int64]] = field(default_factory=list)
+    hits: int = 0
+    """Samples at the extreme in the bins that were looked at."""
+    mixed: int = 0
+    """Bins that hold the extreme and other values; the first MOST_BINS are looked at."""
+    levels: dict[float, int] = field(default_factory=dict)
+
+
+@dataclass
+class Watch:
+    """One signal, its samples in SI."""
+
+    signal: Signal
+    limit: float
+    """Magnitude that no sample can have [SI]."""
+    good: int = 0
+    beyond: int = 0
+    beyond_at: float = np.nan
+    beyond_line: int = 0
+    beyond_value: float = np.nan
+    lowest: float = np.inf
+    highest: float = -np.inf
+    runs: list[Run] = field(default_factory=list)
+    """Runs of at least LEAST_RUN."""
+    changes: int = 0
+    """Runs of equal values, all of them."""
+    turns: int = 0
+    """Changes whose direction is the opposite of the change before: 2/3 of them in noise, few in a smooth signal."""
+    at_ends: list[NDArray[np.int64]] = field(default_factory=list)
+    """Bins with samples at an end of the sensor's range."""
+    at_ends_samples: int = 0
+    top: Rail = field(default_factory=Rail)
+    bottom: Rail = field(default_factory=Rail)
+    _start: float = np.nan
+    _end: float = np.nan
+    _value: float = np.nan
+    _samples: int = 0
+    _slope: float = 0.0
+
+    def screened(self, values: FloatArray, t: FloatArray, line_of: Callable[[int], int]) -> FloatArray:
+        """The samples with those made NaN that cannot be; the first is remembered."""
+        bad = ~(np.abs(values) <= self.limit)
+        if not bad.any():
+            return values
+        beyond = bad & ~np.isnan(values)
+        if beyond.any():
+            i = int(np.argmax(beyond))
+            if not self.beyond:
+                self.beyond_at, self.beyond_line, self.beyond_value = float(t[i]), line_of(i), float(values[i])
+            self.beyond += int(beyond.sum())
+        return np.where(bad, np.nan, values)
+
+    def feed(self, t: FloatArray, values: FloatArray, index: NDArray[np.int64], starts: NDArray[np.intp]) -> None:
+        """Whole bins: times, samples, number of the bin of each sample, where each bin starts."""
+        good = int(np.count_nonzero(~np.isnan(values)))
+        if good:
+            self.good += good
+            low, high = float(np.fmin.reduce(values)), float(np.fmax.reduce(values))
+            if high >= self.highest:
+                _rail(self.top, high, values, index, starts, fresh=high > self.highest)
+            if low <= self.lowest:
+                _rail(self.bottom, low, values, index, starts, fresh=low < self.lowest)
+            self.lowest, self.highest = min(self.lowest, low), max(self.highest, high)
+            self._ends(values, index)
+        self._standstill(t, values)
+
+    def _ends(self, values: FloatArray, index: NDArray[np.int64]) -> None:
+        lo, hi = self.signal.lo, self.signal.hi
+        if lo is None or hi is None or (self.highest < hi - RANGE_STEP * (hi - lo) and self.lowest > lo + RANGE_STEP * (hi - lo)):
+            return
+        step = RANGE_STEP * (hi - lo)
+        at = (values >= hi - step) | (values <= lo + step)
+        if at.any():
+            self.at_ends.append(np.unique(index[at]))
+            self.at_ends_samples += int(at.sum())
+
+    def _standstill(self, t: FloatArray, values: FloatArray) -> None:
+        step = np.diff(values, prepend=self._value)  # NaN is unequal to all: it ends a run and is a run of its own
+        change = np.flatnonzero(step != 0.0)
+        slopes = np.concatenate(([self._slope], step[change]))
+        self.turns += int(np.count_nonzero(slopes[1:] * slopes[:-1] < 0.0))
+        self._slope = float(slopes[-1])
+        self.changes += len(change)
+        if not len(change):
+            self._samples, self._end = self._samples + len(t), float(t[-1])
+            return
+        self._note(self._start, float(t[change[0] - 1]) if change[0] else self._end, self._samples + int(change[0]), self._value)
+        begins, ends = t[change[:-1]], t[change[1:] - 1]
+        for i in np.flatnonzero(ends - begins >= LEAST_RUN):
+            self._note(float(begins[i]), float(ends[i]), int(change[i + 1] - change[i]), float(values[change[i]]))
+        last = int(change[-1])
+        self._start, self._end, self._samples, self._value = float(t[last]), float(t[-1]), len(t) - last, float(values[last])
+
+    def _note(self, start: float, end: float, samples: int, value: float) -> None:
+        if end - start >= LEAST_RUN and not np.isnan(value):
+            self.runs.append(Run(start, end, samples, value))
+
+    def finish(self) -> None:
+        """Ends the last run."""
+        self._note(self._start, self._end, self._samples, self._value)
+
+
+def _rail(rail: Rail, value: float, values: FloatArray, index: NDArray[np.int64], starts: NDArray[np.intp], *, fresh: bool) -> None:
+    """Takes the samples at an extreme, and their neighbours in the same bins, into the tally; a new extreme starts it afresh."""
+    if fresh:
+        rail.value, rail.bins, rail.hits, rail.mixed, rail.levels = value, [], 0, 0, {}
+    hits = np.add.reduceat((values == value).astype(np.int64), starts)
+    sizes = np.diff(starts, append=len(values))
+    touched = np.flatnonzero(hits)
+    rail.bins.append(index[starts[touched]])
+    mixed = touched[hits[touched] < sizes[touched]]
+    looked = mixed[: max(0, MOST_BINS - rail.mixed)]
+    rail.mixed += len(mixed)
+    rail.hits += int(hits[looked].sum())
+    if not len(looked):
+        return
+    among = np.zeros(len(starts), np.bool_)
+    among[looked] = True
+    near = values[np.repeat(among, sizes)]
+    for level, count in zip(*np.unique(near[~np.isnan(near)], return_counts=True), strict=True):
+        rail.levels[float(level)] = rail.levels.get(float(level), 0) + int(count)
