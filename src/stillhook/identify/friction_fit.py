@@ -35,9 +35,9 @@ class FrictionFit:
 
     ``y`` parameters in SI (a dropped one is 0); ``names`` those that were free; ``covariance`` of them in SI, in that order, taken
     as if bounds were not there (so never too small); ``at_bound`` free ones that ended on zero, or Y_4 on an end of its range;
-    ``dropped`` those left out (Y_4 too where nothing fades); ``evidence`` by name, how much AICc improves with it (negative: worse);
-    ``residual`` measured less modelled friction per shaft at the fitted points [N m]; ``tau`` scatter of dp_F beyond what the
-    stretches themselves showed [Pa]; ``chi2``, ``dof``.
+    ``dropped`` those left out (Y_4 too where nothing fades); ``given`` those that were not asked; ``evidence`` by name, how much
+    AICc improves with it (negative: worse); ``residual`` measured less modelled friction per shaft at the fitted points [N m];
+    ``tau`` scatter of dp_F beyond what the stretches themselves showed [Pa]; ``chi2``, ``dof``.
     """
 
     y: Y
@@ -45,6 +45,7 @@ class FrictionFit:
     covariance: FloatArray
     at_bound: tuple[str, ...]
     dropped: tuple[str, ...]
+    given: Mapping[str, float]
     evidence: Mapping[str, float]
     residual: FloatArray
     tau: float
@@ -63,11 +64,18 @@ class Problem:
     """Weighted least squares in the five linear parameters, for any Y_4.
 
     ``points`` what is fitted; ``target`` friction per shaft that the system must explain [N m]; ``sigma`` its standard
-    uncertainties [N m]; ``used`` the linear parameters that are free.
+    uncertainties [N m]; ``used`` the linear parameters that are free; ``given`` parameters that keep a value [SI].
     """
 
-    def __init__(self, points: Points, target: FloatArray, sigma: FloatArray, used: tuple[str, ...] = Y_LINEAR) -> None:
-        self.points, self.target, self.sigma, self.used = points, target, sigma, used
+    def __init__(
+        self,
+        points: Points,
+        target: FloatArray,
+        sigma: FloatArray,
+        used: tuple[str, ...] = Y_LINEAR,
+        given: Mapping[str, float] | None = None,
+    ) -> None:
+        self.points, self.target, self.sigma, self.used, self.given = points, target, sigma, used, dict(given or {})
         self.weighted = target / sigma
         self._columns: dict[float, FloatArray] = {}
 
@@ -93,12 +101,12 @@ class Problem:
         size = np.linalg.norm(part, axis=0)
         size[size == 0.0] = 1.0
         found, norm = nnls(part / size, b) if free else (np.zeros(0), float(np.linalg.norm(b)))
-        values = {**dict.fromkeys(Y_LINEAR, 0.0), **dict(zip(free, found / size, strict=True)), **fixed}
+        values = {**dict.fromkeys(Y_LINEAR, 0.0), **dict(zip(free, map(float, found / size), strict=True)), **fixed}
         return Y(**values, Y_4=Y_4), float(norm) ** 2
 
     def best(self, fixed: Mapping[str, float] | None = None, target: FloatArray | None = None) -> tuple[Y, float]:
         """Best parameters over all Y_4, and their chi^2; ``fixed`` may hold Y_4 itself."""
-        fixed = dict(fixed or {})
+        fixed = {**self.given, **(fixed or {})}
         if "Y_4" in fixed:
             return self.solve(fixed.pop("Y_4"), fixed, target)
         from scipy.optimize import minimize_scalar
@@ -114,29 +122,37 @@ class Problem:
 
 
 def fit_system(
-    points: Points, loss: Loss, *, keep_Y_2: bool | None = None, used: tuple[str, ...] = Y_LINEAR, u_extra: float | None = None
+    points: Points,
+    loss: Loss,
+    *,
+    keep_Y_2: bool | None = None,
+    used: tuple[str, ...] = Y_LINEAR,
+    given: Mapping[str, float] | None = None,
+    u_extra: float | None = None,
 ) -> FrictionFit:
     """System friction that explains the points together with the motor loss.
 
     Parameters: points measured ones (held-out ones are left out here); loss of one motor shaft; keep_Y_2 keep the constant term
     (None: only where AICc improves by more than ``EVIDENCE``, as eq. 2.13 drops it for want of need); used linear parameters
-    that may be free at all; u_extra scatter of dp_F beyond the stretches' own [Pa] (None: found from the residuals).
+    that may be free at all; given parameters that keep these values [SI] because the data cannot tell them; u_extra scatter of
+    dp_F beyond the stretches' own [Pa] (None: found from the residuals).
     Errors: IdentifyError for fewer points than parameters.
     """
-    seen = points.fitted()
+    seen, given = points.fitted(), dict(given or {})
+    used = tuple(n for n in used if n not in given)
     wanted = len(used) + 2
     if len(seen) < wanted:
         raise IdentifyError(f"{len(seen)} measured points for {wanted - 1} parameters: at least {wanted} are needed. Add steps or tests.")
     target = seen.T_f - motor_loss_at(seen, loss)
     if "Y_2" not in used or keep_Y_2 is True:
-        return _fit(seen, target, used, u_extra)
-    full = _fit(seen, target, used, u_extra)
+        return _fit(seen, target, used, given, u_extra)
+    full = _fit(seen, target, used, given, u_extra)
     without = tuple(n for n in used if n != "Y_2")
-    lean = _fit(seen, target, without, full.tau)
+    lean = _fit(seen, target, without, given, full.tau)
     gain = _aicc(lean) - _aicc(full)
     if keep_Y_2 is None and gain > EVIDENCE:
         return replace(full, evidence={"Y_2": gain})
-    return replace(_fit(seen, target, without, u_extra), evidence={"Y_2": gain})
+    return replace(_fit(seen, target, without, given, u_extra), evidence={"Y_2": gain})
 
 
 def _aicc(fit: FrictionFit) -> float:
@@ -145,27 +161,27 @@ def _aicc(fit: FrictionFit) -> float:
     return fit.chi2 + 2 * k + 2 * k * (k + 1) / max(n - k - 1, 1)
 
 
-def _fit(seen: Points, target: FloatArray, used: tuple[str, ...], u_extra: float | None) -> FrictionFit:
+def _fit(seen: Points, target: FloatArray, used: tuple[str, ...], given: Mapping[str, float], u_extra: float | None) -> FrictionFit:
     tau = float(np.sqrt(np.mean(seen.u_dp**2))) if u_extra is None else u_extra
     for _ in range(ROUNDS if u_extra is None else 1):
-        problem = Problem(seen, target, sigma_of(seen, tau), used)
-        y, _ = problem.best()
+        y, _ = Problem(seen, target, sigma_of(seen, tau), used, given).best()
         residual = target - system_friction_at(seen, y)
-        dof = len(seen) - len(_free(used))
+        dof = len(seen) - len(_free(used, given))
         if u_extra is None:
             tau = _scatter(residual / seen.D_m, seen.u_dp, dof)
     sigma = sigma_of(seen, tau)
-    names = tuple(n for n in _free(used) if n != "Y_4" or y.Y_1 > 0.0 or y.Y_3 > 0.0)
+    names = tuple(n for n in _free(used, given) if n != "Y_4" or y.Y_1 > 0.0 or y.Y_3 > 0.0)
     J = jacobian(seen, y, names) / sigma[:, None]
+    dropped = tuple(n for n in Y_NAMES if n not in names and n not in given)
     return FrictionFit(
-        y=y, names=names, covariance=covariance(J), at_bound=_at_bound(y, names), dropped=tuple(n for n in Y_NAMES if n not in names),
+        y=y, names=names, covariance=covariance(J), at_bound=_at_bound(y, names), dropped=dropped, given=dict(given),
         evidence={}, residual=residual, tau=tau, chi2=float(np.sum((residual / sigma) ** 2)), dof=dof,
     )  # fmt: skip
 
 
-def _free(used: tuple[str, ...]) -> tuple[str, ...]:
+def _free(used: tuple[str, ...], given: Mapping[str, float]) -> tuple[str, ...]:
     """Free parameters in the order Y_1 to Y_6; Y_4 is free where something fades with it."""
-    fading = "Y_1" in used or "Y_3" in used
+    fading = ("Y_1" in used or "Y_3" in used) and "Y_4" not in given
     return tuple(n for n in Y_NAMES if n in used or (n == "Y_4" and fading))
 
 

@@ -44,8 +44,8 @@ def t_factor(dof: int, level: float = LEVEL) -> float:
 def fitted_problem(points: Points, loss: Loss, fit: FrictionFit) -> Problem:
     """The least-squares problem that a fit has solved."""
     seen = points.fitted()
-    used = tuple(n for n in Y_LINEAR if n not in fit.dropped)
-    return Problem(seen, seen.T_f - motor_loss_at(seen, loss), sigma_of(seen, fit.tau), used)
+    used = tuple(n for n in Y_LINEAR if n in fit.names)
+    return Problem(seen, seen.T_f - motor_loss_at(seen, loss), sigma_of(seen, fit.tau), used, fit.given)
 
 
 def profile_intervals(points: Points, loss: Loss, fit: FrictionFit) -> tuple[Interval, ...]:
@@ -124,7 +124,7 @@ def posterior(points: Points, loss: Loss, fit: FrictionFit, *, n: int = 4000, se
     if at is not None:
         places[:, at] = np.clip(places[:, at], 1.01 * Y_4_LEAST, 0.99 * Y_4_MOST)  # starting places only
     sampler = emcee.EnsembleSampler(walkers, len(start), log_probability)
-    sampler.random_state = np.random.RandomState(seed).get_state()  # noqa: NPY002 - emcee's own kind of generator
+    sampler.random_state = np.random.RandomState(seed).get_state()  # emcee's own kind of generator
     burn, kept = 400, max(1, -(-n // walkers))
     sampler.run_mcmc(places, burn + 10 * kept, skip_initial_state_check=True)
     flat = sampler.get_chain(discard=burn, thin=10, flat=True)[:n]
@@ -156,4 +156,5 @@ def blind_directions(points: Points, fit: FrictionFit) -> tuple[tuple[str, ...],
     seen = points.fitted()
     J = jacobian(seen, fit.y, fit.names) / sigma_of(seen, fit.tau)[:, None]
     _, s, V = np.linalg.svd(J / np.linalg.norm(J, axis=0), full_matrices=False)
-    return tuple(tuple(n for n, v in zip(fit.names, row, strict=True) if abs(v) > SHARE) for value, row in zip(s, V, strict=True) if value < ALIKE)
+    blind = [row for value, row in zip(s, V, strict=True) if value < ALIKE]
+    return tuple(tuple(n for n, v in zip(fit.names, row, strict=True) if abs(v) > SHARE) for row in blind)

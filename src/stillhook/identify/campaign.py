@@ -1,0 +1,264 @@
+"""A campaign of crane tests as its file describes it: crane, motors, signals of the logs, and one entry a test."""
+
+from __future__ import annotations
+
+import difflib
+import math
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from stillhook.crane import Crane, Motor, Plant
+from stillhook.engine.pack import drum_record
+from stillhook.errors import IdentifyError, SpecError, StillhookError
+from stillhook.io.log_mapping import mapping_from
+from stillhook.io.log_types import Signal
+from stillhook.library import load_crane
+from stillhook.library.files import parsed, toml_text
+from stillhook.physics.drum import layer_diameter, layers_filled
+from stillhook.physics.scalar import G
+from stillhook.units import came, parse, show
+
+TOP = ("title", "crane", "motors", "motor", "signals", "accuracy", "test", "synthetic")
+TEST = ("name", "log", "D_m", "D_mt", "load", "layer", "s_w", "hold_out", "signals", "start", "end")
+ACCURACY = ("p", "omega_m")
+SignalMap = Mapping[str, Signal]
+MOST_ACCURACY = 0.2  # of a speed reading: a sensor worse than that measures nothing
+
+
+@dataclass(frozen=True)
+class CraneTest:
+    """One staircase: hook load and displacement constant, hoisting and lowering in turn.
+
+    ``load`` mass on the hook without the hook [kg]; ``D_m`` displacement of one motor [m^3/rad], None where the log has it;
+    ``layer`` of wire in use, ``s_w`` wire out [m]: one of them, or neither where the log has s_w; ``hold_out`` kept from every fit;
+    ``start``, ``end`` the part of the log that counts [s].
+    """
+
+    name: str
+    log: Path
+    load: float
+    D_m: float | None
+    layer: int | None
+    s_w: float | None
+    hold_out: bool
+    mapping: SignalMap | None
+    start: float
+    end: float
+
+
+@dataclass(frozen=True)
+class Campaign:
+    """Tests of one crane. ``count`` motors in the circuit during the tests; ``motor`` their type with its loss model; ``u_p``
+    standard uncertainty of a pressure [Pa] and ``r_omega`` of a speed (relative) beyond the scatter of a stretch."""
+
+    title: str
+    source: str
+    crane: Crane
+    count: int
+    motor: Motor
+    motor_name: str
+    u_p: float
+    r_omega: float
+    tests: tuple[CraneTest, ...]
+    synthetic: bool
+
+    def weight(self, test: CraneTest) -> float:
+        """Weight of load and hook [N]."""
+        return (test.load + self.crane.hook_mass) * G
+
+    def layer_diameter(self, s_w: float) -> float:
+        """Diameter of the wire's centre on the layer in use with s_w of wire out [m]."""
+        drum = drum_record(self.crane)
+        return float(layer_diameter(layers_filled(drum.L_full - s_w, drum), drum))
+
+    def diameter(self, test: CraneTest) -> float | None:
+        """The same as the file states it for a test, None where it states nothing."""
+        if test.layer is not None:
+            return float(layer_diameter(float(test.layer), drum_record(self.crane)))
+        return None if test.s_w is None else self.layer_diameter(test.s_w)
+
+
+def load_campaign(path: str | Path) -> Campaign:
+    """Read a campaign file::
+
+        crane = "nov-150t"            # library name or crane file: drum, wire, gears, hook
+        motors = 11                   # motors in the circuit during the tests (default: all of the crane)
+        motor = "A6VM215"             # their loss model: library name or motor file (default: the crane's active motor)
+        [signals]
+        time = { column = "Time", unit = "s" }
+        p_a = { column = "PT A", unit = "bar" }
+        ...
+        [[test]]
+        name = "1"
+        log = "logs/1.csv"            # seen from this file
+        D_m = "215 cm^3/rev"          # of one motor; or D_mt of all together; or a signal D_m or alpha_m
+        load = "77 t"                 # on the hook, without the hook
+        layer = 6                     # or s_w = "300 m", or a signal s_w
+
+    Errors: StillhookError, one line that names file, field, what came and what is allowed.
+    """
+    file = Path(path)
+    data = parsed(toml_text(file), file.name)
+    try:
+        return _campaign(data, file)
+    except StillhookError as e:
+        text = str(e)
+        raise type(e)(text if text.startswith(file.name) else f"{file.name}: {text}") from None
+
+
+def _campaign(data: Mapping[str, Any], file: Path) -> Campaign:
+    _known(data, TOP, "")
+    for name in ("crane", "test"):
+        if name not in data:
+            raise IdentifyError(f"{name}: missing. A campaign needs crane and at least one [[test]].")
+    crane = load_crane(_beside(_text(data, "crane", ""), file.parent))
+    motor, motor_name = _motor(data, crane, file.parent)
+    mapping = mapping_from(data["signals"], "signals") if "signals" in data else None
+    accuracy = data.get("accuracy", {})
+    if not isinstance(accuracy, Mapping):
+        raise IdentifyError("accuracy: give a table [accuracy] with p and omega_m.")
+    _known(accuracy, ACCURACY, "accuracy.")
+    rows = data["test"]
+    if not isinstance(rows, list) or not rows or not all(isinstance(r, dict) for r in rows):
+        raise IdentifyError("test: give one [[test]] a log.")
+    count = _count(data, crane)
+    tests = tuple(_test(row, i, file.parent, crane, motor, count, mapping) for i, row in enumerate(rows))
+    names = [t.name for t in tests]
+    if len(set(names)) < len(names):
+        twice = next(n for n in names if names.count(n) > 1)
+        raise IdentifyError(f'test: the name "{twice}" comes twice. Give every test its own.')
+    return Campaign(
+        title=str(data.get("title", file.stem)), source=file.name, crane=crane, count=count, motor=motor, motor_name=motor_name,
+        u_p=_not_negative(accuracy, "p", "pressure"), r_omega=_share(accuracy), tests=tests, synthetic=bool(data.get("synthetic", False)),
+    )  # fmt: skip
+
+
+def _count(data: Mapping[str, Any], crane: Crane) -> int:
+    every = crane.active.motor.count + (crane.passive.motor.count if crane.passive is not None else 0)
+    count = data.get("motors", every)
+    if type(count) is not int or not 1 <= count <= every:
+        raise IdentifyError(f'motors = {came(count)}: "{crane.name}" has 1 to {every}. Give how many were in the circuit.')
+    if "motors" not in data and crane.plant is Plant.ACTIVE_PASSIVE:
+        raise IdentifyError(
+            f'motors: missing. "{crane.name}" has {crane.active.motor.count} active and {every - crane.active.motor.count} passive motors: '
+            f"say how many were in the circuit that the pressures were measured in (in the thesis all {every} were)."
+        )
+    return count
+
+
+def _motor(data: Mapping[str, Any], crane: Crane, folder: Path) -> tuple[Motor, str]:
+    """The loss model named in the file, or the crane's own."""
+    from stillhook.library.sets import load_losses
+
+    if "motor" not in data:
+        return crane.active.motor, crane.active.motor.type
+    name = _text(data, "motor", "")
+    motor = load_losses(_beside(name, folder)).motor
+    if not math.isclose(motor.D_max, crane.active.motor.D_max, rel_tol=1e-3):
+        raise IdentifyError(
+            f'motor = "{name}": {show(motor.D_max, "displacement")}, where "{crane.name}" has motors of '
+            f"{show(crane.active.motor.D_max, 'displacement')}. Name a motor of that size."
+        )
+    return motor, Path(name).stem if name.endswith(".toml") else name
+
+
+def _test(
+    row: Mapping[str, Any], i: int, folder: Path, crane: Crane, motor: Motor, count: int, mapping: SignalMap | None
+) -> CraneTest:
+    name = row.get("name", str(i + 1))
+    if not isinstance(name, str) or not name.strip():
+        raise IdentifyError(f'test {i + 1}: name = {came(name)}: give a text, such as "3".')
+    place = f'test "{name}": '
+    _known(row, TEST, place)
+    for key in ("log", "load"):
+        if key not in row:
+            raise IdentifyError(f"{place}{key}: missing. Give it.")
+    log = folder / _text(row, "log", place)
+    if not log.is_file():
+        raise IdentifyError(f"{place}log = {came(str(row['log']))}: no such file beside the campaign file. Check the path.")
+    load = parse(row["load"], "mass", f"{place}load")
+    if not 0.0 <= load <= 1.5 * crane.SWL:
+        swl = show(crane.SWL, "mass")
+        raise IdentifyError(f'{place}load {show(load, "mass")}: "{crane.name}" is made for 0 t to {swl}. Check the load.')
+    own = mapping_from({**row["signals"]}, f"{place}signals") if "signals" in row else mapping
+    hold_out = row.get("hold_out", False)
+    if not isinstance(hold_out, bool):
+        raise IdentifyError(f"{place}hold_out = {came(hold_out)}: give true or false.")
+    start, end = (parse(row[k], "time", f"{place}{k}") if k in row else v for k, v in (("start", -math.inf), ("end", math.inf)))
+    return CraneTest(
+        name=name, log=log, load=load, D_m=_displacement(row, place, motor, count), layer=_layer(row, place, crane),
+        s_w=parse(row["s_w"], "length", f"{place}s_w") if "s_w" in row else None, hold_out=hold_out, mapping=own, start=start, end=end,
+    )  # fmt: skip
+
+
+def _displacement(row: Mapping[str, Any], place: str, motor: Motor, count: int) -> float | None:
+    if "D_m" in row and "D_mt" in row:
+        raise IdentifyError(f"{place}D_m and D_mt: both given. Give the displacement of one motor, or of all together.")
+    if "D_mt" in row:
+        D_m = parse(row["D_mt"], "displacement", f"{place}D_mt") / count
+    elif "D_m" in row:
+        D_m = parse(row["D_m"], "displacement", f"{place}D_m")
+    else:
+        return None
+    if not 0.0 < D_m <= motor.D_max * 1.005:
+        raise IdentifyError(
+            f"{place}displacement of one motor {show(D_m, 'displacement')}: allowed is above 0 up to {show(motor.D_max, 'displacement')}. "
+            "D_m is that of one motor, D_mt that of all together."
+        )
+    return D_m
+
+
+def _layer(row: Mapping[str, Any], place: str, crane: Crane) -> int | None:
+    layer = row.get("layer")
+    if layer is None:
+        return None
+    if "s_w" in row:
+        raise IdentifyError(f"{place}layer and s_w: both given. Give one.")
+    if type(layer) is not int or not 1 <= layer <= crane.drum.layers:
+        n = crane.drum.layers
+        raise IdentifyError(f'{place}layer = {came(layer)}: "{crane.name}" has layers 1 to {n}, counted from the bare drum.')
+    return layer
+
+
+def _known(table: Mapping[str, Any], allowed: tuple[str, ...], place: str) -> None:
+    for key in table:
+        if key not in allowed:
+            close = difflib.get_close_matches(key, allowed, n=1)
+            hint = f' Did you mean "{close[0]}"?' if close else ""
+            raise IdentifyError(f"{place}{came(key)[1:-1]}: unknown field. Allowed: {', '.join(allowed)}.{hint}")
+
+
+def _text(data: Mapping[str, Any], key: str, place: str) -> str:
+    value = data[key]
+    if not isinstance(value, str) or not value.strip():
+        raise SpecError(f"{place}{key} = {came(value)}: give a text.")
+    return value
+
+
+def _beside(name: str, folder: Path) -> str:
+    """A path seen from the file's folder, or a library name as it is."""
+    beside = folder / name
+    return str(beside) if name.endswith(".toml") and os.path.isfile(beside) else name
+
+
+def _not_negative(table: Mapping[str, Any], key: str, kind: str) -> float:
+    value = parse(table[key], kind, f"accuracy.{key}") if key in table else 0.0
+    if value < 0.0:
+        raise IdentifyError(f"accuracy.{key} = {came(table[key])}: give a standard uncertainty, 0 or more.")
+    return value
+
+
+def _share(accuracy: Mapping[str, Any]) -> float:
+    """Relative uncertainty of a speed: 0.002, or "0.2 %"."""
+    value = accuracy.get("omega_m", 0.0)
+    if isinstance(value, str) and value.rstrip().endswith("%"):
+        try:
+            value = float(value.rstrip()[:-1]) / 100.0
+        except ValueError:
+            value = None
+    if isinstance(value, bool) or not isinstance(value, int | float) or not 0.0 <= value < MOST_ACCURACY:
+        raise IdentifyError(f'accuracy.omega_m = {came(accuracy.get("omega_m"))}: give a part of the reading, such as "0.2 %".')
+    return float(value)

@@ -1,0 +1,245 @@
+"""`friction`: a campaign of crane tests in, system friction with its uncertainty out."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from enum import StrEnum
+from pathlib import Path
+
+import numpy as np
+
+from stillhook.crane import SystemFriction
+from stillhook.errors import IdentifyError
+from stillhook.identify.campaign import Campaign, load_campaign
+from stillhook.identify.complex_method import Found, Variant, complex_method
+from stillhook.identify.diagnosis import Design, Statement, design, judge
+from stillhook.identify.friction_fit import (
+    Y_4_LEAST,
+    Y_4_MOST,
+    FrictionFit,
+    Problem,
+    cost,
+    fit_system,
+    predicted,
+)
+from stillhook.identify.friction_model import Y_NAMES, Loss, Y, mj4, motor_loss_at, system_friction_at
+from stillhook.identify.measure import Measured, measure
+from stillhook.identify.planner import Proposal, propose
+from stillhook.identify.points import Points, joined
+from stillhook.identify.second_loop import SecondLoop, second_loop
+from stillhook.identify.uncertainty import Interval, bootstrap, posterior, profile_intervals, quantile_intervals
+from stillhook.physics.scalar import G
+from stillhook.units import parse
+
+JUDGED_FROM = parse("250 rev/min", "rotation")
+"""Speed from which the thesis claims 1 % of the nominal torque (paper D, conclusions) [rad/s]."""
+UPPER = Y(Y_1=2e-4, Y_2=30.0, Y_3=50.0, Y_4=Y_4_MOST, Y_5=0.2, Y_6=2e-4)
+"""Upper bounds of the complex method's first population: four times and more above every published parameter."""
+AGREE = 1e-3
+"""Relative difference of the two methods' costs that counts as agreement."""
+
+Progress = Callable[[float], None]
+
+
+class Intervals(StrEnum):
+    """How the 95 % intervals are found."""
+
+    PROFILE = "profile"
+    BOOTSTRAP = "bootstrap"
+    MCMC = "mcmc"
+
+
+@dataclass(frozen=True)
+class Check:
+    """The thesis's own way: cost E on the 25 rev/min grid (eq. 2.8, per motor shaft), by least squares and by the complex method."""
+
+    cost_ours: float
+    y_grid: Y
+    cost_grid: float
+    y_complex: Y
+    found: Found
+
+    @property
+    def agree(self) -> bool:
+        """Both methods reached the same cost."""
+        return self.found.cost <= self.cost_grid * (1.0 + AGREE) + 1e-9
+
+
+@dataclass(frozen=True)
+class HeldOut:
+    """Errors over held-out pairs from 250 rev/min on, in % of nominal torque, by test: root mean square and largest."""
+
+    test: str
+    rms: float
+    worst: float
+    count: int
+
+
+@dataclass(frozen=True)
+class Friction:
+    """Everything that a campaign gave. ``measured`` by test; ``points`` all pairs; ``grid`` the thesis's grid points; ``fit`` the
+    system friction; ``intervals`` 95 %; ``check`` the thesis's way beside ours; ``held_out``; ``second`` loop where asked for;
+    ``proposals`` what to test next; ``statements`` what the data cannot tell; ``like`` where filled-in parameters come from."""
+
+    campaign: Campaign
+    loss: Loss
+    measured: tuple[Measured, ...]
+    points: Points
+    grid: Points
+    design: Design
+    fit: FrictionFit
+    intervals: tuple[Interval, ...]
+    method: Intervals
+    check: Check
+    held_out: tuple[HeldOut, ...]
+    second: SecondLoop | None
+    proposals: tuple[Proposal, ...]
+    statements: tuple[Statement, ...]
+    like: str | None
+
+    @property
+    def usable(self) -> bool:
+        """Nothing severe stands against using the set."""
+        return not any(s.severe for s in self.statements)
+
+    @property
+    def system(self) -> SystemFriction:
+        """The parameters as a crane has them."""
+        return SystemFriction.model_construct(None, **{n: float(getattr(self.fit.y, n)) for n in Y_NAMES})
+
+
+def friction(
+    source: Campaign | str | Path,
+    *,
+    keep_Y_2: bool | None = None,
+    like: str | None = None,
+    intervals: Intervals | str = Intervals.PROFILE,
+    loops: int = 0,
+    variant: Variant | str = Variant.KRUS,
+    proposals: int = 3,
+    seed: int = 0,
+    progress: Progress | None = None,
+) -> Friction:
+    """Identify system friction from a campaign of crane tests.
+
+    Parameters
+    ----------
+    source: campaign, or path of its file (see `load_campaign`).
+    keep_Y_2: keep the constant term; None: only where the data ask for it.
+    like: set of a similar winch (library name or file) for parameters that these tests cannot tell.
+    intervals: "profile", "bootstrap" or "mcmc" (extra ``mcmc``). loops: rounds of paper D's second loop (0: none).
+    variant: of the complex method that checks the fit. proposals: how many further tests to propose. seed: of everything random.
+    progress: called with the share done, 0..1.
+
+    Errors: LogError, IdentifyError, SpecError, UnitError of one line.
+    """
+    campaign = source if isinstance(source, Campaign) else load_campaign(source)
+    method = _intervals_of(intervals)
+    measured = _measured(campaign, progress)
+    points, grid = joined([m.points for m in measured]), joined([m.grid_points for m in measured])
+    if not len(points.fitted()):
+        raise IdentifyError(f"{campaign.source}: every test is held out. Leave hold_out = false for those that are to be fitted.")
+    loss = mj4(campaign.motor.loss)
+    swl = (campaign.crane.SWL + campaign.crane.hook_mass) * G * float(np.mean(points.T_d / _weights(campaign, points)))
+    plan = design(points, swl, _like(like))
+    fit = fit_system(points, loss, keep_Y_2=keep_Y_2, used=plan.used, given=plan.given)
+    found = _found_intervals(method, points, loss, fit, seed)
+    statements = (*plan.statements, *judge(points, fit, found), *_log_statements(measured))
+    second = second_loop(points, campaign.motor.loss, fit, rounds=loops) if loops else None
+    return Friction(
+        campaign=campaign, loss=loss, measured=measured, points=points, grid=grid, design=plan, fit=fit, intervals=found, method=method,
+        check=thesis_check(grid, loss, fit, plan, Variant(variant), seed), held_out=held_out_errors(points, loss, fit.y), second=second,
+        proposals=propose(campaign, points, loss, fit, n=proposals) if proposals else (), statements=statements, like=like,
+    )  # fmt: skip
+
+
+def thesis_check(grid: Points, loss: Loss, fit: FrictionFit, plan: Design, variant: Variant = Variant.KRUS, seed: int = 0) -> Check:
+    """The same parameters by the thesis's cost on its speed grid, by least squares and by the complex method.
+
+    The parameters that are free, and the ones given, are those of ``fit``.
+    """
+    seen = grid.fitted()
+    target = seen.T_f - motor_loss_at(seen, loss)
+    used = tuple(n for n in plan.used if n in fit.names)
+    problem = Problem(seen, target, np.ones(len(seen)), used, fit.given)
+    y_grid, cost_grid = problem.best()
+    names = [n for n in Y_NAMES if n in fit.names]
+    blank = Y(**{**dict.fromkeys(Y_NAMES, 0.0), "Y_4": fit.y.Y_4, **fit.given})
+
+    def y_of(x: np.ndarray) -> Y:
+        return blank._replace(**dict(zip(names, map(float, x), strict=True)))
+
+    def E(x: np.ndarray) -> float:
+        return float(np.sum((target - system_friction_at(seen, y_of(x))) ** 2))
+
+    lower = np.array([Y_4_LEAST if n == "Y_4" else 0.0 for n in names])
+    upper = np.array([getattr(UPPER, n) for n in names])
+    found = complex_method(E, lower, upper, variant=variant, seed=seed)
+    return Check(cost(seen, loss, fit.y), y_grid, cost_grid, y_of(found.x), found)
+
+
+def held_out_errors(points: Points, loss: Loss, y: Y) -> tuple[HeldOut, ...]:
+    """How well the friction of tests that no fit has seen is predicted."""
+    held = points.held_out()
+    held = held.where(held.omega >= JUDGED_FROM)
+    error = 100.0 * (predicted(held, loss, y) - held.T_f) / held.T_N
+    out = []
+    for k in np.unique(held.test):
+        e = error[held.test == k]
+        out.append(HeldOut(held.names[k], float(np.sqrt(np.mean(e**2))), float(np.max(np.abs(e))), len(e)))
+    return tuple(out)
+
+
+def _measured(campaign: Campaign, progress: Progress | None) -> tuple[Measured, ...]:
+    out, n = [], len(campaign.tests)
+    for i, test in enumerate(campaign.tests):
+        done = None if progress is None else (lambda share, i=i: progress((i + share) / n))
+        out.append(measure(campaign, test, progress=done))
+    if progress is not None:
+        progress(1.0)
+    return tuple(out)
+
+
+def _weights(campaign: Campaign, points: Points) -> np.ndarray:
+    return np.array([campaign.weight(t) for t in campaign.tests])[points.test]
+
+
+def _intervals_of(text: Intervals | str) -> Intervals:
+    try:
+        return Intervals(text)
+    except ValueError:
+        raise IdentifyError(f'intervals = "{text}": not one of {", ".join(Intervals)}.') from None
+
+
+def _like(name: str | None) -> Mapping[str, float] | None:
+    if name is None:
+        return None
+    from stillhook.library.sets import load_friction
+
+    return Y.of(load_friction(name).system)._asdict()
+
+
+def _found_intervals(method: Intervals, points: Points, loss: Loss, fit: FrictionFit, seed: int) -> tuple[Interval, ...]:
+    if method is Intervals.PROFILE:
+        return profile_intervals(points, loss, fit)
+    draw = bootstrap if method is Intervals.BOOTSTRAP else posterior
+    return quantile_intervals(draw(points, loss, fit, seed=seed), fit)
+
+
+def _log_statements(measured: tuple[Measured, ...]) -> tuple[Statement, ...]:
+    """What was noted about single tests while they were measured."""
+    return tuple(Statement("test", False, f'test "{m.test.name}": {note}.') for m in measured for note in m.notes)
+
+
+def band(points: Points, fit: FrictionFit, factor: float) -> np.ndarray:
+    """Half width of the predicted friction's interval at the points [N m]; factor from `uncertainty.t_factor`."""
+    from stillhook.identify.friction_fit import predicted_sd
+
+    return factor * predicted_sd(points, fit)
+
+
+def nominal_share(points: Points, loss: Loss, y: Y) -> np.ndarray:
+    """Model error in % of the nominal torque at every point (paper D figure 17)."""
+    return 100.0 * (predicted(points, loss, y) - points.T_f) / np.where(points.T_N > 0.0, points.T_N, math.nan)

@@ -1,0 +1,234 @@
+"""From the log of one crane test to measured friction: signals, steady stretches, pairs, speed grid, and checks on the way."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from stillhook.engine.pack import drum_record
+from stillhook.errors import IdentifyError, LogError, StillhookError
+from stillhook.identify.campaign import Campaign, CraneTest
+from stillhook.identify.pairs import Grid, Pairs, on_grid, pair_windows
+from stillhook.identify.points import FloatArray, Points
+from stillhook.identify.windows import Steady, Window, steady_windows
+from stillhook.io.log import Log, read_log
+from stillhook.physics.drum import wire_to_layer
+from stillhook.units import parse, show
+
+GRID = parse("25 rev/min", "rotation")
+"""Speed grid of the thesis (eq. 2.8) [rad/s]."""
+LOAD_TOLERANCE = 0.08
+"""Difference between the stated load and the one that the pressures carry at which a test is called into question: more than the
+losses, which differ a little between hoisting and lowering, can make of it."""
+LEAST_LOAD = parse("5 t", "mass")  # below, the pressures are too low for that check
+D_TOLERANCE = 0.02  # of D_max, between the stated and the logged displacement; a closed servo holds it within one per cent
+
+Progress = Callable[[float], None]
+
+
+@dataclass(frozen=True)
+class Measured:
+    """What one test gave: its log, steady stretches with rejects, pairs, the thesis's speed grid, and points for a fit.
+
+    ``points`` one entry a pair; ``grid_points`` one entry a grid speed (as the thesis fits); ``dp_m`` the pressure drop over the
+    log's times [Pa]; ``notes`` what a reader must know, one line each.
+    """
+
+    test: CraneTest
+    log: Log
+    dp_m: FloatArray
+    omega_m: FloatArray
+    steady: Steady
+    pairs: Pairs
+    grid: Grid
+    points: Points
+    grid_points: Points
+    notes: tuple[str, ...]
+
+
+def measure(campaign: Campaign, test: CraneTest, *, progress: Progress | None = None) -> Measured:
+    """Read one test's log and reduce it to measured friction.
+
+    Errors: LogError, IdentifyError of one line that names the test: signals that are missing, that contradict each other, no
+    pair of steady stretches.
+    """
+    try:
+        return _measure(campaign, test, progress)
+    except StillhookError as e:
+        place = f'{campaign.source}: test "{test.name}": '
+        raise type(e)(str(e) if str(e).startswith(place) else place + str(e)) from None
+
+
+def _measure(campaign: Campaign, test: CraneTest, progress: Progress | None) -> Measured:
+    log = _cut(read_log(test.log, test.mapping, progress=progress), test)
+    dp_m = pressure_drop(log)
+    omega_m, d = shaft_speed(campaign, test, log)
+    signals = {**log.signals, "omega_m": omega_m, "dp_m": dp_m}
+    doubtful = {**log.doubtful, **_inherited(log)}
+    whole = Log(log.source, log.t, signals, doubtful, log.gaps, log.findings, log.rate, log.samples)
+    held = [n for n in ("alpha_m", "D_m") if n in log.signals]
+    command = "u_p" if "u_p" in log.signals else None
+    limits = layer_limits(campaign) if "s_w" in log.signals else ()
+    steady = steady_windows(whole, "omega_m", "dp_m", command=command, held=held, layer_limits=limits)
+    pairs = pair_windows(steady.windows)
+    if not pairs.pairs:
+        raise IdentifyError(
+            f"{log.source}: no hoisting and lowering stretch of one speed among {len(steady.windows)} steady ones "
+            f"({len(steady.rejected)} were rejected{_first_reason(steady)}). Hold each speed for 10 s or more, up and down."
+        )
+    notes: list[str] = []
+    D_m = _displacement(campaign, test, pairs, notes)
+    weight = campaign.weight(test)
+    T_d = np.array([weight * 0.5 * _diameter(campaign, p.up, p.down, d) for p in pairs.pairs])
+    grid = on_grid(steady.windows, GRID)
+    points = _points(campaign, test, pairs, D_m, T_d)
+    if len(np.unique(np.round(T_d, 3))) > 1:
+        notes.append("the wire changed its layer during the test; every pair has the drum torque of its own layer")
+    notes += _load_check(campaign, test, points)
+    return Measured(test, log, dp_m, omega_m, steady, pairs, grid, points, _grid_points(campaign, test, grid, points), tuple(notes))
+
+
+def layer_limits(campaign: Campaign) -> tuple[float, ...]:
+    """Wire paid out at which the wire in use changes its layer [m]."""
+    drum = drum_record(campaign.crane)
+    return tuple(drum.L_full - wire_to_layer(float(n), drum) for n in range(1, campaign.crane.drum.layers))
+
+
+def pressure_drop(log: Log) -> FloatArray:
+    """p_a - p_b, or the logged dp_m [Pa]. Errors: LogError where there is neither."""
+    s = log.signals
+    if "dp_m" in s:
+        return s["dp_m"]
+    for name in ("p_a", "p_b"):
+        if name not in s:
+            raise LogError(f"{log.source}: no signal {name}. Map p_a and p_b, or their difference dp_m.")
+    return s["p_a"] - s["p_b"]
+
+
+def shaft_speed(campaign: Campaign, test: CraneTest, log: Log) -> tuple[FloatArray, float | None]:
+    """Motor speed [rad/s], from the wire speed where the log has no other; and the layer's diameter where it is stated [m].
+
+    Errors: LogError where there is no speed, or a wire speed without a layer; IdentifyError where nothing gives the layer.
+    """
+    s, d = log.signals, campaign.diameter(test)
+    if d is None and "s_w" not in s:
+        raise IdentifyError("layer: missing, and the log has no signal s_w. Give layer or s_w: the drum torque depends on it.")
+    if "omega_m" in s:
+        return s["omega_m"], d
+    if "v_w" not in s:
+        raise LogError(f"{log.source}: no signal omega_m. Map the motor speed omega_m, or the wire speed v_w.")
+    if d is None:
+        diameters = np.array([campaign.layer_diameter(float(x)) for x in s["s_w"]])
+        return s["v_w"] * campaign.crane.i_hD / (0.5 * diameters), d
+    return s["v_w"] * campaign.crane.i_hD / (0.5 * d), d
+
+
+def _cut(log: Log, test: CraneTest) -> Log:
+    if not (math.isfinite(test.start) or math.isfinite(test.end)):
+        return log
+    keep = (log.t >= test.start) & (log.t <= test.end)
+    if not keep.any():
+        raise IdentifyError(f"start, end: nothing of the log {log.source} ({log.t[-1]:.1f} s long) lies between them. Change them.")
+    return Log(
+        log.source, log.t[keep], {k: v[keep] for k, v in log.signals.items()}, {k: v[keep] for k, v in log.doubtful.items()},
+        log.gaps, log.findings, log.rate, log.samples,
+    )  # fmt: skip
+
+
+def _inherited(log: Log) -> Mapping[str, np.ndarray]:
+    """What makes p_a, p_b or v_w doubtful makes dp_m and omega_m doubtful."""
+    none = np.zeros(len(log.t), dtype=bool)
+    pressures = [log.doubtful.get(n, none) for n in ("p_a", "p_b", "dp_m") if n in log.signals]
+    speeds = [log.doubtful.get(n, none) for n in ("omega_m", "v_w") if n in log.signals]
+    return {"dp_m": np.any(pressures, axis=0), "omega_m": np.any(speeds[:1], axis=0)}
+
+
+def _first_reason(steady: Steady) -> str:
+    return f", the first because: {steady.rejected[0].reason}" if steady.rejected else ""
+
+
+def _diameter(campaign: Campaign, up: Window, down: Window, d: float | None) -> float:
+    if d is not None:
+        return d
+    return 0.5 * (campaign.layer_diameter(up.others["s_w"]) + campaign.layer_diameter(down.others["s_w"]))
+
+
+def _displacement(campaign: Campaign, test: CraneTest, pairs: Pairs, notes: list[str]) -> FloatArray:
+    """Displacement of one motor at every pair [m^3/rad]: the logged one where there is one, else the stated one."""
+    logged: FloatArray | None = None
+    for name, factor in (("D_m", 1.0), ("alpha_m", campaign.motor.D_max)):
+        if name in pairs.pairs[0].up.others:
+            logged = factor * np.array([0.5 * (p.up.others[name] + p.down.others[name]) for p in pairs.pairs])
+            break
+    if logged is None and test.D_m is None:
+        raise IdentifyError("D_m: missing, and the log has neither D_m nor alpha_m. Give the displacement of one motor.")
+    if logged is None:
+        assert test.D_m is not None
+        return np.full(len(pairs.pairs), test.D_m)
+    if np.any(logged <= 0.0) or np.any(logged > 1.05 * campaign.motor.D_max):
+        worst = float(logged[np.argmax(np.abs(logged - 0.5 * campaign.motor.D_max))])
+        raise LogError(
+            f"displacement {show(worst, 'displacement')} in the log: the motors have above 0 up to "
+            f"{show(campaign.motor.D_max, 'displacement')} each. Check unit and scale of the signal."
+        )
+    if test.D_m is not None and abs(float(logged.mean()) - test.D_m) > D_TOLERANCE * campaign.motor.D_max:
+        found, stated = show(float(logged.mean()), "displacement"), show(test.D_m, "displacement")
+        notes.append(f"displacement {found} a motor in the log, {stated} in the campaign file: the log's is used")
+    return logged
+
+
+def _points(campaign: Campaign, test: CraneTest, pairs: Pairs, D_m: FloatArray, T_d: FloatArray) -> Points:
+    up, down = [p.up for p in pairs.pairs], [p.down for p in pairs.pairs]
+    omega_up, omega_down = np.array([w.speed for w in up]), np.array([-w.speed for w in down])
+    dp_up, dp_down = np.array([w.effort for w in up]), np.array([w.effort for w in down])
+    u_dp = 0.5 * np.hypot([w.u_effort for w in up], [w.u_effort for w in down])
+    u_speed = 0.5 * np.hypot(
+        np.hypot([w.u_speed for w in up], campaign.r_omega * omega_up), np.hypot([w.u_speed for w in down], campaign.r_omega * omega_down)
+    )
+    slope = _slope(0.5 * (omega_up + omega_down), 0.5 * (dp_up - dp_down))
+    u_dp = np.sqrt(u_dp**2 + campaign.u_p**2 + (slope * u_speed) ** 2)
+    n = len(pairs.pairs)
+    return Points(
+        names=(test.name,), test=np.zeros(n, dtype=np.intp), omega_up=omega_up, omega_down=omega_down, dp_up=dp_up, dp_down=dp_down,
+        D_m=D_m, T_d=T_d, count=np.full(n, float(campaign.count)), u_dp=u_dp, hold_out=np.full(n, test.hold_out),
+    )  # fmt: skip
+
+
+def _slope(omega: FloatArray, dp: FloatArray) -> FloatArray:
+    """Slope of the measured friction over speed [Pa s/rad], by which a speed's uncertainty becomes one of pressure."""
+    order = np.argsort(omega)
+    x, first = np.unique(omega[order], return_index=True)
+    if len(x) < 3:
+        return np.zeros_like(omega)
+    return np.asarray(np.interp(omega, x, np.gradient(dp[order][first], x)))
+
+
+def _grid_points(campaign: Campaign, test: CraneTest, grid: Grid, points: Points) -> Points:
+    """The thesis's points: both directions interpolated to the same speed."""
+    n = len(grid.speed)
+    order = np.argsort(points.omega)
+
+    def at(values: FloatArray) -> FloatArray:
+        return np.asarray(np.interp(grid.speed, points.omega[order], values[order])) if n else np.zeros(0)
+
+    return Points(
+        names=(test.name,), test=np.zeros(n, dtype=np.intp), omega_up=grid.speed, omega_down=grid.speed, dp_up=grid.up, dp_down=grid.down,
+        D_m=at(points.D_m), T_d=at(points.T_d), count=np.full(n, float(campaign.count)), u_dp=np.hypot(grid.u_F, campaign.u_p),
+        hold_out=np.full(n, test.hold_out),
+    )  # fmt: skip
+
+
+def _load_check(campaign: Campaign, test: CraneTest, points: Points) -> list[str]:
+    """A line where pressures and stated load do not belong together."""
+    torque = float(np.mean(points.count * points.D_m * points.dp_L)) * campaign.crane.i_hD
+    wanted = float(np.mean(points.T_d))
+    if test.load < LEAST_LOAD or abs(torque / wanted - 1.0) <= LOAD_TOLERANCE:
+        return []
+    carried = (test.load + campaign.crane.hook_mass) * torque / wanted - campaign.crane.hook_mass
+    return [
+        f"the pressures carry {show(carried, 'mass', 3)}, the campaign file says {show(test.load, 'mass', 3)}: check load, layer, "
+        "displacement, number of motors and gear ratio; friction is wrong in the same proportion"
+    ]
