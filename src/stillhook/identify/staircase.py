@@ -74,11 +74,11 @@ def staircase(crane: Crane, test: PlannedTest, *, layer: int, minutes: float = 2
             f"{show(motor.alpha_min * motor.D_max, 'displacement', 6)} to {show(motor.D_max, 'displacement', 6)}. Choose one in between."
         )
     alpha = min(max(alpha, motor.alpha_min), 1.0)
+    least = (2.0 * PAUSE + LEAST_PAIRS * 2.0 * (HOLD + 2.0 * RAMP)) / 60.0
+    if not least <= minutes <= LONGEST / 60.0:
+        raise IdentifyError(f"minutes = {minutes:g}: a staircase takes {least:.2g} to {LONGEST / 60.0:g} minutes. Change it.")
     duration = 60.0 * minutes
     pairs = math.floor((duration - 2.0 * PAUSE) / (2.0 * (HOLD + 2.0 * RAMP)))
-    if pairs < LEAST_PAIRS or duration > LONGEST:
-        least = (2.0 * PAUSE + LEAST_PAIRS * 2.0 * (HOLD + 2.0 * RAMP)) / 60.0
-        raise IdentifyError(f"minutes = {minutes:g}: a staircase takes {least:.2g} minutes to {LONGEST / 60.0:g} minutes. Change it.")
     d = float(layer_diameter(float(layer), drum_record(crane)))
     dp_L = holding_pressure(crane, test, d)
     leak = crane.active.C_leak * dp_L / (alpha * motor.D_total)

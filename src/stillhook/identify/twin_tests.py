@@ -136,8 +136,8 @@ def write_campaign(
     if (folder / LOG_FOLDER).exists():
         raise SimulationError(f"{folder / LOG_FOLDER}: there are logs already. Choose another folder.")
     crane = crane_of(plan, truth)
-    chosen = layer or outermost_layer(crane, plan.tests)
-    stairs = [staircase(crane, t, layer=t.layer or chosen, minutes=minutes) for t in plan.tests]
+    chosen = outermost_layer(crane, plan.tests) if layer is None else layer
+    stairs = [staircase(crane, t, layer=chosen if t.layer is None else t.layer, minutes=minutes) for t in plan.tests]
     sensors = instruments.sensors(crane, max(float(s.speeds.max()) for s in stairs))
     suffix = ".parquet" if parquet else ".csv"
     files = [f"{LOG_FOLDER}/{t.name}{suffix}" for t in plan.tests]
