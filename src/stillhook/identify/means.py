@@ -1,0 +1,177 @@
+"""Means of correlated samples and what they are worth; drift against noise; the step of a converter."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.intp]
+
+MOST_BLOCKS = 256
+"""Samples of a mean are put together into so many blocks at most: enough for every correlation that matters, and quick."""
+NORMAL_95 = 1.959963984540054
+"""Half width of 95 % of a normal distribution in standard deviations."""
+FEWEST_FREEDOM = 2.0
+"""Degrees of freedom below which Student's factor says nothing any more (4.3 at 2, 12.7 at 1)."""
+LARGEST_CORRELATION = 0.95
+"""Correlation of neighbours that is believed from a short stretch; a higher one is drift."""
+TREND_SIGNIFICANCE = 3.0
+"""Standard errors from which a drift counts as seen: with some twenty starts tried, one in a hundred by chance."""
+LEAST_LEVELS = 256
+"""A converter has 8 bits or more: fewer levels over the range are set values, not the steps of a sensor."""
+HELD = 6
+"""Equal bins in a row that count as held."""
+SAME_LEVEL = 1e-7
+"""Differences below this part of the range are rounding of the unit conversion."""
+FEWEST_LEVELS, MOST_GAPS, FINEST, OFF_LEVEL, MOST_HELD = 4, 64, 2.0**-17, 0.02, 0.9
+"""Converter's step: held values needed; gaps between them that are tried, with their halves and thirds; finest step over the range
+(17 bits); what counts as off a level, in steps; share of held bins that must be on a level (the rest are means of two levels)."""
+SHARE_OF_RANGE = 2e-5
+"""Least uncertainty that is stated, over the largest value in the log (0.008 bar in 400): half a step of a 16-bit converter or so.
+
+It is one number for all stretches of a log, so that stretches of a log without noise weigh the same."""
+
+
+def blocks(x: FloatArray, most: int = MOST_BLOCKS) -> FloatArray:
+    """Means of equal blocks along the last axis, the first few samples left out so that the end is kept: shape (..., <= most)."""
+    n = x.shape[-1]
+    size = -(-n // most)
+    if size == 1:
+        return x
+    whole = n // size
+    return np.asarray(x[..., n - whole * size :].reshape(*x.shape[:-1], whole, size).mean(axis=-1), dtype=float)
+
+
+def mean_and_uncertainty(x: FloatArray, *, step: float = 0.0, per_bin: float = 1.0, floor: float = 0.0) -> tuple[float, float]:
+    """Mean of one stationary stretch and its standard uncertainty.
+
+    Parameters: x samples at equal spacing, shape (n,); step of the converter in the unit of x, 0 where it has none; per_bin raw
+    samples in each of x; floor least uncertainty.
+    The variance of a mean is the sum of autocovariances over n. The sum is cut where a pair of neighbouring terms is no longer
+    positive (Geyer, Statistical Science 7, 1992), and corrected for the mean having been taken from the same samples. Student's
+    factor for the effective number of samples is inside, so 1.96 standard uncertainties hold 95 %.
+    Where samples scatter less than half a step, dithering does not average the steps out and step/sqrt(12) is added.
+    """
+    mean = float(np.mean(x))
+    b = blocks(np.asarray(x, dtype=float))
+    n = len(b)
+    r = b - b.mean()
+    gamma = np.correlate(r, r, "full")[n - 1 :] / n
+    quantised = step / np.sqrt(12.0) if np.sqrt(np.mean((x - mean) ** 2) * per_bin) < 0.5 * step else 0.0
+    if n < 2 or gamma[0] <= 0.0:
+        return mean, float(np.hypot(quantised, floor))
+    total = long_run_variance(gamma)
+    freedom = max(n * gamma[0] * n / (n - 1) / total - 1.0, 1.0)
+    u = np.sqrt(total / n) * students_factor(freedom)
+    return mean, float(np.sqrt(u**2 + quantised**2 + floor**2))
+
+
+def long_run_variance(gamma: FloatArray) -> float:
+    """Sum of autocovariances over all lags, from those about the sample mean (biased, divided by n): shape (n,)."""
+    n = len(gamma)
+    total = gamma[0] * n / (n - 1)
+    for _ in range(3):  # the bias is minus the sum itself over n; three rounds settle it to the percent
+        g = gamma + total / n * (1.0 - np.arange(n) / n)
+        pairs = g[: n - n % 2].reshape(-1, 2).sum(axis=1)
+        end = int(np.argmax(pairs <= 0.0)) if np.any(pairs <= 0.0) else len(pairs)
+        new = max(2.0 * float(np.sum(pairs[: max(end, 1)])) - g[0], gamma[0])
+        total = min(new, 0.5 * n * gamma[0])
+    return float(total)
+
+
+def students_factor(freedom: float) -> float:
+    """Student's 97.5 % point over the normal one."""
+    from scipy.special import stdtrit
+
+    return float(stdtrit(max(freedom, FEWEST_FREEDOM), 0.975)) / NORMAL_95
+
+
+@dataclass(frozen=True)
+class Trends:
+    """Of stretches that begin at several starts and have one end: drift over the stretch and its head against its rest, with the
+    differences that noise alone explains. All arrays (channels, starts), in the channels' units."""
+
+    drift: FloatArray
+    drift_noise: FloatArray
+    head: FloatArray
+    head_noise: FloatArray
+
+    def worst(self, tolerance: FloatArray) -> FloatArray:
+        """Largest of drift and head difference over tolerance where noise does not explain it, else 0: (channels, starts)."""
+        seen = np.where(np.abs(self.drift) > self.drift_noise, np.abs(self.drift), 0.0)
+        head = np.where(np.abs(self.head) > self.head_noise, np.abs(self.head), 0.0)
+        return np.maximum(seen, head) / tolerance[:, None]
+
+
+def trends(t: FloatArray, x: FloatArray, starts: IntArray, head: float) -> Trends:
+    """Drift of the stretches t[k:] for every start k.
+
+    Parameters: t times, shape (n,); x channels, shape (channels, n); starts indices with at least three samples behind each,
+    shape (m,); head length of the stretch's beginning that must agree with its rest [s].
+    The noise is that of the last half about its own straight line, with the correlation of neighbours put in as (1+r)/(1-r): the
+    same for every start, so that a transient cannot hide behind the scatter it makes.
+    """
+    n = len(t)
+    use = (np.arange(n)[None, :] >= starts[:, None]).astype(float)
+    count = use.sum(axis=1)
+    tc = (t[None, :] - (use @ t / count)[:, None]) * use
+    spread = np.sum(tc * tc, axis=1)
+    slope = (x @ tc.T) / spread
+    span = (t[-1] - t[starts]) * count / (count - 1.0)
+    variance, freedom = _noise(t, x, n - max(n // 2, min(n, 12)))
+    limit = TREND_SIGNIFICANCE * (1.0 + 2.0 / freedom)
+    first = np.minimum(np.searchsorted(t, t[starts] + np.maximum(head, 0.1 * (t[-1] - t[starts])), side="right"), n - 1)
+    first = np.maximum(first, starts + 1)
+    sums = np.concatenate([np.zeros((len(x), 1)), np.cumsum(x, axis=1)], axis=1)
+    heads, rests = first - starts, n - first
+    difference = (sums[:, first] - sums[:, starts]) / heads - (sums[:, n : n + 1] - sums[:, first]) / rests
+    return Trends(
+        drift=slope * span,
+        drift_noise=limit * np.sqrt(variance[:, None] / spread) * span,
+        head=difference,
+        head_noise=limit * np.sqrt(variance[:, None] * (1.0 / heads + 1.0 / rests)),
+    )
+
+
+def _noise(t: FloatArray, x: FloatArray, begin: int) -> tuple[FloatArray, float]:
+    """Long-run variance of each channel behind `begin`, about a straight line; and its degrees of freedom."""
+    tb, xb = t[begin:], x[:, begin:]
+    n = len(tb)
+    tc = tb - tb.mean()
+    r = xb - xb.mean(axis=1, keepdims=True)
+    r = r - ((r @ tc) / (tc @ tc))[:, None] * tc
+    squares = np.sum(r * r, axis=1)
+    rho = np.sum(r[:, 1:] * r[:, :-1], axis=1) / np.where(squares > 0.0, squares, 1.0)
+    rho = np.clip(rho + (1.0 + 4.0 * rho) / n, 0.0, LARGEST_CORRELATION)
+    freedom = max(n - 2.0, 1.0)
+    return squares / freedom * (1.0 + rho) / (1.0 - rho), freedom
+
+
+def converter_step(x: FloatArray) -> float:
+    """Step of the converter behind a signal, 0 where none shows: the common measure of the values that it holds.
+
+    A value counts as held where six bins in a row are equal: a mean of several samples is then most likely one level. Without
+    quantisation held values have no common measure (or are a few set speeds, which are too coarse to be a converter's steps).
+    """
+    x = x[np.isfinite(x)]
+    if len(x) <= HELD:
+        return 0.0
+    range_ = float(np.ptp(x))
+    changes = np.concatenate([[0], np.cumsum(np.diff(x) != 0.0)])
+    held = x[: len(x) - HELD + 1][changes[HELD - 1 :] == changes[: len(x) - HELD + 1]]
+    levels, count = np.unique(held, return_counts=True)
+    first = np.nonzero(np.diff(levels, prepend=-np.inf) > SAME_LEVEL * range_)[0]
+    if len(first) < FEWEST_LEVELS:
+        return 0.0
+    levels, count = levels[first], np.add.reduceat(count, first)
+    gaps = np.sort(np.diff(levels))[:MOST_GAPS]
+    steps = np.unique(np.concatenate([gaps, gaps / 2.0, gaps / 3.0]))
+    steps = steps[(steps > FINEST * range_) & (steps * LEAST_LEVELS <= range_)]
+    if len(steps) == 0:
+        return 0.0
+    at = (levels[None, :] - levels[np.argmax(count)]) / steps[:, None]
+    fits = (np.abs(at - np.round(at)) < OFF_LEVEL) @ count >= MOST_HELD * count.sum()
+    return float(steps[fits].max(initial=0.0))
