@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-SIZE = (8.0, 5.0)
+SIZE = (9.0, 5.0)
 MARKERS = "osD^v<>pP*Xh"
 SPEED = "motor speed [rev/min]"
 
@@ -164,7 +164,7 @@ def _axes(title: str, y: str, x: str = SPEED) -> tuple[Figure, Axes]:
 
     figure = Canvas(figsize=SIZE, layout="constrained")
     ax = figure.subplots()
-    ax.set_title(title, fontsize="medium")
+    figure.suptitle(title, fontsize="medium")
     ax.set_xlabel(x)
     ax.set_ylabel(y)
     ax.grid(alpha=0.3)
@@ -173,7 +173,7 @@ def _axes(title: str, y: str, x: str = SPEED) -> tuple[Figure, Axes]:
 
 def _finished(figure: Figure, ax: Axes) -> Figure:
     handles, labels = ax.get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside right upper", fontsize="x-small", frameon=False)
+    figure.legend(handles, labels, loc="outside right center", fontsize="x-small", frameon=False)
     return figure
 
 

@@ -44,7 +44,7 @@ class Proposal:
 
 
 def propose(campaign: Campaign, points: Points, loss: Loss, fit: FrictionFit, *, n: int = 3) -> tuple[Proposal, ...]:
-    """The n staircases worth most, in the order in which to run them.
+    """The n staircases worth most, in the order in which to run them, no two alike.
 
     Loads from the empty hook to SWL and displacements down to half of the full one are candidates, as far as the active circuit's
     relief pressure allows. Errors: IdentifyError where no candidate can be run.
@@ -60,10 +60,12 @@ def propose(campaign: Campaign, points: Points, loss: Loss, fit: FrictionFit, *,
         raise IdentifyError("No staircase can be proposed: even the empty hook is beyond the relief pressure at every displacement.")
     worth = [_information(c, fit, names, sigma) for *_, c in candidates]
     out: list[Proposal] = []
-    for _ in range(n):
+    taken: set[int] = set()
+    for _ in range(min(n, len(candidates))):
         before = _rms(goal, known)
-        after = [_rms(goal, known + w) for w in worth]
+        after = [math.inf if k in taken else _rms(goal, known + w) for k, w in enumerate(worth)]
         best = int(np.argmin(after))
+        taken.add(best)
         out.append(Proposal(candidates[best][0], candidates[best][1], before, after[best]))
         known = known + worth[best]
     return tuple(out)

@@ -1,0 +1,15 @@
+"""`stillhook identify ...`: friction from supplier maps and from crane tests."""
+
+from __future__ import annotations
+
+import typer
+
+from stillhook.cli.identify_example import example_campaign
+from stillhook.cli.identify_friction import friction
+
+app = typer.Typer(
+    help="Friction from tests: motor loss models from supplier maps, system friction from crane logs, synthetic examples of both.",
+    no_args_is_help=True,
+)
+app.command("friction")(friction)
+app.command("example-campaign")(example_campaign)

@@ -1,0 +1,141 @@
+"""`stillhook identify friction`: crane tests in, system friction with its uncertainty out."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from stillhook.cli.cranes import Json
+from stillhook.cli.show import print_json, print_table, progress_bar, say
+
+if TYPE_CHECKING:
+    from stillhook.identify.friction import Friction
+
+SET, REPORT, NUMBERS, POINTS, STRETCHES = "friction.toml", "report.html", "summary.json", "points.csv", "stretches.csv"
+
+
+def friction(
+    campaign: Annotated[Path, typer.Argument(metavar="CAMPAIGN.toml", help="Campaign file: crane, signals, one [[test]] a log.")],
+    out: Annotated[Path | None, typer.Option("--out", help="Folder for set, report, tables, figures (default: none).")] = None,
+    like: Annotated[str | None, typer.Option(help="Set of a similar winch, for parameters that these tests cannot tell.")] = None,
+    keep_Y_2: Annotated[str, typer.Option("--keep-Y-2", help="Constant term: auto (where the data ask for it), yes, no.")] = "auto",
+    intervals: Annotated[str, typer.Option(help="95 % intervals: profile, bootstrap, or mcmc (extra mcmc).")] = "profile",
+    loops: Annotated[int, typer.Option(min=0, max=10, help="Rounds of the second loop: refine the motor loss on the crane's tests.")] = 0,
+    variant: Annotated[str, typer.Option(help="Complex method that checks the fit: krus, box, complex-rf.")] = "krus",
+    proposals: Annotated[int, typer.Option(min=0, max=20, help="How many further tests to propose.")] = 3,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of everything random.")] = 0,
+    json: Json = False,
+) -> None:
+    """Identify system friction from the logs of crane tests (thesis section 2.3, paper D).
+
+    Exit code 1 if the data cannot tell what a winch model needs.
+
+    Example: stillhook identify friction my-tests/campaign.toml --out results
+    """
+    from stillhook.identify.friction import friction as identify
+    from stillhook.io.results import check_folder
+
+    if out is not None:
+        check_folder(out, (SET, REPORT, NUMBERS, POINTS, STRETCHES))
+    with progress_bar("reading the logs") as bar:
+        result = identify(
+            campaign, like=like, keep_Y_2=_kept(keep_Y_2), intervals=intervals, loops=loops, variant=_variant(variant), proposals=proposals,
+            seed=seed, progress=bar,
+        )  # fmt: skip
+    if json:
+        from stillhook.identify.friction_result import to_dict
+
+        print_json(to_dict(result))
+    else:
+        _print(result)
+    if out is not None:
+        written = _write(result, out)
+        if not json:
+            print(f"written to {out}: {', '.join(written)}")
+    raise typer.Exit(0 if result.usable else 1)
+
+
+def _kept(text: str) -> bool | None:
+    from stillhook.errors import IdentifyError
+
+    choices = {"auto": None, "yes": True, "no": False}
+    if text not in choices:
+        raise IdentifyError(f'--keep-Y-2 = "{text}": not one of {", ".join(choices)}.')
+    return choices[text]
+
+
+def _variant(text: str) -> Any:
+    from stillhook.errors import IdentifyError
+    from stillhook.identify.complex_method import Variant
+
+    if text not in tuple(Variant):
+        raise IdentifyError(f'--variant = "{text}": not one of {", ".join(Variant)}.')
+    return Variant(text)
+
+
+def _print(result: Friction) -> None:
+    from stillhook.identify.friction_model import Y_NAMES
+    from stillhook.identify.friction_report import MEANING, written
+    from stillhook.identify.friction_result import to_dict
+    from stillhook.units import show
+
+    data = to_dict(result)
+    mark = "SYNTHETIC " if result.campaign.synthetic and "SYNTHETIC" not in result.campaign.title else ""
+    rows = []
+    for t in data["tests"]:
+        use = "held out" if t["hold_out"] else "fitted"
+        speeds = f"{show(t['omega_m_min'], 'rotation', 3).split()[0]} to {show(t['omega_m_max'], 'rotation', 3)}"
+        rejected = str(t["rejected"] + t["unpaired"])
+        load, D_m = show(t["load"], "mass", 3), show(t["D_m"], "displacement", 4)
+        rows.append([t["name"], use, load, D_m, speeds, str(t["pairs"]), rejected, f"{t['rms_percent']:.2f} %"])
+    header = ("test", "use", "load", "displacement\nof a motor", "motor speeds", "pairs", "not\nused", "error RMS\nof nominal")
+    print_table(header, rows, title=f"{mark}{result.campaign.title}: {result.campaign.crane.name}", left=2)
+    found = {i.name: i for i in result.intervals}
+    rows = []
+    for n in Y_NAMES:
+        i, state = found.get(n), data["parameters"][n]["state"]
+        remark = MEANING[n] + ("" if state == "fitted" else f" ({state})")
+        value = float(getattr(result.fit.y, n))
+        rows.append([n, remark, written(n, value), written(n, i.low if i else None), written(n, i.high if i else None)])
+    print_table(("", "meaning", "value", "from (95 %)", "to"), rows, title="system friction per motor shaft (eq. 2.7)", left=2)
+    for h in result.held_out:
+        print(f'held-out test "{h.test}": {h.rms:.2f} % of nominal torque RMS, {h.worst:.2f} % at most, from 250 rev/min on')
+    c = data["thesis"]
+    same = "the same by the complex method" if c["agree"] else f"{c['E_complex']:.5g} by the complex method, which got stuck"
+    print(f"thesis's cost on its 25 rev/min grid: {c['E_ours']:.4g} N^2 m^2 with this set, {c['E_least_squares']:.4g} at best, {same}")
+    if result.second is not None:
+        print(f"second loop: {result.second.verdict}; " + "; ".join(result.second.statements))
+    for s in result.statements:
+        print(f"{'NOT USABLE: ' if s.severe else 'note: '}{s.text}")
+    for p in result.proposals:
+        change = f"{show(p.sd_before, 'torque', 2)} to {show(p.sd_after, 'torque', 2)}"
+        where = f"{show(p.load, 'mass', 3)} at {show(p.D_m, 'displacement', 3)} a motor"
+        print(f"test next: {where}; uncertainty of the predicted friction {change} a motor")
+
+
+def _write(result: Friction, out: Path) -> list[str]:
+    """Set, report, numbers, tables and figures, all or nothing. A set that must not be used is not written."""
+    from stillhook.identify.friction_figures import figures
+    from stillhook.identify.friction_report import report
+    from stillhook.identify.friction_result import friction_set, points_table, stretches_table, to_dict
+    from stillhook.identify.window_figure import window_figure
+    from stillhook.io.figures import save_figure
+    from stillhook.io.results import save_json, whole_folder
+    from stillhook.library.sets import set_toml
+
+    pictures = figures(result)
+    logs = {m.test.name: window_figure(m.log, m.omega_m, m.dp_m, m.steady, title=f"test {m.test.name}") for m in result.measured}
+    with whole_folder(out) as part:
+        for stem, picture in pictures.items():
+            save_figure(picture, part / f"{stem}.png")
+        (part / REPORT).write_text(report(result, pictures, logs), encoding="utf-8")
+        save_json(to_dict(result), part / NUMBERS)
+        points_table(result).write_csv(part / POINTS)
+        stretches_table(result).write_csv(part / STRETCHES)
+        if result.usable:
+            (part / SET).write_text(set_toml(friction_set(result, "friction")), encoding="utf-8")
+        else:
+            say(f"{SET} is not written: the data cannot tell what a winch model needs.")
+        return sorted(p.name for p in part.iterdir())

@@ -1,0 +1,181 @@
+"""One page that a colleague can read without the program: HTML with its pictures inside."""
+
+from __future__ import annotations
+
+import base64
+import io
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from html import escape
+from typing import TYPE_CHECKING
+
+from stillhook._version import __version__
+from stillhook.identify.friction import JUDGED_FROM, Friction
+from stillhook.identify.friction_model import Y_NAMES, Y
+from stillhook.units import number, show
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+KIND = {"Y_1": "", "Y_2": "torque", "Y_3": "torque", "Y_4": "rotation", "Y_5": "viscous_torque", "Y_6": ""}
+MEANING = {
+    "Y_1": "break-away part of the drum torque",
+    "Y_2": "constant friction",
+    "Y_3": "break-away friction",
+    "Y_4": "motor speed over which break-away fades",
+    "Y_5": "friction per motor speed",
+    "Y_6": "friction part of the drum torque",
+}
+CAPTIONS = {
+    "friction-pressure": "Half the difference of the hoisting and lowering pressure drops. Bars: 95 %. Lines: interpolated to 25 rev/min.",
+    "friction-torque": "What one motor shaft loses. Hollow points and dashed lines: held-out tests, which no fit has seen.",
+    "system-friction": "What is left for gears, drum, sheaves and wire after the motor loss.",
+    "model-against-measured": "All motors together. Points on the line are predicted exactly.",
+    "error": "Grey: 1 % of the nominal torque, the thesis's claim from 250 rev/min (dotted) on. Low loads have little nominal torque.",
+    "second-loop-motor": "What the crane's tests make of the supplier's motor model.",
+    "second-loop-system": "With a right motor model, tests of one load fall on one curve whatever the displacement.",
+}
+STYLE = """body{font:15px/1.5 system-ui,sans-serif;max-width:60em;margin:2em auto;padding:0 1em;color:#222}
+h1{font-size:1.5em}h2{font-size:1.2em;margin-top:2em}table{border-collapse:collapse;font-size:.9em;margin:1em 0}
+td,th{padding:.25em .7em;border-bottom:1px solid #ddd;text-align:right;vertical-align:top}td:first-child,th:first-child{text-align:left}
+img{max-width:100%}figcaption{font-size:.85em;color:#555}figure{margin:1.5em 0}
+.synthetic{background:#fff3cd;padding:.6em 1em}.severe{color:#a00;font-weight:600}"""
+METHOD = (
+    "Method: steady stretches of the logs, hoisting and lowering of about the same speed in pairs; half the difference of their pressure "
+    "drops is the mean of both losses, with which the models are compared at both pressures and speeds (G.-A. Moslåt 2020, section 2.2 and "
+    "paper D). The intervals hold the scatter of the sensors; a gain error of pressure sensors or displacement makes friction wrong in the "
+    "same proportion and does not show here."
+)
+
+
+def written(name: str, value: float | None, digits: int = 4) -> str:
+    """A parameter in its display unit; a dash for one that there is none of."""
+    if value is None or math.isnan(value):
+        return "-"
+    if math.isinf(value):
+        return "open"
+    return show(value, KIND[name], digits) if KIND[name] else f"{value:.{digits - 1}e}" if value else "0"
+
+
+def report(result: Friction, figures: Mapping[str, Figure], windows: Mapping[str, Figure] | None = None) -> str:
+    """The page as text. figures by stem (see `friction_figures.figures`); windows pictures of the logs by test name."""
+    campaign = result.campaign
+    parts = [
+        f"<h1>Friction of {escape(campaign.crane.name)}: {escape(campaign.title)}</h1>",
+        '<p class="synthetic">SYNTHETIC: these logs were simulated, not measured.</p>' if campaign.synthetic else "",
+        f"<p>{escape(_verdict(result))}</p>",
+        "<h2>System friction per motor shaft (eq. 2.7)</h2>",
+        "<p>T_fs = (Y_1 T_d + Y_3) exp(-|n_m| / Y_4) + Y_2 + Y_5 |omega_m| + Y_6 T_d, T_d the drum torque. "
+        f"Intervals: 95 %, {escape(result.method.value)}. Motor loss: {escape(campaign.motor_name)} (MJ4).</p>",
+        _table(("", "value", "from", "to", "meaning"), _parameters(result)),
+        "<h2>What the data cannot tell</h2>",
+        _list(result),
+        "<h2>Tests</h2>",
+        _table(("test", "load", "displacement", "speeds", "pairs", "rejected", "error RMS", "remarks"), _tests(result)),
+        *_held_out(result),
+        "<h2>Our fit beside the thesis's</h2>",
+        _table(("", *Y_NAMES, "cost E [N&sup2; m&sup2;]"), _methods(result)),
+        f"<p>{escape(_agreement(result))}</p>",
+        *_second(result),
+        "<h2>What to test next</h2>",
+        _table(("load", "displacement of one motor", "uncertainty of predicted friction"), _proposals(result)),
+        "<h2>Figures</h2>",
+        *(_figure(f, CAPTIONS.get(stem, stem)) for stem, f in figures.items()),
+        *(_figure(f, f"Test {name}: stretches used, and not used.") for name, f in (windows or {}).items()),
+        f"<p><small>Made by Stillhook {escape(__version__)}. {escape(METHOD)}</small></p>",
+    ]
+    head = f'<meta charset="utf-8"><title>Friction of {escape(campaign.crane.name)}</title><style>{STYLE}</style>'
+    return f'<!doctype html><html lang="en">{head}<body>{"".join(parts)}</body></html>\n'
+
+
+def _verdict(result: Friction) -> str:
+    used = sum(not m.test.hold_out for m in result.measured)
+    pairs = len(result.points.fitted())
+    good = "The set can be used where the campaign has been." if result.usable else "The set must not be used as it is: see below."
+    return f"{used} tests fitted ({pairs} pairs of steady stretches), {len(result.measured) - used} held out. {good}"
+
+
+def _parameters(result: Friction) -> Iterable[Sequence[str]]:
+    found = {i.name: i for i in result.intervals}
+    for n in Y_NAMES:
+        i, value = found.get(n), float(getattr(result.fit.y, n))
+        state = " (taken from another set)" if n in result.fit.given else " (left out)" if n in result.fit.dropped else ""
+        yield n, written(n, value), written(n, i.low if i else None), written(n, i.high if i else None), escape(MEANING[n] + state)
+
+
+def _list(result: Friction) -> str:
+    if not result.statements:
+        return "<p>Nothing stands out: loads, speeds and displacements of the campaign tell all parameters apart.</p>"
+    rows = (f'<li{" class=severe" if s.severe else ""}>{escape(s.text)}</li>' for s in result.statements)
+    return f"<ul>{''.join(rows)}</ul>"
+
+
+def _tests(result: Friction) -> Iterable[Sequence[str]]:
+    from stillhook.identify.friction_result import to_dict
+
+    for t in to_dict(result)["tests"]:
+        remarks = [*(["held out"] if t["hold_out"] else []), *t["notes"], *t["findings"]]
+        speeds = f"{show(t['omega_m_min'], 'rotation', 3).split()[0]} to {show(t['omega_m_max'], 'rotation', 3)}"
+        yield (
+            escape(t["name"]), show(t["load"], "mass", 3), show(t["D_m"], "displacement", 4), speeds, str(t["pairs"]),
+            str(t["rejected"] + t["unpaired"]), f"{t['rms_percent']:.2f} %", escape("; ".join(remarks)) or "-",
+        )  # fmt: skip
+
+
+def _held_out(result: Friction) -> list[str]:
+    if not result.held_out:
+        return ["<p>No test was held out. Hold one out to see how well the friction of other loads and displacements is predicted.</p>"]
+    rows = ((escape(h.test), f"{h.rms:.2f} %", f"{h.worst:.2f} %", str(h.count)) for h in result.held_out)
+    speed = show(JUDGED_FROM, "rotation", 3)
+    return [f"<p>Held-out tests, from {speed} on, in % of nominal torque:</p>", _table(("test", "RMS", "largest", "pairs"), rows)]
+
+
+def _methods(result: Friction) -> Iterable[Sequence[str]]:
+    c = result.check
+
+    def row(label: str, y: Y, cost: float) -> Sequence[str]:
+        return label, *(written(n, float(getattr(y, n))) for n in Y_NAMES), number(cost, 5)
+
+    yield row("pairs, weighted (ours)", result.fit.y, c.cost_ours)
+    yield row("25 rev/min grid, least squares", c.y_grid, c.cost_grid)
+    yield row("25 rev/min grid, complex method", c.y_complex, c.found.cost)
+
+
+def _agreement(result: Friction) -> str:
+    c = result.check
+    if c.agree:
+        return f"Least squares and the complex method ({c.found.evaluations} evaluations) reach the same cost."
+    return (
+        f"The complex method stopped at {number(c.found.cost, 5)} after {c.found.evaluations} evaluations, least squares reaches "
+        f"{number(c.cost_grid, 5)}: it got stuck; another seed or variant helps."
+    )
+
+
+def _second(result: Friction) -> list[str]:
+    s = result.second
+    if s is None:
+        return []
+    return [
+        f"<h2>Second loop (paper D section 3): {escape(s.verdict)}</h2><ul>",
+        *(f"<li>{escape(text)}</li>" for text in s.statements),
+        "</ul>",
+    ]
+
+
+def _proposals(result: Friction) -> Iterable[Sequence[str]]:
+    for p in result.proposals:
+        change = f"{show(p.sd_before, 'torque', 2)} to {show(p.sd_after, 'torque', 2)} per motor"
+        yield show(p.load, "mass", 3), show(p.D_m, "displacement", 3), change
+
+
+def _table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    head = "".join(f"<th>{h}</th>" for h in header)
+    body = "".join(f"<tr>{''.join(f'<td>{cell}</td>' for cell in row)}</tr>" for row in rows)
+    return f"<table><tr>{head}</tr>{body}</table>"
+
+
+def _figure(figure: Figure, caption: str) -> str:
+    memory = io.BytesIO()
+    figure.savefig(memory, format="png", dpi=110)
+    data = base64.b64encode(memory.getvalue()).decode("ascii")
+    return f'<figure><img alt="{escape(caption)}" src="data:image/png;base64,{data}"><figcaption>{escape(caption)}</figcaption></figure>'

@@ -1,0 +1,162 @@
+"""What `identify friction` writes: parameter set with evidence, numbers for machines, tables of points and stretches."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from stillhook.crane import Source, SourceKind
+from stillhook.identify.friction import Friction, HeldOut, nominal_share
+from stillhook.identify.friction_fit import predicted
+from stillhook.identify.friction_model import X_NAMES, Y_NAMES, motor_loss_at
+from stillhook.identify.points import Points
+from stillhook.library.evidence import Evidence
+from stillhook.library.sets import FrictionSet
+
+if TYPE_CHECKING:
+    import polars
+
+
+def friction_set(result: Friction, name: str) -> FrictionSet:
+    """The identified parameters as a set for the library or a crane file, with where each is from and how well it is known."""
+    fit, campaign, seen = result.fit, result.campaign, result.points.fitted()
+    made = "SYNTHETIC " if campaign.synthetic else ""
+    what = f"{len(np.unique(seen.test))} tests, {len(seen)} pairs"
+    text = f"identified from {made}campaign {campaign.source} ({what}), motor loss {campaign.motor_name}"
+    sources = {n: Source(text=text, kind=SourceKind.FITTED) for n in Y_NAMES}
+    for n in fit.given:
+        sources[n] = Source(text=f"taken from {result.like}: these tests cannot tell it", kind=SourceKind.ASSUMED)
+    for n in fit.dropped:
+        sources[n] = Source(text=f"left out: {campaign.source} does not ask for it", kind=SourceKind.FITTED)
+    evidence = Evidence.model_construct(
+        None, names=fit.names, covariance=tuple(tuple(float(x) for x in row) for row in fit.covariance), dof=float(fit.dof), data=text,
+        omega_m=_range(seen.omega), T_d=_range(seen.T_d), dp_m=_range(np.concatenate([seen.dp_up, seen.dp_down])), D_m=_range(seen.D_m),
+        statements=tuple(s.text for s in result.statements),
+    )  # fmt: skip
+    return FrictionSet(name, f"{made}System friction of {campaign.crane.name}, from {campaign.title}", result.system, sources, evidence)
+
+
+def _range(values: np.ndarray) -> tuple[float, float]:
+    return float(values.min()), float(values.max())
+
+
+def to_dict(result: Friction) -> dict[str, Any]:
+    """Everything in SI, ready for JSON; names as in the nomenclature."""
+    fit, check = result.fit, result.check
+    return {
+        "campaign": result.campaign.title,
+        "crane": result.campaign.crane.name,
+        "motor": result.campaign.motor_name,
+        "synthetic": result.campaign.synthetic,
+        "usable": result.usable,
+        "parameters": {n: _parameter(result, n) for n in Y_NAMES},
+        "method": result.method.value,
+        "names": list(fit.names),
+        "covariance": fit.covariance.tolist(),
+        "evidence": dict(fit.evidence),
+        "chi2": fit.chi2,
+        "dof": fit.dof,
+        "scatter_dp_F": fit.tau,
+        "thesis": {
+            "E_ours": check.cost_ours,
+            "E_least_squares": check.cost_grid,
+            "least_squares": check.y_grid._asdict(),
+            "E_complex": check.found.cost,
+            "complex": check.y_complex._asdict(),
+            "evaluations": check.found.evaluations,
+            "agree": check.agree,
+        },
+        "tests": [_test(result, i) for i in range(len(result.measured))],
+        "held_out": [_held(held) for held in result.held_out],
+        "second_loop": _second(result),
+        "proposals": [{"load": p.load, "D_m": p.D_m, "sd_before": p.sd_before, "sd_after": p.sd_after} for p in result.proposals],
+        "statements": [{"code": s.code, "severe": s.severe, "text": s.text} for s in result.statements],
+    }
+
+
+def _held(h: HeldOut) -> dict[str, Any]:
+    return {"test": h.test, "rms_percent": h.rms, "worst_percent": h.worst, "pairs": h.count}
+
+
+def _parameter(result: Friction, name: str) -> dict[str, Any]:
+    found = {i.name: i for i in result.intervals}
+    interval = found.get(name)
+    state = "given" if name in result.fit.given else "left out" if name in result.fit.dropped else "fitted"
+    return {
+        "value": float(getattr(result.fit.y, name)),
+        "low": interval.low if interval else None,
+        "high": interval.high if interval else None,
+        "standard_error": result.fit.sd(name) if name in result.fit.names else None,
+        "state": state,
+    }
+
+
+def _test(result: Friction, i: int) -> dict[str, Any]:
+    m, error = result.measured[i], nominal_share(result.measured[i].points, result.loss, result.fit.y)
+    return {
+        "name": m.test.name, "load": m.test.load, "D_m": float(m.points.D_m.mean()), "T_d": float(m.points.T_d.mean()),
+        "hold_out": m.test.hold_out, "log": m.test.log.name, "pairs": len(m.points),
+        "stretches": len(m.steady.windows), "rejected": len(m.steady.rejected),
+        "unpaired": len(m.pairs.unpaired), "omega_m_min": float(m.points.omega.min()), "omega_m_max": float(m.points.omega.max()),
+        "rms_percent": float(np.sqrt(np.nanmean(error**2))), "notes": list(m.notes), "findings": [f.text for f in m.log.findings],
+    }  # fmt: skip
+
+
+def _second(result: Friction) -> dict[str, Any] | None:
+    s = result.second
+    if s is None:
+        return None
+    return {
+        "motor": {n: float(getattr(s.loss, n)) for n in X_NAMES},
+        "system": s.system.y._asdict(),
+        "E_fitted": [s.first.fitted, s.second.fitted],
+        "E_held_out": [s.first.held_out, s.second.held_out],
+        "verdict": s.verdict,
+        "statements": list(s.statements),
+    }
+
+
+def points_table(result: Friction, points: Points | None = None) -> polars.DataFrame:
+    """Every pair in display units, units in the headings: what was measured, what the models make of it."""
+    import polars as pl
+
+    p = result.points if points is None else points
+    rpm, bar = 60.0 / math.tau, 1e-5
+    return pl.DataFrame(
+        {
+            "test": [p.names[i] for i in p.test],
+            "held_out": p.hold_out,
+            "omega_up [rev/min]": p.omega_up * rpm,
+            "omega_down [rev/min]": p.omega_down * rpm,
+            "dp_up [bar]": p.dp_up * bar,
+            "dp_down [bar]": p.dp_down * bar,
+            "dp_F [bar]": p.dp_F * bar,
+            "u_dp_F [bar]": p.u_dp * bar,
+            "dp_L [bar]": p.dp_L * bar,
+            "D_m [cm^3/rev]": p.D_m * math.tau * 1e6,
+            "T_d [kN m]": p.T_d / 1e3,
+            "T_f [N m]": p.T_f,
+            "T_f_total [N m]": p.T_f * p.count,
+            "T_fm [N m]": motor_loss_at(p, result.loss),
+            "T_f_model [N m]": predicted(p, result.loss, result.fit.y),
+            "error [% of nominal]": nominal_share(p, result.loss, result.fit.y),
+        }
+    )
+
+
+def stretches_table(result: Friction) -> polars.DataFrame:
+    """Every stretch of every log, used or not, and why not."""
+    import polars as pl
+
+    rows = []
+    for m in result.measured:
+        used = [(w.start, w.end, w.direction, w.speed, w.effort, "used") for w in m.steady.windows]
+        rest = [(r.start, r.end, r.direction, r.speed, r.effort, r.reason) for r in (*m.steady.rejected, *m.pairs.unpaired)]
+        rows += [(m.test.name, *row) for row in sorted(used + rest)]
+    columns = ["test", "start [s]", "end [s]", "direction", "omega_m [rad/s]", "dp_m [Pa]", "use"]
+    frame = pl.DataFrame(rows, schema=columns, orient="row")
+    return frame.with_columns(
+        (pl.col("omega_m [rad/s]") * 60.0 / math.tau).alias("omega_m [rev/min]"), (pl.col("dp_m [Pa]") / 1e5).alias("dp_m [bar]")
+    ).drop("omega_m [rad/s]", "dp_m [Pa]")
