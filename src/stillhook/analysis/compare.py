@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from stillhook.crane import Crane
 from stillhook.engine.checks import check
 from stillhook.engine.run import Progress, Result, run_cases
-from stillhook.engine.simulate import checked_cases, cycles, steps_per_cycle, to_dataset
+from stillhook.engine.simulate import checked_cases, cycles, paired, steps_per_cycle, to_dataset
 from stillhook.engine.summary import OK, summarise
 from stillhook.errors import ScenarioError
 from stillhook.scenario import Mode, Scenario, mode_of
@@ -94,18 +94,22 @@ def _chosen(modes: Sequence[Mode | str]) -> list[Mode]:
     return chosen
 
 
-def dataset_of(crane: Crane, runs: Sequence[ModeRun], labels: Sequence[str]) -> xarray.Dataset:
-    """Several runs in one Dataset, the labels along "case"."""
+def dataset_of(crane: Crane | Sequence[Crane], runs: Sequence[ModeRun], labels: Sequence[str]) -> xarray.Dataset:
+    """Several runs in one Dataset, the labels along "case"; crane that of all, or one for each."""
     cases = [r.case.model_copy(update={"name": label}) for r, label in zip(runs, labels, strict=True)]
     return to_dataset(crane, cases, [r.result for r in runs], [r.summary for r in runs], single=False)
 
 
 def run_labelled(
-    crane: Crane, cases: Sequence[Scenario], *, step: str | None = None, every: str | None = None, progress: Progress | None = None
+    crane: Crane | Sequence[Crane],
+    cases: Sequence[Scenario],
+    *,
+    step: str | None = None,
+    every: str | None = None,
+    progress: Progress | None = None,
 ) -> tuple[ModeRun, ...]:
-    """Runs with time series (default every 0.1 s), each with its summary and the notes made before it."""
-    n_sub, rows = steps_per_cycle(crane, step), cycles(crane, every)
-    results = run_cases(crane, cases, n_sub=n_sub, lanes=1, every=rows, progress=progress)
-    return tuple(
-        ModeRun(c.mode, c, r, summarise(crane, c, r)) for c, r in zip(cases, results, strict=True)
-    )
+    """Runs with time series (default every 0.1 s), each with its summary and the notes made before it; see `simulate`."""
+    cranes, _ = paired(crane, cases)
+    n_sub, rows = steps_per_cycle(cranes[0], step), cycles(cranes[0], every)
+    results = run_cases(cranes, cases, n_sub=n_sub, lanes=1, every=rows, progress=progress)
+    return tuple(ModeRun(c.mode, c, r, summarise(w, c, r)) for w, c, r in zip(cranes, cases, results, strict=True))

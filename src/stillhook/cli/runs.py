@@ -102,11 +102,12 @@ def run(
 
     _check_out(out)
     files = stored_cases(case_file) if case_file.suffix == ".nc" else [load_case(case_file)]
-    crane, case = files[0].crane, files[0].case
+    crane, case, cranes = files[0].crane, files[0].case, [f.crane for f in files]
     labels = _labels([f.case.name for f in files], case_file.stem)
     try:
         with progress_bar(case_file.stem) as bar:
-            runs = run_labelled(crane, [f.case for f in files], step=files[0].step, every=files[0].every, progress=_started(crane, bar))
+            steps = {"step": files[0].step, "every": files[0].every}
+            runs = run_labelled(cranes, [f.case for f in files], **steps, progress=_started(crane, bar))
     except StillhookError as e:
         raise type(e)(f"{case_file.name}: {e}") from None
     summaries = {label: r.summary for label, r in zip(labels, runs, strict=True)}
@@ -117,8 +118,9 @@ def run(
         print_table(["case", *(HEADERS[c] for c in COLUMNS)], rows, title=_title(crane, case))
         _print_notes(summaries)
     if out is not None:
-        data = {label: r.dataset(crane) for label, r in zip(labels, runs, strict=True)}
-        whole = dataset_of(crane, runs, labels) if len(runs) > 1 else None
+        data = {label: r.dataset(c) for label, r, c in zip(labels, runs, cranes, strict=True)}
+        one = all(c is crane for c in cranes)
+        whole = dataset_of(crane if one else cranes, runs, labels) if len(runs) > 1 else None
         _write(out, data, summaries, quiet=json, title=_title(crane, case), whole=whole)
     raise typer.Exit(0 if all(r.ok for r in runs) else 1)
 

@@ -100,7 +100,8 @@ def _check_held(crane: Crane, case: Scenario) -> None:
         )
     if Mode.MANUAL not in (case.mode, *(m for _, m in case.modes)):
         raise ScenarioError(
-            f'operator.alpha_m = {alpha:g}: held in manual mode only, and this run is in {case.mode.value}. Set mode = "manual", or leave it out.'
+            f"operator.alpha_m = {alpha:g}: held in manual mode only, and this run is in {case.mode.value}. "
+            'Set mode = "manual", or leave it out.'
         )
 
 

@@ -75,7 +75,7 @@ def run_many(
 
 
 def run_cases(
-    crane: Crane,
+    crane: Crane | Sequence[Crane],
     cases: Sequence[Scenario],
     *,
     n_sub: int,
@@ -84,12 +84,13 @@ def run_cases(
     threads: int = 2,
     progress: Progress | None = None,
 ) -> list[Result]:
-    """Runs on one crane in blocks of `lanes` (1 or 16), the blocks shared by threads; a failed case is marked and spoils no other.
+    """Runs in blocks of `lanes` (1 or 16), the blocks shared by threads; a failed case is marked and spoils no other.
 
+    crane that of all cases, or one for each; several are of one winch type and have one PLC cycle.
     n_sub steps per PLC cycle; a row of the series every `every` cycles (0: statistics alone). Cases of equal length, warm-up and
     drive share a block. Errors: ScenarioError of the first case that cannot be run; SpecError where the step is too long.
     """
-    packs = _packs(crane, cases, n_sub)
+    packs = _packs([crane] * len(cases) if isinstance(crane, Crane) else crane, cases, n_sub)
     groups: dict[tuple[int, int, int], list[int]] = {}
     for i, (_, drive) in enumerate(packs):
         groups.setdefault((drive.n_ticks, drive.first, drive.cols), []).append(i)
@@ -121,10 +122,10 @@ def run_cases(
     return [results[i] for i in range(len(cases))]
 
 
-def _packs(crane: Crane, cases: Sequence[Scenario], n_sub: int) -> list[Pair]:
+def _packs(cranes: Sequence[Crane], cases: Sequence[Scenario], n_sub: int) -> list[Pair]:
     """Checked and packed cases."""
     packs = []
-    for i, case in enumerate(cases):
+    for i, (crane, case) in enumerate(zip(cranes, cases, strict=True)):
         try:
             check(crane, case)
             packed, drive = pack(crane, case), Drive(crane, case)

@@ -45,7 +45,7 @@ class OnFailure(StrEnum):
 
 
 def simulate(
-    crane: Crane,
+    crane: Crane | Sequence[Crane],
     case: Scenario | Sequence[Scenario],
     *,
     step: str | None = None,
@@ -55,11 +55,12 @@ def simulate(
     threads: int = 2,
     progress: Progress | None = None,
 ) -> xarray.Dataset:
-    """Run one scenario, or many on the same crane.
+    """Run one scenario, or many on the same crane, or one or many on as many cranes.
 
     Parameters
     ----------
-    crane, case: what the machine is, and what is done to it. A list of cases adds the dimension "case".
+    crane, case: what the machine is, and what is done to it. A list of cases adds the dimension "case"; so does a list of cranes of one
+    winch type, which all run the one case, or each its own of equally many (draws of uncertain parameters: `stillhook.identify.draws`).
     step: integration step, at most the PLC cycle and a whole part of it; default 2 ms with series, 5 ms for statistics alone,
     or the next shorter step that the PLC cycle allows.
     every: spacing of the stored series, a whole number of PLC cycles; default 0.1 s, or the next longer spacing that there is.
@@ -75,21 +76,42 @@ def simulate(
 
     Errors: ScenarioError (bad scenario), SpecError (step too long), SimulationError (failed case). Nothing is returned half-done.
     """
-    single = isinstance(case, Scenario)
-    cases = checked_cases(crane, case)
+    single = isinstance(crane, Crane) and isinstance(case, Scenario)
+    cranes, cases = paired(crane, case)
     if on_failure not in tuple(OnFailure):
         raise ScenarioError(f"on_failure = {units.came(on_failure)}: give one of {', '.join(OnFailure)}.")
     if type(threads) is not int or not 1 <= threads <= MOST_THREADS:
         raise ScenarioError(f"threads = {units.came(threads)}: give a whole number from 1 to {MOST_THREADS}.")
     stored = single if series is None else series
-    n_sub = steps_per_cycle(crane, step, SERIES_STEP if stored else STATISTICS_STEP)
-    rows = cycles(crane, every)
+    n_sub = steps_per_cycle(cranes[0], step, SERIES_STEP if stored else STATISTICS_STEP)
+    rows = cycles(cranes[0], every)
     lanes, rows = (1, rows) if stored else (VL, 0)
-    results = run_cases(crane, cases, n_sub=n_sub, lanes=lanes, every=rows, threads=threads, progress=progress)
+    results = run_cases(cranes, cases, n_sub=n_sub, lanes=lanes, every=rows, threads=threads, progress=progress)
     if OnFailure(on_failure) is OnFailure.RAISE:
         raise_failures(results)
-    summaries = [summarise(crane, c, r) for c, r in zip(cases, results, strict=True)]
-    return to_dataset(crane, cases, results, summaries, single=single)
+    summaries = [summarise(w, c, r) for w, c, r in zip(cranes, cases, results, strict=True)]
+    return to_dataset(crane if isinstance(crane, Crane) else cranes, cases, results, summaries, single=single)
+
+
+def paired(crane: Crane | Sequence[Crane], case: Scenario | Sequence[Scenario]) -> tuple[list[Crane], list[Scenario]]:
+    """Cranes and scenarios in pairs; one of either goes with all of the other. Errors: ScenarioError, SpecError."""
+    if isinstance(crane, Crane) or not isinstance(crane, Iterable) or isinstance(crane, str):
+        cases = checked_cases(crane, case)  # type: ignore[arg-type]
+        return [crane] * len(cases), cases  # type: ignore[list-item]
+    cranes = list(crane)
+    if not cranes:
+        raise SpecError("simulate: the list of cranes is empty. Give at least one Crane.")
+    first = cranes[0]
+    for i, each in enumerate(cranes):
+        cases = checked_cases(each, case)
+        if each.plant is not first.plant or each.control.t_cycle != first.control.t_cycle:
+            a, b = (f"{c.plant} with a PLC cycle of {units.show(c.control.t_cycle, 'time')}" for c in (first, each))
+            raise SpecError(f'simulate: crane 0 "{first.name}" is {a}, crane {i} "{each.name}" {b}. Run winches of one kind together.')
+    if isinstance(case, Scenario):
+        return cranes, cases * len(cranes)
+    if len(cases) != len(cranes):
+        raise ScenarioError(f"simulate: {len(cranes)} cranes and {len(cases)} cases. Give one case, or one for each crane.")
+    return cranes, cases
 
 
 def checked_cases(crane: Crane, case: Scenario | Sequence[Scenario]) -> list[Scenario]:
@@ -149,16 +171,21 @@ def raise_failures(results: Sequence[Result]) -> None:
 
 
 def to_dataset(
-    crane: Crane, cases: Sequence[Scenario], results: Sequence[Result], summaries: Sequence[Mapping[str, Any]], *, single: bool
+    crane: Crane | Sequence[Crane],
+    cases: Sequence[Scenario],
+    results: Sequence[Result],
+    summaries: Sequence[Mapping[str, Any]],
+    *,
+    single: bool,
 ) -> xarray.Dataset:
-    """Results with their summaries as a labelled Dataset; see `simulate`."""
+    """Results with their summaries as a labelled Dataset; see `simulate`. crane: that of all cases, or one for each."""
     import xarray  # heavy: not wanted for the command line's first table
 
     columns: dict[str, Any] = {}
     for name in summaries[0]:
         values = [("; ".join(s[name]) if name == "notes" else s[name]) for s in summaries]
         columns[name] = ((), values[0], _attrs(name)) if single else (("case",), values, _attrs(name))
-    coords: dict[str, Any] = {} if single else {"case": [c.name or str(i) for i, c in enumerate(cases)]}
+    coords: dict[str, Any] = {} if single else {"case": _labels(crane, cases)}
     if results[0].series is not None:
         n = max(len(r.series) for r in results if r.series is not None)
         coords["time"] = ("time", np.arange(n) * results[0].dt, {"units": "s", "long_name": "time"})
@@ -170,9 +197,9 @@ def to_dataset(
             columns[name] = (("time",) if single else ("case", "time"), values, _attrs(name))
     data = xarray.Dataset(columns, coords=coords)
     data.attrs = {
-        "title": f"Stillhook run of {crane.name}",
-        "crane": crane_toml(crane),
-        "scenarios": json.dumps([c.to_dict() for c in cases]),
+        "title": f"Stillhook run of {crane.name if isinstance(crane, Crane) else f'{len(crane)} cranes'}",
+        "crane": crane_toml(crane) if isinstance(crane, Crane) else json.dumps([crane_toml(c) for c in crane]),
+        "scenarios": json.dumps([c.to_dict() for c in (cases[:1] if _one_for_all(crane, cases) else cases)]),
         "single": int(single),
         "stillhook_version": __version__,
         "stillhook_kernel": kernel_hash(),
@@ -181,6 +208,19 @@ def to_dataset(
         "window_full": int(all(r.full_window for r in results)),
     }
     return data
+
+
+def _one_for_all(crane: Crane | Sequence[Crane], cases: Sequence[Scenario]) -> bool:
+    """Whether several cranes ran one and the same scenario, which is then stored once."""
+    return not isinstance(crane, Crane) and all(c is cases[0] for c in cases)
+
+
+def _labels(crane: Crane | Sequence[Crane], cases: Sequence[Scenario]) -> list[str]:
+    """Names along "case": those of the cases, or of the cranes where several ran one case; numbers where they are not told apart."""
+    if isinstance(crane, Crane) or not _one_for_all(crane, cases):
+        return [c.name or str(i) for i, c in enumerate(cases)]
+    names = [c.name for c in crane]
+    return names if len(set(names)) == len(names) else [str(i) for i in range(len(names))]
 
 
 def _attrs(name: str) -> dict[str, str]:

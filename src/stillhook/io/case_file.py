@@ -68,9 +68,9 @@ def load_case(path: str | Path) -> CaseFile:
 def stored_cases(path: str | Path) -> list[CaseFile]:
     """What a stored run was made from, to be run again with the same steps. Errors: StillhookError."""
     run = load_run(path)
-    crane, cases = origin(run)
+    cranes, cases = origin(run)
     step, every = stored_steps(run)
-    return [CaseFile(crane, case, step, every) for case in cases]
+    return [CaseFile(crane, case, step, every) for crane, case in zip(cranes, cases, strict=True)]
 
 
 def demo_cases() -> list[CaseFile]:

@@ -54,16 +54,38 @@ def load_run(path: str | Path) -> xarray.Dataset:
     return run
 
 
-def origin(run: xarray.Dataset) -> tuple[Crane, list[Scenario]]:
-    """Crane and scenarios from which a run was made. Errors: StillhookError where they cannot be read."""
-    crane = crane_from_toml(str(run.attrs["crane"]), "stored crane")
+def origin(run: xarray.Dataset) -> tuple[list[Crane], list[Scenario]]:
+    """Crane and scenario of every case of a run, in pairs. Errors: StillhookError where they cannot be read."""
     try:
         stored = json.loads(str(run.attrs["scenarios"]))
     except ValueError:
         raise StillhookError("stored scenarios: not JSON. Simulate again.") from None
     if not isinstance(stored, list) or not stored:
         raise StillhookError("stored scenarios: not a list. Simulate again.")
-    return crane, [Scenario.from_dict(s) for s in stored]
+    cases, texts = [Scenario.from_dict(s) for s in stored], _stored_cranes(run)
+    cranes = [crane_from_toml(text, "stored crane") for text in texts]
+    n = max(len(cases), len(cranes))
+    if not {len(cases), len(cranes)} <= {1, n}:
+        raise StillhookError(f"stored run: {len(cranes)} cranes and {len(cases)} scenarios. Simulate again.")
+    return (cranes * n if len(cranes) == 1 else cranes), (cases * n if len(cases) == 1 else cases)
+
+
+def _several(run: xarray.Dataset) -> bool:
+    """Whether a run is of a list of cranes, whose files are stored as a JSON list of texts."""
+    return str(run.attrs["crane"]).startswith("[")
+
+
+def _stored_cranes(run: xarray.Dataset) -> list[str]:
+    text = str(run.attrs["crane"])
+    if not _several(run):
+        return [text]
+    try:
+        texts = json.loads(text)
+    except ValueError:
+        raise StillhookError("stored cranes: not JSON. Simulate again.") from None
+    if not isinstance(texts, list) or not texts or not all(isinstance(t, str) for t in texts):
+        raise StillhookError("stored cranes: not a list of crane files. Simulate again.")
+    return texts
 
 
 def stored_steps(run: xarray.Dataset) -> tuple[str, str | None]:
@@ -77,10 +99,11 @@ def stored_steps(run: xarray.Dataset) -> tuple[str, str | None]:
 
 def rerun(run: xarray.Dataset) -> xarray.Dataset:
     """The same run again from its own record; the same version on the same machine gives the same bits."""
-    crane, cases = origin(run)
+    cranes, cases = origin(run)
     step, every = stored_steps(run)
-    case = cases[0] if run.attrs.get("single", 1) else cases
-    return simulate(crane, case, step=step, every=every, series=every is not None, on_failure="mark")
+    one_for_all = run.attrs.get("single", 1) or (_several(run) and all(c is cases[0] for c in cases))
+    case = cases[0] if one_for_all else cases
+    return simulate(cranes if _several(run) else cranes[0], case, step=step, every=every, series=every is not None, on_failure="mark")
 
 
 def save_json(data: Any, path: str | Path) -> Path:
