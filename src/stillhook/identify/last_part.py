@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from stillhook.identify.means import NORMAL_95, blocks, mean_and_uncertainty, trends
+from stillhook.identify.means import NORMAL_95, blocks, mean_and_uncertainty, noise_of, trends
 from stillhook.identify.steady_records import Rejected, Window, WindowSettings
-from stillhook.identify.steps import NOISE_LIMIT, noise_of, sides
+from stillhook.identify.steps import NOISE_LIMIT, sides
 
 if TYPE_CHECKING:
     from stillhook.io.log_types import Finding, Log
@@ -33,9 +33,11 @@ MOST_JUMPS = 4
 FISHER = 0.01
 """Chance of a false alarm of Fisher's test for one frequency in noise (Proc. R. Soc. A 125, 1929)."""
 REST = 0.1
-"""Part of the mean speed below which the winch is at rest."""
+"""Part of the mean speed below which the winch is at rest; noise, however large, puts no more than 5 % of the samples there."""
 LEAST_KNOWN = 3.0
 """A speed that is not three standard uncertainties from zero has no direction."""
+LEVEL_CHANGE = 1.5
+"""Drift of a straight line through one change of the converter's level in the middle of a stretch, in levels."""
 BAD_KINDS = ("saturated", "stuck", "missing", "gap")
 
 
@@ -181,7 +183,7 @@ def find_jumps(t: FloatArray, e: FloatArray, least: float) -> list[int]:
 
 def last_part(search: Search, piece: Piece) -> tuple[IntArray, str] | str:
     """Bins of the longest last part without drift, and why the beginning was left out; or "code|reason" where there is none."""
-    s, idx = search.settings, piece.good
+    s, idx = search.settings, _without_ramp(search, piece.good)
     packed = blocks(np.concatenate([search.t[idx][None, :], search.channels[:, idx]]), TREND_BLOCKS)
     t, x = packed[0], packed[1:]
     n = len(t)
@@ -204,6 +206,20 @@ def last_part(search: Search, piece: Piece) -> tuple[IntArray, str] | str:
     moved, name = float(off[bad]), search.name(bad)
     reason = f"settling: {name} was on average {search.text(name, moved)} off for {t[starts[k]] - t[0]:.3g} s"
     return use, reason
+
+
+def _without_ramp(search: Search, idx: IntArray) -> IntArray:
+    """Without the beginning of the next ramp, which is too slow to show at once where the converter is coarse or the noise large."""
+    bins = max(3, round(search.settings.smoothing / search.dt))
+    fewest = max(search.settings.least_samples, round(search.settings.least_length / search.dt), 4 * bins)
+    limit = search.tolerances(int(idx[0]), int(idx[-1]) + 1)[0] / LEVEL_CHANGE
+    while len(idx) - bins >= fewest:
+        tail, before = search.v[idx[-bins:]], search.v[idx[-4 * bins : -bins]]
+        off = abs(float(tail.mean() - before.mean()))
+        if off <= max(limit, NOISE_LIMIT * float(before.std()) / np.sqrt(bins)):
+            break
+        idx = idx[:-bins]
+    return idx
 
 
 def _best_known(x: FloatArray, starts: IntArray) -> int:
@@ -247,9 +263,8 @@ def window_of(search: Search, piece: Piece, use: IntArray, direction: int) -> Wi
     if abs(speed) < LEAST_KNOWN * u_speed:
         reason = f"{text(speed)} is not known better than to {text(NORMAL_95 * u_speed)} (95 %)"
         return search.rejected(begin, end, direction, "too slow", reason)
-    sticking = float(np.mean(v * direction < REST * abs(speed)))
-    quiet = np.sqrt(2.0) * noise_of(v) < (1.0 - REST) * abs(speed) / 2.0
-    if sticking > s.standstill and quiet:
+    sticking = float(np.mean(np.abs(v) < REST * abs(speed)))
+    if sticking > s.standstill:
         reason = f"stick-slip: at rest for {100 * sticking:.0f} % of the time, {text(speed)} on average"
         return search.rejected(begin, end, direction, "too slow", reason)
     for name, x, scale in (("speed", v, abs(speed)), ("effort", e, search.high_effort)):
@@ -264,12 +279,15 @@ def window_of(search: Search, piece: Piece, use: IntArray, direction: int) -> Wi
 
 
 def oscillation(t: FloatArray, x: FloatArray, least: float) -> tuple[float, float]:
-    """Amplitude and period of the strongest frequency, (0, 0) where it is below `least` or may be noise (Fisher's test)."""
+    """Amplitude and period of the strongest frequency, (0, 0) where it is below `least` or may be noise (Fisher's test).
+
+    Only frequencies with two periods or more in the stretch count: one is a drift.
+    """
     r = x - x.mean()
     if np.sqrt(2.0 * np.mean(r * r)) <= least or len(x) < 8:
         return 0.0, 0.0
     power = np.abs(np.fft.rfft(r)[1:]) ** 2
-    k = int(np.argmax(power))
+    k = 1 + int(np.argmax(power[1:]))
     m = len(power)
     if power[k] / power.sum() < 1.0 - (FISHER / m) ** (1.0 / (m - 1)):
         return 0.0, 0.0

@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.intp]
 
+OF_SECOND_DIFFERENCES = 1.0 / (0.6745 * np.sqrt(6.0))
+"""Differences of white noise weighted 1, -2, 1 have sqrt(6) times its deviation; their median magnitude is 0.6745 of theirs."""
 MOST_BLOCKS = 256
 """Samples of a mean are put together into so many blocks at most: enough for every correlation that matters, and quick."""
 NORMAL_95 = 1.959963984540054
@@ -26,13 +28,18 @@ HELD = 6
 """Equal bins in a row that count as held."""
 SAME_LEVEL = 1e-7
 """Differences below this part of the range are rounding of the unit conversion."""
-FEWEST_LEVELS, MOST_GAPS, FINEST, OFF_LEVEL, MOST_HELD = 4, 64, 2.0**-17, 0.02, 0.9
-"""Converter's step: held values needed; gaps between them that are tried, with their halves and thirds; finest step over the range
-(17 bits); what counts as off a level, in steps; share of held bins that must be on a level (the rest are means of two levels)."""
+FEWEST_LEVELS, MOST_LEVELS, MOST_GAPS, FINEST, OFF_LEVEL, MOST_HELD = 4, 400, 64, 2.0**-17, 0.02, 0.9
+"""Converter's step: values needed and values looked at; gaps between them that are tried, with their halves and thirds; finest step
+over the range (17 bits); what counts as off a level, in steps; share of bins that must be on a level (others mix two levels)."""
 SHARE_OF_RANGE = 2e-5
 """Least uncertainty that is stated, over the largest value in the log (0.008 bar in 400): half a step of a 16-bit converter or so.
 
 It is one number for all stretches of a log, so that stretches of a log without noise weigh the same."""
+
+
+def noise_of(x: FloatArray) -> float:
+    """Standard deviation of white noise on a piecewise smooth series, from its second differences (median, so steps do not count)."""
+    return float(np.median(np.abs(np.diff(x, 2)))) * OF_SECOND_DIFFERENCES if len(x) > 3 else 0.0
 
 
 def blocks(x: FloatArray, most: int = MOST_BLOCKS) -> FloatArray:
@@ -53,14 +60,14 @@ def mean_and_uncertainty(x: FloatArray, *, step: float = 0.0, per_bin: float = 1
     The variance of a mean is the sum of autocovariances over n. The sum is cut where a pair of neighbouring terms is no longer
     positive (Geyer, Statistical Science 7, 1992), and corrected for the mean having been taken from the same samples. Student's
     factor for the effective number of samples is inside, so 1.96 standard uncertainties hold 95 %.
-    Where samples scatter less than half a step, dithering does not average the steps out and step/sqrt(12) is added.
+    Where raw samples scatter less than half a step, dithering does not average the steps out and step/sqrt(12) is added.
     """
     mean = float(np.mean(x))
     b = blocks(np.asarray(x, dtype=float))
     n = len(b)
     r = b - b.mean()
     gamma = np.correlate(r, r, "full")[n - 1 :] / n
-    quantised = step / np.sqrt(12.0) if np.sqrt(np.mean((x - mean) ** 2) * per_bin) < 0.5 * step else 0.0
+    quantised = step / np.sqrt(12.0) if noise_of(x) * np.sqrt(per_bin) < 0.5 * step else 0.0
     if n < 2 or gamma[0] <= 0.0:
         return mean, float(np.hypot(quantised, floor))
     total = long_run_variance(gamma)
@@ -150,19 +157,26 @@ def _noise(t: FloatArray, x: FloatArray, begin: int) -> tuple[FloatArray, float]
     return squares / freedom * (1.0 + rho) / (1.0 - rho), freedom
 
 
-def converter_step(x: FloatArray) -> float:
-    """Step of the converter behind a signal, 0 where none shows: the common measure of the values that it holds.
+def converter_step(x: FloatArray, per_bin: float = 1.0) -> float:
+    """Step of the converter behind a signal, 0 where none shows: the common measure of its values.
 
-    A value counts as held where six bins in a row are equal: a mean of several samples is then most likely one level. Without
-    quantisation held values have no common measure (or are a few set speeds, which are too coarse to be a converter's steps).
+    Parameters: x bin means, shape (n,); per_bin raw samples in each.
+    Values that are held for six bins are levels of the converter whatever a bin holds; where too few are held, means of a fixed
+    number of samples still have a common measure, the step over that number. Without quantisation there is none (or it is that of
+    a few set speeds, which are too coarse to be a converter's levels). With noise on bins of varying count none shows: none is needed.
     """
     x = x[np.isfinite(x)]
-    if len(x) <= HELD:
+    if len(x) <= HELD or float(np.ptp(x)) == 0.0:
         return 0.0
-    range_ = float(np.ptp(x))
     changes = np.concatenate([[0], np.cumsum(np.diff(x) != 0.0)])
     held = x[: len(x) - HELD + 1][changes[HELD - 1 :] == changes[: len(x) - HELD + 1]]
-    levels, count = np.unique(held, return_counts=True)
+    count = max(round(per_bin), 1)
+    return _common_measure(held, float(np.ptp(x))) or count * _common_measure(x, float(np.ptp(x)) / count)
+
+
+def _common_measure(x: FloatArray, range_: float) -> float:
+    """Largest step on whose multiples nine in ten of the values lie, 0 where there is none; range_ over which they could lie."""
+    levels, count = np.unique(x, return_counts=True)
     first = np.nonzero(np.diff(levels, prepend=-np.inf) > SAME_LEVEL * range_)[0]
     if len(first) < FEWEST_LEVELS:
         return 0.0
@@ -172,6 +186,8 @@ def converter_step(x: FloatArray) -> float:
     steps = steps[(steps > FINEST * range_) & (steps * LEAST_LEVELS <= range_)]
     if len(steps) == 0:
         return 0.0
-    at = (levels[None, :] - levels[np.argmax(count)]) / steps[:, None]
-    fits = (np.abs(at - np.round(at)) < OFF_LEVEL) @ count >= MOST_HELD * count.sum()
+    origin = levels[np.argmax(count)]
+    some = slice(None, None, -(-len(levels) // MOST_LEVELS))
+    at = (levels[None, some] - origin) / steps[:, None]
+    fits = (np.abs(at - np.round(at)) < OFF_LEVEL) @ count[some] >= MOST_HELD * count[some].sum()
     return float(steps[fits].max(initial=0.0))

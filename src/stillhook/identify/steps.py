@@ -8,6 +8,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from stillhook.identify.means import OF_SECOND_DIFFERENCES, noise_of
 from stillhook.identify.steady_records import WindowSettings
 
 FloatArray = NDArray[np.float64]
@@ -15,8 +16,10 @@ BoolArray = NDArray[np.bool_]
 
 NOISE_LIMIT = 4.0
 """Standard deviations of noise above which a change of speed is one."""
-OF_SECOND_DIFFERENCES = 1.0 / (0.6745 * np.sqrt(6.0))
-"""Differences of white noise weighted 1, -2, 1 have sqrt(6) times its deviation; their median magnitude is 0.6745 of theirs."""
+SWINGS = 4.0
+"""How much longer speed is averaged where it swings: twice over 2 s, a whole period of 0.5 Hz, the slowest swing of a load."""
+TO_AND_FRO = 3.0
+"""Path of the speed over its net change that makes a swing: once up, down and up again."""
 NOISE_AROUND = 21
 """Samples from which the noise around one is taken: more than twice those that a change of speed disturbs."""
 SAME_LEVEL = 0.03
@@ -30,11 +33,6 @@ class Step:
     begin: int
     end: int
     direction: int
-
-
-def noise_of(x: FloatArray) -> float:
-    """Standard deviation of white noise on a piecewise smooth series, from its second differences (median, so steps do not count)."""
-    return float(np.median(np.abs(np.diff(x, 2)))) * OF_SECOND_DIFFERENCES if len(x) > 3 else 0.0
 
 
 def noise_along(x: FloatArray) -> FloatArray:
@@ -62,14 +60,42 @@ def sides(t: FloatArray, x: FloatArray, h: float) -> tuple[FloatArray, FloatArra
 def find_steps(
     t: FloatArray, v: FloatArray, command: FloatArray | None, holes: BoolArray, quantum: float, settings: WindowSettings
 ) -> list[Step]:
-    """Steps by time.
+    """Steps by time. Where speed swings too much to see one, it is looked for once more with the swinging smoothed out.
 
     Parameters: t bin centres [s], v speed, command (or none), all finite, shape (n,); holes True where something is missing
     between this bin and the one before, shape (n,); quantum step of the converter of the speed, 0 where it has none.
     """
     if len(t) < settings.least_samples:
         return []
-    h = max(settings.smoothing, 1.01 * float(np.median(np.diff(t))))
+    dt = float(np.median(np.diff(t)))
+    fine = _find(t, v, command, holes, quantum, max(settings.smoothing, 1.01 * dt), settings)
+    left, right, _, _ = sides(t, v, 0.5 * SWINGS * settings.smoothing)
+    swung = _find(t, 0.5 * (left + right), command, holes, quantum, max(SWINGS * settings.smoothing, 1.01 * dt), settings)
+    coarse = [s for s in swung if _swings(v[s.begin : s.end])]
+    whole = [s for s in fine if t[s.end - 1] - t[s.begin] + dt >= settings.least_length]
+    found = whole + [s for s in coarse if not _overlaps(s, whole)]
+    return sorted(found + [s for s in fine if not _overlaps(s, found)], key=lambda s: s.begin)
+
+
+def _swings(v: FloatArray) -> bool:
+    """Whether speed goes to and fro, and not just from one value to another."""
+    return float(np.sum(np.abs(np.diff(v)))) > TO_AND_FRO * abs(float(v[-1] - v[0]))
+
+
+def _overlaps(step: Step, others: list[Step]) -> bool:
+    return any(step.begin < o.end and o.begin < step.end for o in others)
+
+
+def _find(
+    t: FloatArray,
+    v: FloatArray,
+    command: FloatArray | None,
+    holes: BoolArray,
+    quantum: float,
+    h: float,
+    settings: WindowSettings,
+) -> list[Step]:
+    """Steps as they show when speed is averaged over h on both sides."""
     left, right, apart, count = sides(t, v, h)
     sigma = noise_along(v)
     noise = np.maximum(sigma * np.sqrt(2.0 / count), quantum / NOISE_LIMIT * (1.0 + 1e-6))

@@ -14,10 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stillhook.errors import IdentifyError
-from stillhook.identify.last_part import Cut, Piece, bad_code, last_part, pieces_of, window_of
-from stillhook.identify.means import SHARE_OF_RANGE, converter_step
+from stillhook.identify.last_part import LEVEL_CHANGE, Cut, Piece, bad_code, last_part, pieces_of, window_of
+from stillhook.identify.means import SHARE_OF_RANGE, converter_step, noise_of
 from stillhook.identify.steady_records import Rejected, Steady, Window, WindowSettings
-from stillhook.identify.steps import Step, find_steps, noise_of
+from stillhook.identify.steps import Step, find_steps
 from stillhook.units import KINDS, show
 from stillhook.variables import BY_NAME
 
@@ -31,6 +31,8 @@ BoolArray = NDArray[np.bool_]
 
 HIGH = 95.0
 """Percentile of a signal's magnitude that stands for "high": above settled values, below the spikes of starting and stopping."""
+REST_SHARE = 0.01
+"""Part of full speed below which time that nothing else claims is counted as standing."""
 WORTH_TELLING = 0.5
 """Stretches shorter than this part of the least length are ramps and overshoots, and are counted as such, not told one by one."""
 
@@ -69,6 +71,7 @@ def steady_windows(
                     windows.append(found)
                 else:
                     (trimmed if found.code == "start" else rejected).append(found)
+    rejected += search.never_steady([*windows, *rejected])
     key = lambda r: r.start
     time = search.time_by_use(windows, rejected, trimmed)
     return Steady(tuple(sorted(windows, key=key)), tuple(sorted(rejected, key=key)), tuple(sorted(trimmed, key=key)), time)
@@ -139,28 +142,28 @@ class _Search:
         """Full speed, high effort, steps of the converters, least uncertainties."""
         good_e = self.e[np.isfinite(self.e)]
         self.full_speed = float(np.max(np.abs(self.v)))
-        moving = np.abs(self.v) > 0.01 * self.full_speed  # high effort is one of a moving winch, however long it stood
+        moving = np.abs(self.v) > REST_SHARE * self.full_speed  # high effort is one of a moving winch, however long it stood
         use = self.e[moving & np.isfinite(self.e)]
         self.high_effort = float(np.percentile(np.abs(use if len(use) else good_e), HIGH)) if len(good_e) else 0.0
         named = self.settings.resolution
-        step_v = named[speed] if speed in named else converter_step(self.v)
+        self.per_bin = max(1.0, self.log.rate * self.dt)
+        step_v = named[speed] if speed in named else converter_step(self.v, self.per_bin)
         parts = [p for p in self.effort_sources if p in self.log.signals]
         if len(parts) > 2:  # a difference beside the two that it is made of
             parts.remove(effort)
-        steps = [named[p] if p in named else converter_step(self.log.signals[p]) for p in parts]
+        steps = [named[p] if p in named else converter_step(self.log.signals[p], self.per_bin) for p in parts]
         step_e = named[effort] if effort in named else float(np.sqrt(np.sum(np.square(steps))))
         self.quanta = (step_v, step_e)
         self.floors = (SHARE_OF_RANGE * self.full_speed, SHARE_OF_RANGE * self.high_effort)
-        self.per_bin = max(1.0, self.log.rate * self.dt)
         self.slowest = self.settings.slowest()
 
     def tolerances(self, begin: int, end: int) -> FloatArray:
-        """Drift that is let pass, by channel; never below two steps of the converter."""
+        """Drift that is let pass, by channel; never below what one change of the converter's level looks like."""
         s = self.settings
         level = np.abs(np.median(self.channels[:, begin:end], axis=1))
         out = s.held_drift * level
-        out[0] = max(s.speed_drift * level[0], SHARE_OF_RANGE * self.full_speed, 2.0 * self.quanta[0])
-        out[1] = max(s.effort_drift * self.high_effort, 2.0 * self.quanta[1])
+        out[0] = max(s.speed_drift * level[0], SHARE_OF_RANGE * self.full_speed, LEVEL_CHANGE * self.quanta[0])
+        out[1] = max(s.effort_drift * self.high_effort, LEVEL_CHANGE * self.quanta[1])
         return np.asarray(np.maximum(out, np.finfo(float).tiny), dtype=float)
 
     def name(self, channel: int) -> str:
@@ -180,6 +183,22 @@ class _Search:
     def steps(self) -> list[Step]:
         return find_steps(self.t, self.v, self.command, self.holes(), self.quanta[0], self.settings)
 
+    def never_steady(self, told: Sequence[Window | Rejected]) -> Iterator[Rejected]:
+        """Motions (from standstill to standstill or reversal) of which nothing has been told yet."""
+        label = np.where(np.abs(self.v) > self.at_rest(), np.sign(self.v), 0.0)
+        cuts = np.nonzero((np.diff(label) != 0.0) | self.holes()[1:])[0] + 1
+        for a, b in pairwise([0, *cuts.tolist(), len(label)]):
+            length = float(self.t[b - 1] - self.t[a]) + self.dt
+            if label[a] == 0.0 or length < self.settings.least_length:
+                continue
+            if not any(w.start < self.t[b - 1] and w.end > self.t[a] for w in told):
+                reason = f"moved for {length:.3g} s, at no time at steady speed for {WORTH_TELLING * self.settings.least_length:.3g} s"
+                yield self.rejected(a, b, int(label[a]), "short", reason)
+
+    def at_rest(self) -> float:
+        """Speed below which the winch is taken to stand [SI]."""
+        return max(4.0 * noise_of(self.v), REST_SHARE * self.full_speed, self.slowest)
+
     def bad_speed(self) -> Iterator[Rejected]:
         """Stretches of the log whose speed (or command) is missing or doubtful, where they are as long as a step."""
         for a, b in true_runs(self.speed_lost):
@@ -198,8 +217,7 @@ class _Search:
         """Seconds of the log by what became of them."""
         labels = ("changing speed", "standing", "rejected", "trimmed", "used")
         state = np.zeros(len(self.log.t), dtype=int)
-        limit = max(4.0 * noise_of(self.v), 0.01 * self.full_speed, self.slowest)
-        state[self.at[np.abs(self.v) < limit]] = 1
+        state[self.at[np.abs(self.v) < self.at_rest()]] = 1
         for value, parts in ((2, rejected), (3, trimmed), (4, windows)):
             for part in parts:
                 a, b = np.searchsorted(self.log.t, (part.start, part.end))
@@ -233,7 +251,7 @@ def _from_step(search: _Search, cut: Cut, direction: int) -> Iterator[Window | R
     """What becomes of one step: windows, parts that were left out, or a reason."""
     s = search.settings
     length = float(search.t[cut.end - 1] - search.t[cut.begin]) + search.dt
-    if length < WORTH_TELLING * s.least_length and cut.before == cut.after == "step":
+    if (length < WORTH_TELLING * s.least_length or cut.end - cut.begin < 2) and cut.before == cut.after == "step":
         return
     pieces, refused = pieces_of(search, cut, direction)
     yield from refused
