@@ -18,13 +18,16 @@ import numpy as np
 from stillhook.errors import LogError
 from stillhook.io.log_files import open_log
 from stillhook.io.log_mapping import mapping_from, own_mapping, read_mapping
+from stillhook.io.log_merge import Merged, Other, merged
 from stillhook.io.log_quality import Checked, checked
+from stillhook.io.log_signs import check_signs
 from stillhook.io.log_source import Source
+from stillhook.io.log_standstill import standstill
 from stillhook.io.log_tracks import Tracks, build, refuse_broken, stream
-from stillhook.io.log_types import BoolArray, Finding, FloatArray, Log, Signal
+from stillhook.io.log_types import Finding, Log, Signal
 from stillhook.units import came, parse
 
-__all__ = ["Finding", "Log", "Signal", "describe", "mapping_from", "read_log", "read_mapping", "to_dict"]
+__all__ = ["Finding", "Log", "Signal", "check_signs", "describe", "mapping_from", "read_log", "read_mapping", "to_dict"]
 
 CHUNK = 1 << 25  # bytes of a piece
 Progress = Callable[[float], None]
@@ -51,7 +54,13 @@ def read_log(
     stream(source, found, CHUNK, progress or (lambda share: None))
     refuse_broken(source, found)
     main, *others = (checked(track) for track in found.tracks)
-    return _log(source, rows, found, main, others)
+    more = [
+        Other(other, any(column.signal.clock is not None for column in other.track.columns), found.clocks[0].dated and clock.dated)
+        for clock, other in zip(found.clocks[1:], others, strict=True)
+    ]
+    log = _log(source, rows, found, main, merged(source.name, main, more))
+    check_signs(log)
+    return log
 
 
 def _refuse_nothing(source: Source, rows: Mapping[str, Signal], *, own: bool) -> None:
@@ -70,29 +79,16 @@ def _refuse_nothing(source: Source, rows: Mapping[str, Signal], *, own: bool) ->
     raise LogError(f"{source.name}: the mapping names no {lack}. Add a row such as {example}; the file has {shown}.")
 
 
-def _log(source: Source, rows: Mapping[str, Signal], found: Tracks, main: Checked, others: list[Checked]) -> Log:
-    signals: dict[str, FloatArray] = {}
-    doubtful: dict[str, BoolArray] = {}
-    for i, column in enumerate(main.track.columns):
-        signals[column.signal.name], doubtful[column.signal.name] = main.bins.means[i], main.doubtful[i]
-    findings = list(main.findings)
+def _log(source: Source, rows: Mapping[str, Signal], found: Tracks, main: Checked, joined: Merged) -> Log:
+    findings = [*joined.findings, *standstill(source.name, joined.t, joined.watched, joined.doubtful)]
     if found.broken_count:
         line, what = found.broken[0]
-        findings.append(
-            Finding(
-                "",
-                "broken",
-                np.nan,
-                np.nan,
-                found.broken_count,
-                "left out",
-                f"{found.broken_count} lines do not fit the header and are left out, the first is line {line}: {what}",
-            )
-        )
-    ordered = [name for name in rows if name in signals]
+        text = f"{found.broken_count} lines do not fit the header and are left out, the first is line {line}: {what}"
+        findings.append(Finding("", "broken", np.nan, np.nan, found.broken_count, "left out", text))
+    ordered = [name for name in rows if name != "time"]
     return Log(
-        source=source.name, t=main.bins.t, signals=MappingProxyType({name: signals[name] for name in ordered}),
-        doubtful=MappingProxyType({name: doubtful[name] for name in ordered}), gaps=tuple(main.track.gaps), findings=tuple(findings),
+        source=source.name, t=joined.t, signals=MappingProxyType({name: joined.watched[name].values for name in ordered}),
+        doubtful=MappingProxyType({name: joined.doubtful[name] for name in ordered}), gaps=tuple(main.track.gaps), findings=tuple(findings),
         rate=1.0 / main.track.spacing, samples=main.track.samples, every=main.track.every, mapping=MappingProxyType(dict(rows)),
     )  # fmt: skip
 

@@ -8,7 +8,9 @@ from pathlib import Path
 
 from stillhook.errors import LogError
 from stillhook.io.log_csv import open_csv
+from stillhook.io.log_measured import MdfLog, TdmsLog
 from stillhook.io.log_source import Source
+from stillhook.io.log_tables import ParquetLog, open_hdf, open_mat
 from stillhook.units import came
 
 _HEAD = 512
@@ -30,7 +32,7 @@ def open_log(path: str | os.PathLike[str]) -> Source:
         if not stat.S_ISREG(file.stat().st_mode):
             raise LogError(f"{file}: is not an ordinary file. Give a log file.")
         with file.open("rb") as stream:
-            head = stream.read(_HEAD)
+            head = stream.read(2 * _HEAD)
     except FileNotFoundError:
         raise LogError(f"{file}: no such file. Check the name and the folder.") from None
     except (OSError, ValueError) as problem:
@@ -42,4 +44,18 @@ def open_log(path: str | os.PathLike[str]) -> Source:
             raise LogError(f"{file.name}: is a {name} file. Unpack it, or save the log as CSV or Parquet.")
     if not head:
         raise LogError(f"{file.name}: is empty. Give a log with a header and rows of numbers.")
+    return _opened(file, head)
+
+
+def _opened(file: Path, head: bytes) -> Source:
+    if head.startswith(b"PAR1"):
+        return ParquetLog(file)
+    if head.startswith((b"MDF ", b"UnFinMF")):
+        return MdfLog(file)
+    if head.startswith(b"TDSm"):
+        return TdmsLog(file)
+    if head.startswith(b"\x89HDF") or head[_HEAD:].startswith(b"\x89HDF"):  # MATLAB puts 512 bytes of text before
+        return open_hdf(file)
+    if head.startswith(b"MATLAB "):
+        return open_mat(file)
     return open_csv(file)

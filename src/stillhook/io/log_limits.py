@@ -26,6 +26,15 @@ BY_KIND: Mapping[str, float] = MappingProxyType(
 )
 """Largest magnitude by kind [SI]."""
 
+LEAST: Mapping[str, float] = MappingProxyType(
+    {
+        "p_a": 2.0 * BAR,  # the boost alone is 15 to 25 bar
+        "p_hp": 2.0 * BAR,
+        "D_m": 1.0 * CM3_PER_REV,  # a tenth of the smallest motor of a winch
+    }
+)
+"""What the largest sample of a whole log must reach [SI]: below, the unit is another."""
+
 FRACTIONS = ("u_p", "u_m", "u_ff", "u_raw", "alpha_p", "alpha_m", "alpha_pp", "alpha_pm", "f_pump")
 LARGEST_FRACTION = 1.5  # commands and displacements over their maximum; percent read as plain numbers is caught here
 SET_VALUES = ("u_p", "u_m", "u_ff", "u_raw", "D_m", "alpha_p", "alpha_m", "alpha_pp", "alpha_pm", "f_pump", "layer", "mode", "v_op")

@@ -5,13 +5,19 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stillhook.errors import LogError
 from stillhook.io.log_bins import Binned, Column, Track
+from stillhook.io.log_limits import LEAST, SET_VALUES
 from stillhook.io.log_types import BoolArray, Finding
+from stillhook.io.log_watch import Rail
 from stillhook.units import came
 
 MOST_IMPOSSIBLE = 0.01  # of the samples: more that cannot be are no spikes but another unit
+RAIL_HITS, RAIL_BINS = 20, 5  # samples and bins at an extreme, besides others: fewer are chance
+RAIL_LEVELS = 6  # other values around an extreme: with fewer the signal is coarse, and its extreme a value like others
+RAIL_SHARE = 3.0  # times the commonest other value: noise that is cut off piles up at the rail
 MOST_LISTED = 20  # findings of one kind that are told one by one
 
 
@@ -35,6 +41,8 @@ def checked(track: Track) -> Checked:
     for i, column in enumerate(track.columns):
         _impossible(out, column)
         _missing(out, i, column)
+        _too_small(out, column)
+        _saturated(out, i, column)
     return out
 
 
@@ -101,3 +109,48 @@ def _missing(out: Checked, i: int, column: Column) -> None:
         signal.name, "missing", float(out.bins.t[where[0]]), float(out.bins.t[where[-1]]), number, "left out",
         f"{signal.name}: {number} samples are missing ({texts or 'empty cells'}), first near {out.bins.t[where[0]]:.6g} s",
     ))  # fmt: skip
+
+
+def _saturated(out: Checked, i: int, column: Column) -> None:
+    """Samples at the ends of the sensor's range, and extremes at which a noisy signal is cut off."""
+    watch, signal = column.watch, column.signal
+    if watch.at_ends:
+        bins = np.unique(np.concatenate(watch.at_ends))
+        assert signal.lo is not None
+        assert signal.hi is not None
+        ends = f"an end of its range ({signal.say(signal.lo)} to {signal.say(signal.hi)})"
+        _mark_saturated(out, i, signal.name, bins, watch.at_ends_samples, f"{signal.name}: {{n}} samples stand at {ends}")
+    if signal.name in SET_VALUES or not watch.noisy:
+        return
+    for rail, which in ((watch.top, "largest"), (watch.bottom, "smallest")):
+        inside = signal.lo is None or signal.hi is None or signal.lo < rail.value < signal.hi
+        if inside and _is_rail(rail) and not (rail.value == 0.0 and signal.quantity in ("rotation", "speed")):
+            bins = np.unique(np.concatenate(rail.bins))
+            at = f"its {which} value {signal.say(rail.value)}"
+            said = f"{signal.name}: {{n}} samples or more stand exactly at {at}, which a noisy signal does not"
+            _mark_saturated(out, i, signal.name, bins, rail.hits, said)
+
+
+def _is_rail(rail: Rail) -> bool:
+    others = [count for level, count in rail.levels.items() if level != rail.value]
+    return rail.hits >= RAIL_HITS and rail.mixed >= RAIL_BINS and len(others) >= RAIL_LEVELS and rail.hits >= RAIL_SHARE * max(others)
+
+
+def _mark_saturated(out: Checked, i: int, name: str, bins: NDArray[np.int64], samples: int, text: str) -> None:
+    at = np.isin(out.bins.index, bins)
+    out.doubtful[i] |= at
+    t = out.bins.t[at]
+    text = f"{text.format(n=samples)}, from {t[0]:.6g} s on, in {int(at.sum())} bins: the sensor or its converter is saturated"
+    out.findings.append(Finding(name, "saturated", float(t[0]), float(t[-1]), samples, "noted", text))
+
+
+def _too_small(out: Checked, column: Column) -> None:
+    """LogError for a signal that stays far below what it must reach: its unit is another."""
+    watch, signal = column.watch, column.signal
+    least = LEAST.get(signal.name)
+    if least is not None and watch.good and max(abs(watch.lowest), abs(watch.highest)) < least:
+        raise LogError(
+            f"{out.track.file}: {signal.name} never exceeds {signal.say(max(abs(watch.lowest), abs(watch.highest)))}, where "
+            f"{signal.say(least)} is the "
+            f"least that makes sense. Check the unit {came(column.unit)} of column {came(signal.column)} in the mapping, or its scale."
+        )

@@ -49,17 +49,29 @@ def master(base: int) -> int:
     return -1 - base
 
 
+def from_sample(begin: int) -> Callable[[int], int]:
+    """Numbers of samples from 1, for a piece that begins at sample `begin` counted from 0."""
+    return lambda row: begin + row + 1
+
+
 class Source(Protocol):
     """An open log."""
 
     name: str
     row: str
     """What a row is called in messages: "line" or "sample"."""
-    headings: tuple[str, ...]
-    units: tuple[str, ...]
-    """Units that the file gives beside its headings, "" where none."""
     time_base: bool
     """Whether the format carries the time itself, so that a mapping needs no row `time`."""
+
+    @property
+    def headings(self) -> tuple[str, ...]:
+        """Names of the columns."""
+        ...
+
+    @property
+    def units(self) -> tuple[str, ...]:
+        """Units that the file gives beside its headings, "" where none."""
+        ...
 
     def base(self, place: int) -> int:
         """The time base that a column belongs to, or that `master` stands for."""

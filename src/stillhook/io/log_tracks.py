@@ -38,6 +38,11 @@ class Clock:
     column: str
     """What to call it in messages."""
 
+    @property
+    def dated(self) -> bool:
+        """Whether its stamps tell the date."""
+        return self.want.stamps is not None and (self.want.stamps == STAMPS or "%d" in self.want.stamps)
+
     def seconds(self, chunk: Chunk) -> FloatArray:
         """Its stamps in a piece [s]."""
         raw = chunk.values[self.want]
@@ -75,6 +80,10 @@ def build(source: Source, rows: Mapping[str, Signal], width: float) -> Tracks:
             base = source.base(place)
             clock = Clock(base, Want((master(base),)), 1.0, 0.0, "the file's time base")
             main = main or clock
+        elif main is not None:
+            raise LogError(
+                f"{source.name}: {name}: column {came(signal.column)} has another length than the time. Map columns of one length."
+            )
         else:
             raise LogError(f'{source.name}: no time. Add a row time = {{ column = "...", unit = "s" }} to the mapping.')
         columns.setdefault(clock, []).append(Column(signal, Want((place,)), factor, offset, unit, Watch(signal, limit_of(signal))))

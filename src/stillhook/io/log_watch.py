@@ -5,6 +5,7 @@ Only a few numbers per signal and long runs of equal values are kept, so that me
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
@@ -15,6 +16,8 @@ from stillhook.io.log_types import FloatArray, Signal
 
 LEAST_RUN = 2.0  # s: a signal that keeps its last digit for a shorter time is not worth a word
 RANGE_STEP = 2.5e-4  # of the range: one step of a 12-bit converter; nearer to an end is at the end
+NOISE = 0.3  # of the changes that turn back: 2/3 in white noise, few in a smooth signal
+NOISE_STEPS = 2.5  # last digits: a coarse signal that flickers between two values turns back by one
 MOST_BINS = 500  # bins around an extreme whose values are kept; enough to tell a rail from a coarse reading
 
 
@@ -61,6 +64,10 @@ class Watch:
     """Runs of equal values, all of them."""
     turns: int = 0
     """Changes whose direction is the opposite of the change before: 2/3 of them in noise, few in a smooth signal."""
+    turned: float = 0.0
+    """Sum of the sizes of these changes."""
+    smallest: float = np.inf
+    """Smallest change: the last digit of the signal."""
     at_ends: list[NDArray[np.int64]] = field(default_factory=list)
     """Bins with samples at an end of the sensor's range."""
     at_ends_samples: int = 0
@@ -112,9 +119,7 @@ class Watch:
     def _standstill(self, t: FloatArray, values: FloatArray) -> None:
         step = np.diff(values, prepend=self._value)  # NaN is unequal to all: it ends a run and is a run of its own
         change = np.flatnonzero(step != 0.0)
-        slopes = np.concatenate(([self._slope], step[change]))
-        self.turns += int(np.count_nonzero(slopes[1:] * slopes[:-1] < 0.0))
-        self._slope = float(slopes[-1])
+        self._turns(step[change])
         self.changes += len(change)
         if not len(change):
             self._samples, self._end = self._samples + len(t), float(t[-1])
@@ -125,6 +130,21 @@ class Watch:
             self._note(float(begins[i]), float(ends[i]), int(change[i + 1] - change[i]), float(values[change[i]]))
         last = int(change[-1])
         self._start, self._end, self._samples, self._value = float(t[last]), float(t[-1]), len(t) - last, float(values[last])
+
+    def _turns(self, steps: FloatArray) -> None:
+        """The changes of a piece, for what noise the signal has."""
+        slopes = np.concatenate(([self._slope], steps))
+        turn = slopes[1:] * slopes[:-1] < 0.0
+        self.turns += int(np.count_nonzero(turn))
+        self.turned += math.fsum(np.abs(steps[turn]))
+        self._slope = float(slopes[-1])
+        sizes = np.abs(steps)
+        self.smallest = min(self.smallest, float(np.fmin.reduce(sizes, initial=np.inf)))
+
+    @property
+    def noisy(self) -> bool:
+        """Whether the signal has noise of several last digits, so that it cannot stand still by chance."""
+        return self.turns > NOISE * max(1, self.changes) and self.turned > NOISE_STEPS * self.smallest * max(1, self.turns)
 
     def _note(self, start: float, end: float, samples: int, value: float) -> None:
         if end - start >= LEAST_RUN and not np.isnan(value):

@@ -1,0 +1,182 @@
+"""Signals that another clock stamped: its offset and drift against the main clock, found from what the winch does.
+
+Both clocks see the same changes of motion. Features of either side (slopes of the signals, changes of direction) are correlated: first over
+the whole log for the offset, then in pieces of it for the drift.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from stillhook.errors import LogError
+from stillhook.io.log_types import FloatArray
+
+SLOPE = 0.6  # s over which slopes are taken: long against noise, short against moves
+COARSE = 3.0  # s: smoothing for the search of the offset, so that a drift of 2000 ppm over 20 minutes does not hide it
+PIECES = 12  # of the log, for the drift
+SHORTEST_PIECE = 40.0  # s: holds some moves of a staircase
+REACH = 4.0  # s to either side of the offset in which a piece is looked for
+CLEAR = 0.3  # correlation: below, the two sides do not show the same motion
+ALONE = 1.25  # times the next best offset that the best must reach
+APART = 10.0  # s: offsets nearer than this are one
+FEWEST_PIECES = 3
+SCATTER = 0.2  # s: pieces that disagree by more do not follow one drift
+ROUNDS = 4  # of fitting the drift and looking again
+LARGEST_DRIFT = 5e-3  # quartz drifts by 1e-4; beyond this the stamps are in another unit
+DEADBAND = 0.05  # of the largest value: below, a signal has no direction
+OVERLAP = 0.25  # of the shorter side that must be seen by both
+
+
+@dataclass(frozen=True)
+class Fit:
+    """Time of the main clock = offset + (1 + drift) * time of the other, both from their first sample [s]; scatter of the pieces [s]."""
+
+    offset: float
+    drift: float
+    scatter: float
+    pieces: int
+
+    def to_main(self, t: FloatArray) -> FloatArray:
+        """Times of the other clock in the main one [s]."""
+        return self.offset + (1.0 + self.drift) * t
+
+
+Side = tuple[FloatArray, Mapping[str, FloatArray]]
+"""Times of the bins [s] and the signals on them."""
+
+
+def align(main: Side, other: Side, where: str) -> Fit:
+    """Offset and drift of another clock. Errors: LogError that says why they cannot be found."""
+    step = max(0.05, float(np.median(np.diff(main[0]))), float(np.median(np.diff(other[0]))))
+    ours, theirs = _features(main, step), _features(other, step)
+    best = _offset(ours, theirs, step)
+    if best is None or best[0] < CLEAR:
+        seen = "nothing" if best is None else f"a correlation of {best[0]:.2f}"
+        raise LogError(
+            f"{where}: its offset cannot be found: {seen} connects its signals with those of the main clock. Log a signal with both "
+            "clocks, or remove `clock`."
+        )
+    _, next_best, offset, name, other_name = best
+    if best[0] < ALONE * next_best:
+        raise LogError(
+            f"{where}: its offset cannot be found: the motion repeats, so that several offsets fit alike (one is {offset:.4g} s). Give a "
+            "log with one "
+            "move that differs from the others."
+        )
+    fit = _drift(ours[name], theirs[other_name], offset, step)
+    if fit is None:
+        raise LogError(
+            f"{where}: its drift cannot be found: fewer than {FEWEST_PIECES} parts of the log show a change of motion on both clocks. "
+            "Give a longer log."
+        )
+    if fit.scatter > SCATTER:
+        raise LogError(
+            f"{where}: its drift is not steady: parts of the log disagree by {fit.scatter:.2g} s. The clock was set during the log; cut "
+            "it there."
+        )
+    if abs(fit.drift) > LARGEST_DRIFT:
+        raise LogError(f"{where}: it would drift by {1e6 * fit.drift:.0f} ppm, which no clock does. Check the unit of its stamps.")
+    return fit
+
+
+def _features(side: Side, step: float) -> dict[str, FloatArray]:
+    """Slopes of every signal and of its direction, on an even grid of time, of unit size."""
+    t, signals = side
+    grid = np.arange(t[0], t[-1] + 0.5 * step, step)
+    span = max(1, round(0.5 * SLOPE / step))
+    out = {}
+    for name, values in signals.items():
+        good = np.isfinite(values)
+        if good.sum() < FEWEST_PIECES:
+            continue
+        x = np.interp(grid, t[good], values[good])
+        ways = [("", x)]
+        if x.min() < 0.0 < x.max():
+            ways.append((" direction", np.where(np.abs(x) > DEADBAND * np.abs(x).max(), np.sign(x), 0.0)))
+        for kind, y in ways:
+            slope = np.zeros_like(y)
+            slope[span:-span] = y[2 * span :] - y[: -2 * span]
+            size = float(np.sqrt(np.sum(slope**2)))
+            if size > 0.0:
+                out[name + kind] = slope / size
+    return out
+
+
+def _smooth(x: FloatArray, step: float) -> FloatArray:
+    width = max(1, round(COARSE / step))
+    y = np.convolve(x, np.ones(width) / width, mode="same")
+    size = float(np.sqrt(np.sum(y**2)))
+    return y / size if size > 0.0 else y
+
+
+def _offset(ours: Mapping[str, FloatArray], theirs: Mapping[str, FloatArray], step: float) -> tuple[float, float, float, str, str] | None:
+    """Best correlation, the next best elsewhere, the offset [s] and the two features that show it."""
+    found: tuple[float, float, float, str, str] | None = None
+    for name, x in ours.items():
+        for other, y in theirs.items():
+            c = np.abs(_correlate(_smooth(x, step), _smooth(y, step)))
+            lags = np.arange(len(c)) - (len(y) - 1)
+            overlap = np.minimum(len(x), lags + len(y)) - np.maximum(0, lags)
+            c = np.where(overlap >= OVERLAP * min(len(x), len(y)), c, 0.0)
+            i = int(np.argmax(c))
+            away = np.abs(lags - lags[i]) * step > APART
+            rest = float(c[away].max()) if away.any() else 0.0
+            if found is None or c[i] - rest > found[0] - found[1]:
+                found = (float(c[i]), rest, float(lags[i] * step), name, other)
+    return found
+
+
+def _correlate(x: FloatArray, y: FloatArray) -> FloatArray:
+    """sum x(t + lag) y(t) for every lag from -(len(y) - 1) on."""
+    size = 1 << (len(x) + len(y) - 2).bit_length()
+    return np.asarray(np.fft.irfft(np.fft.rfft(x, size) * np.fft.rfft(y[::-1], size), size)[: len(x) + len(y) - 1], dtype=np.float64)
+
+
+def _drift(x: FloatArray, y: FloatArray, offset: float, step: float) -> Fit | None:
+    """Offset and drift from pieces of the log, each shifted to where it fits best."""
+    sign = 1.0
+    drift, scatter, used = 0.0, 0.0, 0
+    length = max(SHORTEST_PIECE, len(y) * step / PIECES)
+    t_x, t_y = np.arange(len(x)) * step, np.arange(len(y)) * step
+    for turn in range(ROUNDS):
+        warped = np.interp((t_x - offset) / (1.0 + drift), t_y, y, left=0.0, right=0.0)  # the other side on the main clock
+        if turn == 0:
+            sign = 1.0 if _best_lag(x, _smooth(warped, step), step, sign=0.0)[1] >= 0.0 else -1.0
+        points = []
+        for begin in np.arange(max(0.0, offset), min(t_x[-1], offset + t_y[-1]), length):
+            part = slice(int(begin / step), int((begin + length) / step))
+            lag, size = _best_lag(x[part], warped[part], step, sign=sign)
+            if size >= CLEAR:
+                points.append((begin + 0.5 * length, lag, size))
+        if len(points) < FEWEST_PIECES:
+            return None
+        at, lag, weight = np.array(points).T
+        keep = np.abs(lag - np.median(lag)) < REACH if turn == 0 else np.abs(lag) < max(2.0 * step, 3.0 * float(np.median(np.abs(lag))))
+        if keep.sum() < FEWEST_PIECES:
+            return None
+        slope, zero = np.polyfit(at[keep], lag[keep], 1, w=weight[keep])
+        scatter, used = float(np.std(lag[keep] - (zero + slope * at[keep]))), int(keep.sum())
+        # main = offset + (1 + drift) tau was off by lag = zero + slope * main
+        offset, drift = offset + zero + slope * offset, (1.0 + drift) * (1.0 + slope) - 1.0
+    return Fit(offset, drift, scatter, used)
+
+
+def _best_lag(x: FloatArray, y: FloatArray, step: float, *, sign: float) -> tuple[float, float]:
+    """How much later x shows what y shows [s], and the correlation there (sign 0: of either sign)."""
+    size = float(np.sqrt(np.sum(x**2) * np.sum(y**2)))
+    if size == 0.0:
+        return 0.0, 0.0
+    c = _correlate(x, y) / size
+    middle, reach = len(y) - 1, round(REACH / step)
+    low = max(0, middle - reach)
+    near = c[low : middle + reach + 1]
+    i = int(np.argmax(np.abs(near) if sign == 0.0 else sign * near))
+    shift = 0.0
+    if 0 < i < len(near) - 1:
+        a, b, d = near[i - 1], near[i], near[i + 1]
+        curve = a - 2.0 * b + d
+        shift = float(np.clip(0.5 * (a - d) / curve, -0.5, 0.5)) if curve else 0.0
+    return (low + i + shift - middle) * step, float(near[i] if sign == 0.0 else sign * near[i])
