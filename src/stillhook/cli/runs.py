@@ -48,7 +48,7 @@ def register(app: typer.Typer) -> None:
     app.command("demo")(demo)
 
 
-def _cell(name: str, value: Any) -> str:
+def cell(name: str, value: Any) -> str:
     if isinstance(value, float) and math.isnan(value):
         return "-"
     if name in IN_MM:
@@ -63,7 +63,7 @@ def _cell(name: str, value: Any) -> str:
 
 
 def _row(summary: dict[str, Any]) -> list[str]:
-    return [_cell(name, summary[name]) for name in COLUMNS]
+    return [cell(name, summary[name]) for name in COLUMNS]
 
 
 def _started(crane: Crane, bar: Progress | None, report: str = "") -> Progress:
@@ -153,7 +153,7 @@ def compare(
 
     _check_out(out)
     machine = load_crane(crane)
-    tip = _motion(motion, position, heave, start, duration)
+    tip = motion_of(motion, position, heave, start, duration)
     times = {} if duration is None or tip.duration is not None else {"duration": duration}
     case = Scenario(load=load, s_w=s_w, tip=tip, warm_up=warm_up, sensors=Sensors(delay=delay), **times)
     chosen = [m.strip().lower() for m in modes.split(",") if m.strip()]
@@ -165,7 +165,9 @@ def compare(
     raise typer.Exit(0 if result.ok else 1)
 
 
-def _motion(text: str, position: str | None, heave: str | None, start: str | None, duration: str | None) -> Motion:
+def motion_of(
+    text: str, position: str | None = None, heave: str | None = None, start: str | None = None, duration: str | None = None
+) -> Motion:
     """A motion text, or the log that it names."""
     from stillhook.errors import MotionError
     from stillhook.sea.text import parse_motion

@@ -1,0 +1,136 @@
+"""Uncertainty of friction carried into a lift: draws of cranes, what physics allows, and what is refused."""
+
+import json
+
+import numpy as np
+import pytest
+
+from stillhook import Scenario, load_crane, simulate
+from stillhook.cli import run as command
+from stillhook.errors import StillhookError
+from stillhook.identify.draws import crane_with, draw, draw_cranes, quantiles
+from stillhook.io.set_file import save_set
+from stillhook.library import FrictionSet, LossSet, changed, load_friction, load_losses
+from stillhook.library.evidence import Evidence
+
+CRANE = load_crane("nov-150t")
+CASE = Scenario(load="60 t", s_w="100 m", tip="sine 1 m 9 s", duration="30 s", warm_up="10 s")
+MANY = 20_000
+SAMPLING = 0.05
+"""Relative: deviations and correlations of twenty thousand draws, ten of their standard errors."""
+
+
+def friction_with(names, covariance, **values) -> FrictionSet:
+    base = load_friction("crane-2")
+    evidence = Evidence(names=names, covariance=covariance, dof=100.0, data="made-up tests")
+    return FrictionSet("made-up", "made up", base.system.model_copy(update=values), base.sources, evidence)
+
+
+KNOWN = friction_with(("Y_1", "Y_4", "Y_6"), ((1e-12, -4e-7, 0.0), (-4e-7, 1.0, 0.0), (0.0, 0.0, 2.5e-13)))
+
+
+def test_draws_have_the_covariance_of_the_evidence():
+    drawn = draw(KNOWN, MANY, np.random.default_rng(1))
+    assert drawn.names == ("Y_1", "Y_4", "Y_6")
+    assert drawn.values.shape == (MANY, 3)
+    assert np.std(drawn.values, axis=0) == pytest.approx([1e-6, 1.0, 5e-7], rel=SAMPLING)
+    assert np.corrcoef(drawn.values[:, 0], drawn.values[:, 1])[0, 1] == pytest.approx(-0.4, rel=SAMPLING)
+    assert np.mean(drawn.values, axis=0) == pytest.approx([1.55e-5, KNOWN.system.Y_4, 1.62e-5], rel=0.01)
+    assert drawn.allowed == pytest.approx(1.0)
+
+
+def test_parameters_that_cannot_be_told_apart_are_drawn_along_their_line():
+    """A covariance without full rank: only the sum of Y_2 and Y_3 is known."""
+    item = friction_with(("Y_2", "Y_3"), ((0.04, -0.04), (-0.04, 0.04)), Y_2=2.0, Y_3=3.0)
+    drawn = draw(item, 1000, np.random.default_rng(0)).values
+    assert np.sum(drawn, axis=1) == pytest.approx(np.full(1000, 5.0), abs=1e-7)
+    assert np.std(drawn[:, 0]) == pytest.approx(0.2, rel=0.1)
+
+
+def test_no_draw_is_negative_and_none_is_clipped():
+    item = friction_with(("Y_2", "Y_3"), ((1.0, 0.0), (0.0, 1.0)), Y_2=0.0, Y_3=0.5)
+    drawn = draw(item, MANY, np.random.default_rng(2))
+    assert drawn.values.min() > 0.0  # clipped ones would sit at 0
+    assert len(np.unique(drawn.values[:, 0])) == MANY
+    assert drawn.allowed == pytest.approx(0.5 * 0.6915, rel=SAMPLING)
+    assert np.mean(drawn.values[:, 0]) == pytest.approx(np.sqrt(2.0 / np.pi), rel=SAMPLING)  # half a normal distribution
+
+
+def test_a_set_whose_draws_are_hardly_allowed_is_refused():
+    item = friction_with(("Y_1", "Y_2", "Y_3", "Y_5", "Y_6"), (0.25 * np.eye(5)).tolist(), Y_2=0.0, Y_3=-1.0)
+    with pytest.raises(StillhookError) as caught:
+        draw(item, 10, np.random.default_rng(0))
+    line = str(caught.value)
+    assert line.startswith('set "made-up": only 0.')
+    assert "of the draws have no negative parameter (Y_1 1.55e-05 ± 0.5, Y_2 0 ± 0.5" in line
+    assert "\n" not in line
+
+
+def test_the_same_seed_gives_the_same_cranes_and_all_else_stays():
+    one, two, other = (draw_cranes(CRANE, KNOWN, n=5, seed=s) for s in (3, 3, 4))
+    assert one == two
+    assert one != other
+    assert len({c.friction.system.Y_1 for c in one}) == 5
+    for crane in one:
+        kept = changed(crane, {"friction": {"system": {n: f"{getattr(CRANE.friction.system, n)!r} rad/s" if n == "Y_4" else getattr(CRANE.friction.system, n) for n in ("Y_1", "Y_4", "Y_6")}}})
+        assert kept.model_copy(update={"sources": {}}) == CRANE.model_copy(update={"sources": {}})
+        assert crane.friction.system.Y_5 == CRANE.friction.system.Y_5
+    assert one[2].sources["friction.system.Y_1"].text == "draw 2 of 5 (seed 3) from made-up"
+    assert one[2].sources["friction.system.Y_5"] == KNOWN.sources["Y_5"]
+
+
+def test_a_motor_set_is_drawn_for_every_circuit_that_has_the_motor_with_one_draw_for_all():
+    base = load_losses("A6VM215")
+    item = LossSet("motor", "made up", base.motor, base.sources, Evidence(names=("X_4",), covariance=((0.25,),), dof=9.0, data="a map"))
+    drawn = draw_cranes(CRANE, KNOWN, item, n=4)
+    for crane in drawn:
+        assert crane.passive is not None
+        assert crane.active.motor.loss == crane.passive.motor.loss
+        assert crane.active.motor.loss.X_3 == base.motor.loss.X_3
+        assert crane.active.motor.C_1 == CRANE.active.motor.C_1
+    assert len({c.active.motor.loss.X_4 for c in drawn}) == 4
+    assert [c.friction for c in drawn] == [c.friction for c in draw_cranes(CRANE, KNOWN, n=4)]
+    small = LossSet("small", "made up", load_losses("A6VM170").motor, base.sources, item.evidence)
+    with pytest.raises(StillhookError, match='set "small" is of a motor of 170 cm\\^3/rev, and those of "nov-150t" have 215'):
+        draw_cranes(CRANE, None, small)
+
+
+def test_more_uncertain_friction_makes_a_wider_band_of_peak_pressure():
+    wide = friction_with(("Y_6",), ((4e-12,),))
+    narrow = friction_with(("Y_6",), ((4e-14,),))
+    bands = [quantiles(simulate(draw_cranes(CRANE, item, n=32), CASE))["p_max"] for item in (wide, narrow)]
+    spread = [b["high"] - b["low"] for b in bands]
+    assert spread[0] > 5.0 * spread[1] > 0.0
+    middle = float(simulate(crane_with(CRANE, wide), CASE).p_max)
+    assert all(b["low"] < middle < b["high"] for b in bands)
+
+
+@pytest.mark.parametrize(
+    ("make", "text"),
+    [
+        (lambda: draw_cranes(CRANE), "draw_cranes: no set. Give a friction set, a loss set, or both, with evidence."),
+        (lambda: draw_cranes(CRANE, KNOWN, n=0), "n = 0: give a whole number of draws from 1 to 100000."),
+        (
+            lambda: draw_cranes(CRANE, load_friction("crane-2")),
+            'set "crane-2": it has no [evidence], so nothing says how uncertain it is. Identify it from tests, or give its covariance.',
+        ),
+    ],
+)
+def test_what_cannot_be_drawn_is_one_line(make, text):
+    with pytest.raises(StillhookError) as caught:
+        make()
+    assert str(caught.value) == text
+
+
+def test_the_command_prints_median_and_band(tmp_path, capsys):
+    path = str(save_set(KNOWN, tmp_path / "my.friction.toml"))
+    options = ["--crane", "nov-150t", "--load", "60 t", "--motion", "sine 1 m 9 s", "--n", "16"]
+    assert command(["friction", "draws", path, *options, "--json"]) == 0
+    data = json.loads(capsys.readouterr().out)
+    band = data["band_90"]["p_max"]
+    assert band["low"] < data["at_values"]["p_max"] < band["high"]
+    assert command(["friction", "draws", path, *options]) == 0
+    said = capsys.readouterr().out
+    assert "highest pressure of both sides" in said
+    assert command(["friction", "draws", path, path, *options]) == 2
+    assert "two sets of one kind" in capsys.readouterr().err
