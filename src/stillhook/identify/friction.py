@@ -20,6 +20,7 @@ from stillhook.identify.friction_fit import (
     Y_4_MOST,
     FrictionFit,
     Problem,
+    Target,
     cost,
     fit_system,
     predicted,
@@ -163,7 +164,7 @@ def thesis_check(grid: Points, loss: Loss, fit: FrictionFit, plan: Design, varia
     seen = grid.fitted()
     target = seen.T_f - motor_loss_at(seen, loss)
     used = tuple(n for n in plan.used if n in fit.names)
-    problem = Problem(seen, target, np.ones(len(seen)), used, fit.given)
+    problem = Problem(Target(seen, target), np.ones(len(seen)), used, fit.given)
     y_grid, cost_grid = problem.best()
     names = [n for n in Y_NAMES if n in fit.names]
     blank = Y(**{**dict.fromkeys(Y_NAMES, 0.0), "Y_4": fit.y.Y_4, **fit.given})

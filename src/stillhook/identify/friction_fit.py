@@ -26,7 +26,8 @@ DP_FLOOR = 1.0
 """Least standard uncertainty of a friction pressure [Pa]: a hundred-thousandth of a bar, so that noise-free data keep their numbers."""
 EVIDENCE = 2.0
 """Improvement of AICc that a constant term Y_2 must bring to be kept (Burnham and Anderson's "substantial support" ends there)."""
-ROUNDS = 4  # of estimating scatter and parameters in turn; the third changes nothing any more
+ROUNDS, SETTLED = 6, 1e-3
+"""Rounds of estimating scatter and parameters in turn, at most; it has settled when it changes by a thousandth (two or three do)."""
 
 
 @dataclass(frozen=True)
@@ -60,40 +61,44 @@ class FrictionFit:
         return self.names.index(name) if name in self.names else None
 
 
-class Problem:
-    """Weighted least squares in the five linear parameters, for any Y_4.
+class Target:
+    """Points and the friction per shaft that the system must explain there, ``T`` [N m]; the model's columns on the grid of Y_4 are
+    kept, because they take most of a fit's time and do not hang on weights."""
 
-    ``points`` what is fitted; ``target`` friction per shaft that the system must explain [N m]; ``sigma`` its standard
-    uncertainties [N m]; ``used`` the linear parameters that are free; ``given`` parameters that keep a value [SI].
-    """
-
-    def __init__(
-        self,
-        points: Points,
-        target: FloatArray,
-        sigma: FloatArray,
-        used: tuple[str, ...] = Y_LINEAR,
-        given: Mapping[str, float] | None = None,
-    ) -> None:
-        self.points, self.target, self.sigma, self.used, self.given = points, target, sigma, used, dict(given or {})
-        self.weighted = target / sigma
+    def __init__(self, points: Points, T: FloatArray) -> None:
+        self.points, self.T = points, T
         self._columns: dict[float, FloatArray] = {}
 
     def columns(self, Y_4: float) -> FloatArray:
-        """Shape (n, 5), each row over its uncertainty."""
-        if Y_4 not in self._columns:
-            found = system_columns(self.points, Y_4) / self.sigma[:, None]
-            if len(self._columns) < 4 * len(Y_4_GRID):
-                self._columns[Y_4] = found
-            return found
-        return self._columns[Y_4]
+        """Shape (n, 5), as `system_columns`."""
+        if Y_4 in self._columns:
+            return self._columns[Y_4]
+        found = system_columns(self.points, Y_4)
+        if len(self._columns) < len(Y_4_GRID):
+            self._columns[Y_4] = found
+        return found
 
-    def solve(self, Y_4: float, fixed: Mapping[str, float] | None = None, target: FloatArray | None = None) -> tuple[Y, float]:
+
+class Problem:
+    """Weighted least squares in the five linear parameters, for any Y_4.
+
+    ``target`` what is to be explained; ``sigma`` its standard uncertainties [N m], shape (n,); ``used`` the linear parameters that
+    are free; ``given`` parameters that keep a value [SI].
+    """
+
+    def __init__(
+        self, target: Target, sigma: FloatArray, used: tuple[str, ...] = Y_LINEAR, given: Mapping[str, float] | None = None
+    ) -> None:
+        self.target, self.sigma, self.used, self.given = target, sigma, used, dict(given or {})
+        self.points, self.weighted = target.points, target.T / sigma
+
+    def solve(self, Y_4: float, fixed: Mapping[str, float] | None = None, T: FloatArray | None = None) -> tuple[Y, float]:
         """Best parameters at this Y_4 and their chi^2; ``fixed`` linear parameters keep the values given [SI]."""
         from scipy.optimize import nnls
 
         fixed = fixed or {}
-        A, b = self.columns(Y_4), self.weighted if target is None else target / self.sigma
+        A = self.target.columns(Y_4) / self.sigma[:, None]
+        b = self.weighted if T is None else T / self.sigma
         for name, value in fixed.items():
             b = b - value * A[:, Y_LINEAR.index(name)]
         free = [n for n in self.used if n not in fixed]
@@ -104,21 +109,21 @@ class Problem:
         values = {**dict.fromkeys(Y_LINEAR, 0.0), **dict(zip(free, map(float, found / size), strict=True)), **fixed}
         return Y(**values, Y_4=Y_4), float(norm) ** 2
 
-    def best(self, fixed: Mapping[str, float] | None = None, target: FloatArray | None = None) -> tuple[Y, float]:
+    def best(self, fixed: Mapping[str, float] | None = None, T: FloatArray | None = None) -> tuple[Y, float]:
         """Best parameters over all Y_4, and their chi^2; ``fixed`` may hold Y_4 itself."""
         fixed = {**self.given, **(fixed or {})}
         if "Y_4" in fixed:
-            return self.solve(fixed.pop("Y_4"), fixed, target)
+            return self.solve(fixed.pop("Y_4"), fixed, T)
         from scipy.optimize import minimize_scalar
 
-        rough = [self.solve(v, fixed, target)[1] for v in Y_4_GRID]
+        rough = [self.solve(v, fixed, T)[1] for v in Y_4_GRID]
         i = int(np.argmin(rough))
         lo, hi = np.log(Y_4_GRID[max(i - 1, 0)]), np.log(Y_4_GRID[min(i + 1, len(Y_4_GRID) - 1)])
         fine = minimize_scalar(
-            lambda v: self.solve(math.exp(v), fixed, target)[1], bounds=(lo, hi), method="bounded", options={"xatol": 1e-7}
+            lambda v: self.solve(math.exp(v), fixed, T)[1], bounds=(lo, hi), method="bounded", options={"xatol": 1e-7}
         )
         at = math.exp(fine.x) if fine.fun < rough[i] else float(Y_4_GRID[i])
-        return self.solve(at, fixed, target)
+        return self.solve(at, fixed, T)
 
 
 def fit_system(
@@ -143,16 +148,16 @@ def fit_system(
     wanted = len(used) + 2
     if len(seen) < wanted:
         raise IdentifyError(f"{len(seen)} measured points for {wanted - 1} parameters: at least {wanted} are needed. Add steps or tests.")
-    target = seen.T_f - motor_loss_at(seen, loss)
+    target = Target(seen, seen.T_f - motor_loss_at(seen, loss))
     if "Y_2" not in used or keep_Y_2 is True:
-        return _fit(seen, target, used, given, u_extra)
-    full = _fit(seen, target, used, given, u_extra)
+        return _fit(target, used, given, u_extra)
+    full = _fit(target, used, given, u_extra)
     without = tuple(n for n in used if n != "Y_2")
-    lean = _fit(seen, target, without, given, full.tau)
+    lean = _fit(target, without, given, full.tau)
     gain = _aicc(lean) - _aicc(full)
     if keep_Y_2 is None and gain > EVIDENCE:
         return replace(full, evidence={"Y_2": gain})
-    return replace(_fit(seen, target, without, given, u_extra), evidence={"Y_2": gain})
+    return replace(_fit(target, without, given, u_extra), evidence={"Y_2": gain})
 
 
 def _aicc(fit: FrictionFit) -> float:
@@ -161,14 +166,18 @@ def _aicc(fit: FrictionFit) -> float:
     return fit.chi2 + 2 * k + 2 * k * (k + 1) / max(n - k - 1, 1)
 
 
-def _fit(seen: Points, target: FloatArray, used: tuple[str, ...], given: Mapping[str, float], u_extra: float | None) -> FrictionFit:
+def _fit(target: Target, used: tuple[str, ...], given: Mapping[str, float], u_extra: float | None) -> FrictionFit:
+    seen = target.points
     tau = float(np.sqrt(np.mean(seen.u_dp**2))) if u_extra is None else u_extra
-    for _ in range(ROUNDS if u_extra is None else 1):
-        y, _ = Problem(seen, target, sigma_of(seen, tau), used, given).best()
-        residual = target - system_friction_at(seen, y)
+    for _ in range(ROUNDS):
+        y, _ = Problem(target, sigma_of(seen, tau), used, given).best()
+        residual = target.T - system_friction_at(seen, y)
         dof = len(seen) - len(_free(used, given))
-        if u_extra is None:
-            tau = _scatter(residual / seen.D_m, seen.u_dp, dof)
+        if u_extra is not None:
+            break
+        before, tau = tau, _scatter(residual / seen.D_m, seen.u_dp, dof)
+        if abs(tau - before) <= SETTLED * tau + DP_FLOOR:
+            break
     sigma = sigma_of(seen, tau)
     names = tuple(n for n in _free(used, given) if n != "Y_4" or y.Y_1 > 0.0 or y.Y_3 > 0.0)
     J = jacobian(seen, y, names) / sigma[:, None]

@@ -14,6 +14,7 @@ from stillhook.identify.friction_fit import (
     Y_4_MOST,
     FrictionFit,
     Problem,
+    Target,
     jacobian,
     sigma_of,
 )
@@ -45,7 +46,7 @@ def fitted_problem(points: Points, loss: Loss, fit: FrictionFit) -> Problem:
     """The least-squares problem that a fit has solved."""
     seen = points.fitted()
     used = tuple(n for n in Y_LINEAR if n in fit.names)
-    return Problem(seen, seen.T_f - motor_loss_at(seen, loss), sigma_of(seen, fit.tau), used, fit.given)
+    return Problem(Target(seen, seen.T_f - motor_loss_at(seen, loss)), sigma_of(seen, fit.tau), used, fit.given)
 
 
 def profile_intervals(points: Points, loss: Loss, fit: FrictionFit) -> tuple[Interval, ...]:
@@ -96,7 +97,7 @@ def bootstrap(points: Points, loss: Loss, fit: FrictionFit, *, n: int = 400, see
     problem = fitted_problem(points, loss, fit)
     model = system_friction_at(problem.points, fit.y)
     rng = np.random.default_rng(seed)
-    return np.array([problem.best(target=model + problem.sigma * rng.standard_normal(len(model)))[0] for _ in range(n)])
+    return np.array([problem.best(T=model + problem.sigma * rng.standard_normal(len(model)))[0] for _ in range(n)])
 
 
 def posterior(points: Points, loss: Loss, fit: FrictionFit, *, n: int = 4000, seed: int = 0) -> FloatArray:
@@ -117,7 +118,7 @@ def posterior(points: Points, loss: Loss, fit: FrictionFit, *, n: int = 4000, se
         y = Y(**{**blank, **dict(zip(fit.names, x, strict=True))})
         if np.any(x < 0.0) or not Y_4_LEAST <= y.Y_4 <= Y_4_MOST:
             return -math.inf
-        return -0.5 * float(np.sum(((problem.target - system_friction_at(problem.points, y)) / problem.sigma) ** 2))
+        return -0.5 * float(np.sum(((problem.target.T - system_friction_at(problem.points, y)) / problem.sigma) ** 2))
 
     places = np.abs(start + 0.5 * size * rng.standard_normal((walkers, len(start))))
     at = fit.names.index("Y_4") if "Y_4" in fit.names else None

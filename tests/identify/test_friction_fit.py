@@ -1,0 +1,153 @@
+"""The fit finds the friction that made the points, says how sure it is, and is right about that."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from stillhook.errors import IdentifyError
+from stillhook.identify.friction_fit import Problem, Target, cost, fit_system, predicted, predicted_sd
+from stillhook.identify.friction_model import Y_NAMES, mj4, motor_loss_at
+from stillhook.identify.uncertainty import (
+    blind_directions,
+    bootstrap,
+    posterior,
+    profile_intervals,
+    quantile_intervals,
+    t_factor,
+)
+from stillhook.library import motor
+from tests.identify.staged import CRANE_2, LOSS, RPM, STAIR, stage, truth
+
+EXACT = 1e-5  # noise-free points hold the truth to the solver's precision; the issue asks for 2 %
+PUBLISHED = ("crane-1", "crane-2", "L4593")
+CLAIM = 1.0  # % of nominal torque above 250 rev/min, the thesis's own claim
+
+
+@pytest.mark.parametrize("name", PUBLISHED)
+def test_noise_free_points_give_the_parameters_back(name):
+    y = truth(name)
+    fit = fit_system(stage(y), LOSS)
+    for n in Y_NAMES:
+        scale = 3.0 if n == "Y_3" else 0.0  # L4593 has a Y_3 of 84 micro-N m beside 100 N m: nothing to find
+        assert getattr(fit.y, n) == pytest.approx(getattr(y, n), rel=EXACT, abs=1e-6 * scale), n
+
+
+@pytest.mark.parametrize("name", PUBLISHED)
+def test_noise_free_points_predict_held_out_loads_and_displacements(name):
+    points = stage(truth(name))
+    held = points.held_out()
+    fit = fit_system(points, LOSS)
+    assert len(held) == 4 * len(STAIR)
+    assert np.max(np.abs(predicted(held, LOSS, fit.y) - held.T_f) / held.T_N) < 1e-7
+
+
+def test_held_out_points_do_not_move_the_fit():
+    points = stage(truth("crane-2"), rng=np.random.default_rng(3))
+    spoiled = dataclasses.replace(points, dp_up=np.where(points.hold_out, 2.0 * points.dp_up, points.dp_up))
+    assert fit_system(points, LOSS).y == fit_system(spoiled, LOSS).y
+
+
+def test_constant_term_is_kept_where_the_crane_has_one_and_dropped_where_it_has_none():
+    rng = np.random.default_rng(5)
+    with_it, without = (fit_system(stage(truth(name), rng=rng), LOSS) for name in ("L4593", "crane-2"))
+    assert "Y_2" in with_it.names
+    assert with_it.evidence["Y_2"] > 10.0
+    assert "Y_2" in without.dropped
+    assert without.y.Y_2 == 0.0
+    assert fit_system(stage(truth("crane-2"), rng=rng), LOSS, keep_Y_2=True).names == Y_NAMES
+
+
+def test_least_squares_is_the_best_of_all_answers():
+    """No random parameters inside the bounds do better, and no small step from the answer does."""
+    rng = np.random.default_rng(11)
+    points = stage(truth("crane-1"), rng=rng)
+    problem = Problem(Target(points, points.T_f - motor_loss_at(points, LOSS)), np.ones(len(points)))
+    y, least = problem.best()
+    assert cost(points, LOSS, y) == pytest.approx(least, rel=1e-9)
+    for _ in range(300):
+        near = y._replace(**{n: getattr(y, n) * (1.0 + 0.02 * rng.standard_normal()) for n in Y_NAMES})
+        assert cost(points, LOSS, near) >= least * (1.0 - 1e-9)
+
+
+def test_scatter_that_the_sensors_do_not_show_is_found():
+    rng = np.random.default_rng(2)
+    fits = [fit_system(stage(truth("crane-2"), rng=rng, sd_dp=0.8e5, sd_omega=0.0), LOSS) for _ in range(8)]
+    assert np.mean([f.tau for f in fits]) == pytest.approx(0.8e5 / np.sqrt(2.0), rel=0.05)  # half a difference of two
+
+
+def test_stated_uncertainty_that_explains_the_scatter_is_left_alone():
+    points = stage(truth("crane-2"), rng=np.random.default_rng(2), sd_dp=0.5e5, sd_omega=0.0)
+    known = dataclasses.replace(points, u_dp=np.full(len(points), 1.0e5))
+    assert fit_system(known, LOSS).tau == 0.0
+
+
+def test_too_few_points_are_refused_in_one_line():
+    points = stage(truth("crane-2"), CRANE_2[:1], STAIR[:4])
+    with pytest.raises(IdentifyError, match=r"^4 measured points for 6 parameters: at least 7 are needed\. Add steps or tests\.$"):
+        fit_system(points, LOSS)
+
+
+def test_a_wrong_motor_model_shows_as_scatter_and_not_as_certainty():
+    other = mj4(motor("A6VM170").loss)
+    points = stage(truth("crane-2"), loss=other)
+    assert fit_system(points, LOSS).tau > 100.0 * fit_system(points, other).tau
+
+
+def test_profile_and_bootstrap_and_posterior_agree():
+    points = stage(truth("crane-1"), rng=np.random.default_rng(8))
+    fit = fit_system(points, LOSS)
+    profile = {i.name: i for i in profile_intervals(points, LOSS, fit)}
+    for samples in (bootstrap(points, LOSS, fit, n=200), posterior(points, LOSS, fit, n=2000)):
+        for i in quantile_intervals(samples, fit):
+            width = profile[i.name].high - profile[i.name].low
+            assert abs(i.low - profile[i.name].low) < 0.25 * width, i.name
+            assert abs(i.high - profile[i.name].high) < 0.25 * width, i.name
+
+
+def test_intervals_stop_at_the_physical_bound():
+    points = stage(truth("L4593"), rng=np.random.default_rng(4))
+    fit = fit_system(points, LOSS)
+    Y_3 = next(i for i in profile_intervals(points, LOSS, fit) if i.name == "Y_3")
+    assert Y_3.low == 0.0
+    assert 0.0 < Y_3.high < 5.0
+
+
+def test_bootstrap_is_repeatable_and_never_negative():
+    points = stage(truth("L4593"), rng=np.random.default_rng(4))
+    fit = fit_system(points, LOSS)
+    a, b = (bootstrap(points, LOSS, fit, n=20, seed=7) for _ in range(2))
+    assert np.array_equal(a, b)
+    assert np.all(a >= 0.0)
+
+
+def test_one_load_leaves_directions_blind_and_a_full_campaign_none():
+    y = truth("crane-1")
+    one = stage(y, [t for t in CRANE_2 if t[1] == 77], rng=np.random.default_rng(1))
+    assert blind_directions(one, fit_system(one, LOSS, keep_Y_2=True))
+    full = stage(y, rng=np.random.default_rng(1))
+    assert blind_directions(full, fit_system(full, LOSS)) == ()
+
+
+@pytest.mark.parametrize("name", ["crane-2", "L4593"])
+def test_stated_intervals_cover_the_truth_in_two_hundred_campaigns(name):
+    """0.5 bar and 0.2 % of speed on every stretch. The 95 % band of the predicted friction at held-out points covers as often as it
+    says; parameters are checked on a fifth of the campaigns, whose profiles take longer. Bounds: three standard errors of the count."""
+    y, clean = truth(name), stage(truth(name)).held_out()
+    clean = clean.where(clean.omega > 250 * RPM)
+    rng, inside, worst, hits = np.random.default_rng(17), [], [], {n: [] for n in Y_NAMES}
+    for k in range(200):
+        points = stage(y, rng=rng)
+        fit = fit_system(points, LOSS)
+        off = np.abs(predicted(clean, LOSS, fit.y) - predicted(clean, LOSS, y))
+        inside.append(np.mean(off <= t_factor(fit.dof) * predicted_sd(clean, fit)))
+        worst.append(100.0 * np.max(off / clean.T_N))
+        if k % 5 == 0:
+            for i in profile_intervals(points, LOSS, fit):
+                hits[i.name].append(i.low <= getattr(y, i.name) <= i.high)
+    standard_error = np.std(inside) / np.sqrt(len(inside))
+    assert np.mean(inside) > 0.95 - 3.0 * standard_error
+    assert np.max(worst) < CLAIM
+    for n, found in hits.items():
+        if len(found) > 20:
+            assert np.mean(found) > 0.95 - 3.0 * np.sqrt(0.95 * 0.05 / len(found)), n
