@@ -44,17 +44,17 @@ class Staircase:
 HEADINGS = {"time": "time [s]", "p_a": "p_a [bar]", "p_b": "p_b [bar]", "omega_m": "omega_m [rev/min]", "u_p": "u_p [%]", "s_w": "s_w [m]"}
 
 
-def make(seconds: float = 200.0, rate: float = 100.0, *, noise: float = 0.5, seed: int = 1, load: float = 120.0) -> Staircase:
+def make(seconds: float = 200.0, rate: float = 100.0, *, noise: float = 0.5, seed: int = 1, load: float = 120.0, regular: bool = False) -> Staircase:
     """Hoists and lowers in turn with a hanging load; friction of 15 bar and a little with speed on either side of it."""
     rng = np.random.default_rng(seed)
     t = np.arange(round(seconds * rate)) / rate
     target = np.zeros_like(t)
-    step = 0
-    for begin in np.arange(3.0, seconds, HOLD + PAUSE):
+    begin, step = 3.0, 0
+    while begin < seconds:
+        hold, pause = (HOLD, PAUSE) if regular else (HOLD * rng.uniform(0.8, 1.1), PAUSE * rng.uniform(0.7, 1.5))  # by hand
         size = 0.15 + 0.05 * (step // 2)
-        inside = (t >= begin) & (t < begin + HOLD * (0.8 + 0.02 * step))
-        target[inside] = size if step % 2 == 0 else -size
-        step += 1
+        target[(t >= begin) & (t < begin + hold)] = size if step % 2 == 0 else -size
+        begin, step = begin + hold + pause, step + 1
     width = max(1, round(RAMP * rate))
     u = np.convolve(np.pad(target, width), np.ones(width) / width, mode="same")[width:-width]
     speed = 2000.0 * u

@@ -20,7 +20,9 @@ PIECES = 12  # of the log, for the drift
 SHORTEST_PIECE = 40.0  # s: holds some moves of a staircase
 REACH = 4.0  # s to either side of the offset in which a piece is looked for
 CLEAR = 0.3  # correlation: below, the two sides do not show the same motion
-ALONE = 1.25  # times the next best offset that the best must reach
+ALONE = 1.15  # times the match of the next best offset that the best must reach
+CANDIDATES = 8  # offsets that are tried ...
+PEAK = 0.5  # ... if their correlation is at least this share of the best; a staircase repeats itself every two moves
 APART = 10.0  # s: offsets nearer than this are one
 FEWEST_PIECES = 3
 SCATTER = 0.2  # s: pieces that disagree by more do not follow one drift
@@ -38,6 +40,8 @@ class Fit:
     drift: float
     scatter: float
     pieces: int
+    match: float = 1.0
+    """Correlation of both sides with the drift taken out."""
 
     def to_main(self, t: FloatArray) -> FloatArray:
         """Times of the other clock in the main one [s]."""
@@ -52,25 +56,26 @@ def align(main: Side, other: Side, where: str) -> Fit:
     """Offset and drift of another clock. Errors: LogError that says why they cannot be found."""
     step = max(0.05, float(np.median(np.diff(main[0]))), float(np.median(np.diff(other[0]))))
     ours, theirs = _features(main, step), _features(other, step)
-    best = _offset(ours, theirs, step)
-    if best is None or best[0] < CLEAR:
-        seen = "nothing" if best is None else f"a correlation of {best[0]:.2f}"
+    best, name, other_name, offsets = _offsets(ours, theirs, step)
+    if best < CLEAR:
         raise LogError(
-            f"{where}: its offset cannot be found: {seen} connects its signals with those of the main clock. Log a signal with both "
-            "clocks, or remove `clock`."
+            f"{where}: its offset cannot be found: a correlation of {best:.2f} connects its signals with those of the main clock. Log a "
+            "signal with "
+            "both clocks, or remove `clock`."
         )
-    _, next_best, offset, name, other_name = best
-    if best[0] < ALONE * next_best:
-        raise LogError(
-            f"{where}: its offset cannot be found: the motion repeats, so that several offsets fit alike (one is {offset:.4g} s). Give a "
-            "log with one "
-            "move that differs from the others."
-        )
-    fit = _drift(ours[name], theirs[other_name], offset, step)
-    if fit is None:
+    tried = [fit for offset in offsets if (fit := _drift(ours[name], theirs[other_name], offset, step)) is not None]
+    if not tried:
         raise LogError(
             f"{where}: its drift cannot be found: fewer than {FEWEST_PIECES} parts of the log show a change of motion on both clocks. "
             "Give a longer log."
+        )
+    fit, *others = sorted(tried, key=lambda fit: -fit.match)
+    again = next((o for o in others if abs(o.offset - fit.offset) > APART), None)
+    if again is not None and fit.match < ALONE * again.match:
+        raise LogError(
+            f"{where}: its offset cannot be found: the motion repeats, so that {fit.offset:.4g} s and {again.offset:.4g} s fit alike. "
+            "Give a log with "
+            "moves that differ."
         )
     if fit.scatter > SCATTER:
         raise LogError(
@@ -112,21 +117,29 @@ def _smooth(x: FloatArray, step: float) -> FloatArray:
     return y / size if size > 0.0 else y
 
 
-def _offset(ours: Mapping[str, FloatArray], theirs: Mapping[str, FloatArray], step: float) -> tuple[float, float, float, str, str] | None:
-    """Best correlation, the next best elsewhere, the offset [s] and the two features that show it."""
-    found: tuple[float, float, float, str, str] | None = None
+def _offsets(ours: Mapping[str, FloatArray], theirs: Mapping[str, FloatArray], step: float) -> tuple[float, str, str, list[float]]:
+    """Best correlation of two smoothed features, which they are, and the offsets at which they fit well [s]."""
+    found: tuple[float, str, str, list[float]] = (0.0, "", "", [])
     for name, x in ours.items():
         for other, y in theirs.items():
             c = np.abs(_correlate(_smooth(x, step), _smooth(y, step)))
             lags = np.arange(len(c)) - (len(y) - 1)
             overlap = np.minimum(len(x), lags + len(y)) - np.maximum(0, lags)
             c = np.where(overlap >= OVERLAP * min(len(x), len(y)), c, 0.0)
-            i = int(np.argmax(c))
-            away = np.abs(lags - lags[i]) * step > APART
-            rest = float(c[away].max()) if away.any() else 0.0
-            if found is None or c[i] - rest > found[0] - found[1]:
-                found = (float(c[i]), rest, float(lags[i] * step), name, other)
+            if c.max() > found[0]:
+                found = (float(c.max()), name, other, [float(lag) * step for lag in lags[_peaks(c, round(APART / step))]])
     return found
+
+
+def _peaks(c: FloatArray, apart: int) -> list[int]:
+    """The highest peaks that are apart, best first."""
+    left = c.copy()
+    out: list[int] = []
+    while len(out) < CANDIDATES and left.max() > PEAK * c.max():
+        i = int(np.argmax(left))
+        out.append(i)
+        left[max(0, i - apart) : i + apart + 1] = 0.0
+    return out
 
 
 def _correlate(x: FloatArray, y: FloatArray) -> FloatArray:
@@ -161,7 +174,10 @@ def _drift(x: FloatArray, y: FloatArray, offset: float, step: float) -> Fit | No
         scatter, used = float(np.std(lag[keep] - (zero + slope * at[keep]))), int(keep.sum())
         # main = offset + (1 + drift) tau was off by lag = zero + slope * main
         offset, drift = offset + zero + slope * offset, (1.0 + drift) * (1.0 + slope) - 1.0
-    return Fit(offset, drift, scatter, used)
+    warped = np.interp((t_x - offset) / (1.0 + drift), t_y, y, left=0.0, right=0.0)
+    seen = (t_x > offset) & (t_x < offset + (1.0 + drift) * t_y[-1])
+    size = float(np.sqrt(np.sum(x[seen] ** 2) * np.sum(warped[seen] ** 2)))
+    return Fit(offset, drift, scatter, used, sign * float(np.sum(x[seen] * warped[seen])) / size if size else 0.0)
 
 
 def _best_lag(x: FloatArray, y: FloatArray, step: float, *, sign: float) -> tuple[float, float]:

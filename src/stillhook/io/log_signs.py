@@ -40,6 +40,8 @@ def check_signs(log: Log) -> None:
         problems.append(
             f"set sign = {-_sign(log, speed)} for {speed}: the pressure drop is higher when it is negative, and hoisting must be positive"
         )
+    if command > AGREE and flipped_speed:
+        problems.append(f"set sign = {-_sign(log, 'u_p')} for u_p, which runs with {speed}")
     if command < -AGREE and not unclear and not flipped_speed:
         known = (
             "the pressures agree with the speed"

@@ -84,7 +84,7 @@ class Watch:
         bad = ~(np.abs(values) <= self.limit)
         if not bad.any():
             return values
-        beyond = bad & ~np.isnan(values)
+        beyond = bad & np.isfinite(values)
         if beyond.any():
             i = int(np.argmax(beyond))
             if not self.beyond:

@@ -1,0 +1,84 @@
+"""Signals of another clock are brought onto the main one, and the repair is declared; where it cannot be found, it is refused."""
+
+import numpy as np
+import pytest
+
+from stillhook.errors import LogError
+from stillhook.io.log import mapping_from, read_log
+
+REV = 2.0 * np.pi / 60.0
+TIMELY = 0.1  # s: one bin; a reversal lasts longer
+
+
+def mapping(clock="T2"):
+    rows = {
+        "time": {"column": "time", "unit": "s"},
+        "omega_m": {"column": "omega_m", "unit": "rev/min"},
+        "u_p": {"column": "u_p", "unit": "%"},
+        "p_a": {"column": "p_a", "unit": "bar", "clock": clock},
+        "p_b": {"column": "p_b", "unit": "bar", "clock": clock},
+    }
+    return mapping_from(rows, "m")
+
+
+def by_two_clocks(staircase, offset, drift):
+    """Every row holds what each logger had at that row; the second one started `offset` later and its stamps run fast by `drift`."""
+    stamps = staircase["time"] * (1.0 + drift)
+    late = {name: np.interp(staircase["time"] + offset, staircase["time"], staircase[name]) for name in ("p_a", "p_b")}
+    return staircase.with_columns(**late, T2=stamps)
+
+
+def said(path, rows):
+    with pytest.raises(LogError) as caught:
+        read_log(path, rows)
+    assert "\n" not in str(caught.value)
+    return str(caught.value)
+
+
+@pytest.mark.parametrize(("offset", "drift"), [(0.0, 0.0), (2.7, 0.0), (-1.3, 4e-4), (6.0, -1e-3), (0.4, 2e-3)])
+def test_offset_and_drift_are_found_and_repaired(tmp_path, make_staircase, offset, drift):
+    staircase = make_staircase(400.0)
+    log = read_log(by_two_clocks(staircase, offset, drift).write(tmp_path / "clocks.csv"), mapping())
+    (finding,) = [f for f in log.findings if f.kind == "clock-drift"]
+    assert finding.action == "repaired"
+    assert finding.text.startswith('p_a, p_b: the clock "T2" runs ')
+    # the reversals of pressure and speed coincide again
+    dp = log.signals["p_a"] - log.signals["p_b"]
+    true = np.interp(log.t, staircase["time"], staircase["p_a"] - staircase["p_b"]) * 1e5
+    good = np.isfinite(dp)
+    shifts = np.arange(-20, 21)
+    t = log.t[good]
+    error = [np.mean((np.interp(t, log.t + 0.05 * s, true) - dp[good])[200:-200] ** 2) for s in shifts]
+    assert abs(0.05 * shifts[int(np.argmin(error))]) <= TIMELY
+    first, last = log.t < 100.0, log.t > 300.0  # and at both ends of the log
+    for part in (first, last):
+        here = good & part
+        error = [np.mean((np.interp(log.t[here], log.t + 0.05 * s, true) - dp[here]) ** 2) for s in shifts]
+        assert abs(0.05 * shifts[int(np.argmin(error))]) <= TIMELY
+
+
+def test_signals_of_a_clock_that_share_no_motion_are_refused(tmp_path, staircase):
+    rng = np.random.default_rng(2)
+    noise = staircase.with_columns(p_a=150 + rng.standard_normal(len(staircase)), T2=staircase["time"])
+    text = said(noise.write(tmp_path / "noise.csv"), mapping())
+    assert text.startswith('noise.csv: clock "T2" of p_a, p_b: its offset cannot be found: a correlation of 0.')
+    assert text.endswith("connects its signals with those of the main clock. Log a signal with both clocks, or remove `clock`.")
+
+
+def test_a_staircase_that_repeats_itself_tells_no_offset(tmp_path, make_staircase):
+    text = said(by_two_clocks(make_staircase(400.0, regular=True), 2.7, 0.0).write(tmp_path / "even.csv"), mapping())
+    assert "its offset cannot be found: the motion repeats, so that" in text
+    assert text.endswith("fit alike. Give a log with moves that differ.")
+
+
+def test_a_clock_that_is_set_during_the_log_is_refused(tmp_path, make_staircase):
+    staircase = make_staircase(400.0)
+    stamps = staircase["time"] + np.where(staircase["time"] > 200.0, 2.0, 0.0)
+    text = said(staircase.with_columns(T2=stamps).write(tmp_path / "set.csv"), mapping())
+    assert "its drift is not steady" in text or "cannot be found" in text
+
+
+def test_a_log_whose_signals_all_have_another_clock_is_refused(tmp_path, staircase):
+    rows = {name: row for name, row in mapping().items() if name in ("time", "p_a", "p_b")}
+    text = said(staircase.with_columns(T2=staircase["time"]).write(tmp_path / "x.csv"), rows)
+    assert text == "x.csv: every signal has a clock of its own. Leave out `clock` where a signal is stamped by time."
