@@ -14,7 +14,7 @@ from stillhook.identify.steady_records import Rejected, Window, WindowSettings
 from stillhook.identify.steps import NOISE_LIMIT, sides
 
 if TYPE_CHECKING:
-    from stillhook.io.log_types import Finding, Log
+    from stillhook.io.log import Finding, Log
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.intp]
@@ -197,7 +197,7 @@ def last_part(search: Search, piece: Piece) -> tuple[IntArray, str] | str:
     if len(fails) and fails[-1] == len(starts) - 1:
         return _not_steady(search, worst[:, -1], tr.drift[:, -1], float(t[-1] - t[starts[-1]]))
     first = 0 if len(fails) == 0 else int(fails[-1]) + 1
-    k = first + _best_known(x[:2], starts[first:])
+    k = first + (_best_known(x[:2], starts[first:]) if np.isfinite(tolerance[1]) else 0)
     use = idx[len(idx) - (n - int(starts[k])) * size :] if k else idx
     if k == 0:
         return use, ""
@@ -268,6 +268,8 @@ def window_of(search: Search, piece: Piece, use: IntArray, direction: int) -> Wi
         reason = f"stick-slip: at rest for {100 * sticking:.0f} % of the time, {text(speed)} on average"
         return search.rejected(begin, end, direction, "too slow", reason)
     for name, x, scale in (("speed", v, abs(speed)), ("effort", e, search.high_effort)):
+        if name == "effort" and not np.isfinite(s.effort_drift):
+            continue
         amplitude, period = oscillation(search.t[use], x, s.oscillation * scale)
         if amplitude > s.oscillation * scale:
             limit = search.text(name, s.oscillation * scale)

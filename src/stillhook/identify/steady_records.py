@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Annotated, Any
+from typing import Annotated, Any, Self
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
@@ -32,7 +32,7 @@ class WindowSettings(BaseModel):
     largest_hole: u.Time = Field(default=0.5, gt=0, description="longest stretch of missing or doubtful bins inside a step")
     speed_rate: Share = Field(default=0.03, description="change of speed per second, over speed, above which the winch is ramping")
     speed_drift: Share = Field(default=0.01, description="drift of speed within a stretch, over its speed; friction changes by far less")
-    effort_drift: Share = Field(default=0.005, description="drift of effort within a stretch, over the log's high effort: 1 bar in 200")
+    effort_drift: Share = Field(default=0.005, description="drift of effort, over its high value: 1 bar in 200; inf: speed alone decides")
     held_drift: Share = Field(default=0.01, description="drift of a held signal (displacement), over its value: 2 cm^3/rev in 215")
     command_step: Share = Field(default=0.005, description="change of command that begins a new step, over its largest value")
     effort_jump: Share = Field(default=0.01, description="sudden step of effort at steady speed (wire layer), over the log's high effort")
@@ -47,6 +47,10 @@ class WindowSettings(BaseModel):
             super().__init__(**data)
         except ValidationError as e:
             raise IdentifyError(one_line(type(self), e, data)) from None
+
+    def for_effort_of_place(self) -> Self:
+        """The same, but for an effort that changes along the way: it may drift and jump, so speed alone decides."""
+        return self.model_copy(update={"effort_drift": float("inf"), "effort_jump": float("inf")})
 
     def slowest(self) -> float:
         """``least_speed`` in SI, a rotation or a travel; 0 where none is given. Errors: IdentifyError."""

@@ -22,7 +22,7 @@ from stillhook.units import KINDS, show
 from stillhook.variables import BY_NAME
 
 if TYPE_CHECKING:
-    from stillhook.io.log_types import Log
+    from stillhook.io.log import Log
 
 __all__ = ["Rejected", "Steady", "Window", "WindowSettings", "steady_windows"]
 
@@ -95,8 +95,8 @@ class _Search:
         v = self.signal(speed)
         e, name, parts = self._effort(effort, made_of)
         self.effort_sources = parts
-        self.kinds = {"speed": kinds.get(speed, self._kind(speed)), "effort": kinds.get(name, kinds.get("effort", self._kind(name)))}
-        self.kinds.update({h: kinds.get(h, self._kind(h)) for h in held})
+        self.kinds = {"speed": kind_of(log, speed, kinds), "effort": kind_of(log, name, kinds) or kinds.get("effort", "")}
+        self.kinds.update({h: kind_of(log, h, kinds) for h in held})
         doubtful_speed = self.doubt((speed,)) | ~np.isfinite(v)
         if command is not None:
             doubtful_speed |= ~np.isfinite(self.signal(command))
@@ -114,23 +114,12 @@ class _Search:
 
     def _effort(self, effort: str | FloatArray, made_of: tuple[str, ...]) -> tuple[FloatArray, str, tuple[str, ...]]:
         if not isinstance(effort, str):
-            values = np.asarray(effort, dtype=float)
-            if values.shape != self.log.t.shape:
-                raise IdentifyError(f"effort: {values.shape} values for {self.log.t.shape} samples. Give one for each bin of the log.")
-            return values, "effort", made_of
+            return effort_of(self.log, effort), "effort", made_of
         pressures = tuple(p for p in ("p_a", "p_b") if effort == "dp_m" and p in self.log.signals)
-        if effort not in self.log.signals and pressures:
-            return self.signal("p_a") - self.signal("p_b"), effort, pressures
-        return self.signal(effort), effort, (*pressures, effort)
-
-    def _kind(self, name: str) -> str:
-        return self.log.kind(name) or (BY_NAME[name].kind if name in BY_NAME else "")
+        return effort_of(self.log, effort), effort, (*pressures, effort)
 
     def signal(self, name: str) -> FloatArray:
-        if name not in self.log.signals:
-            there = ", ".join(sorted(self.log.signals))
-            raise IdentifyError(f'{self.log.source}: no signal "{name}". It has {there}. Name it in the mapping.')
-        return np.asarray(self.log.signals[name], dtype=float)
+        return signal_of(self.log, name)
 
     def doubt(self, names: Sequence[str]) -> BoolArray:
         out = np.zeros(len(self.log.t), dtype=bool)
@@ -225,6 +214,35 @@ class _Search:
         out = {label: float(np.sum(state == i)) * self.dt for i, label in enumerate(labels)}
         out["no samples"] = max(float(self.log.t[-1] - self.log.t[0]) + self.dt - len(self.log.t) * self.dt, 0.0)
         return out
+
+
+def signal_of(log: Log, name: str) -> FloatArray:
+    """A signal of the log, shape (n,). Errors: IdentifyError naming those that it has."""
+    if name not in log.signals:
+        there = ", ".join(sorted(log.signals))
+        raise IdentifyError(f'{log.source}: no signal "{name}". It has {there}. Name it in the mapping.')
+    return np.asarray(log.signals[name], dtype=float)
+
+
+def effort_of(log: Log, effort: str | FloatArray) -> FloatArray:
+    """The effort of every bin, shape (n,): a signal, p_a - p_b for "dp_m" where only those are there, or the array that is given."""
+    if not isinstance(effort, str):
+        values = np.asarray(effort, dtype=float)
+        if values.shape != log.t.shape:
+            raise IdentifyError(f"effort: {values.shape} values for {log.t.shape} samples. Give one for each bin of the log.")
+        return values
+    if effort == "dp_m" and effort not in log.signals and "p_a" in log.signals:
+        return signal_of(log, "p_a") - signal_of(log, "p_b")
+    return signal_of(log, effort)
+
+
+def kind_of(log: Log, name: str | FloatArray, kinds: Mapping[str, str] | None = None) -> str:
+    """Key of units.KINDS of a signal: as the caller says, as the mapping says, as the variable of that name; "" where nothing does."""
+    if not isinstance(name, str):
+        name = "effort"
+    if kinds and name in kinds:
+        return kinds[name]
+    return log.kind(name) or (BY_NAME[name].kind if name in BY_NAME else "")
 
 
 def true_runs(mask: BoolArray) -> list[tuple[int, int]]:

@@ -1,0 +1,173 @@
+"""A friction curve of any machine: with a steady load, and with one that depends on the place as well."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+import typer
+from scipy.signal import lfilter
+from typer.testing import CliRunner
+
+from stillhook.cli.identify_curve import curve as command
+from stillhook.errors import IdentifyError
+from stillhook.identify.curve import friction_curve
+from stillhook.identify.window_figure import curve_figure, window_figure
+from stillhook.identify.windows import WindowSettings
+from stillhook.io.log import Log
+
+STROKE = 1.5  # m
+SPEEDS = (0.05, 0.1, 0.2, 0.3)  # m/s
+SPRING = 8000.0  # N/m
+STIFF = 2000.0  # N, at the middle
+
+
+def friction(v: float) -> float:
+    return 300.0 + 2000.0 * v
+
+
+def ram(*, spring: float = SPRING, noise: float = 20.0, lost: float | None = None, rate: float = 50.0, seed: int = 0) -> Log:
+    """A ram that goes out and in at each speed, against a spring and friction; bins of 0.1 s."""
+    rng = np.random.default_rng(seed)
+    dt = 1.0 / rate
+    parts = [np.zeros(int(2.0 / dt))]
+    for s in SPEEDS:
+        for v in (s, -s):
+            n = int(STROKE / s / dt)
+            parts += [np.full(n, v), np.zeros(int(2.0 / dt))]
+    v = lfilter([dt / 0.1], [1.0, dt / 0.1 - 1.0], np.concatenate(parts))
+    x = 0.1 + np.cumsum(v) * dt
+    F = STIFF + spring * (x - 0.85) + np.sign(v) * np.where(np.abs(v) > 1e-3, 300.0 + 2000.0 * np.abs(v), 0.0)
+    F = F + noise * rng.standard_normal(len(v))
+    v = v + 0.002 * 0.3 * rng.standard_normal(len(v))
+    m = round(0.1 / dt)
+    n = len(v) // m
+    mean = lambda y: y[: n * m].reshape(n, m).mean(axis=1)
+    signals = {"speed": mean(v), "effort": mean(F), "position": mean(x)}
+    none = {k: np.zeros(n, dtype=bool) for k in signals}
+    return Log("ram.csv", 0.1 * (np.arange(n) + 0.5), signals, none, (), (), rate, len(v))
+
+
+def test_a_steady_load_gives_friction_from_means() -> None:
+    found = friction_curve(ram(spring=0.0))
+    assert len(found.points) == len(SPEEDS)
+    for p, v in zip(found.points, SPEEDS, strict=True):
+        assert p.speed == pytest.approx(v, rel=2e-3)
+        assert abs(p.friction - friction(v)) < 4.0 * p.u_friction
+        assert abs(p.load - STIFF) < 4.0 * p.u_load
+
+
+def test_a_spring_is_compared_place_by_place() -> None:
+    """The load changes by 12 kN along the way, forty times the friction: friction and spring come back all the same."""
+    found = friction_curve(ram(), position="position")
+    assert len(found.points) == len(SPEEDS)
+    for p, v in zip(found.points, SPEEDS, strict=True):
+        assert abs(p.friction - friction(v)) < 4.0 * p.u_friction
+        assert p.u_friction < 0.02 * friction(v)
+        assert p.way is not None
+        assert p.load_way is not None
+        assert (p.load_way[1] - p.load_way[0]) / (p.way[1] - p.way[0]) == pytest.approx(SPRING, rel=0.01)
+        assert p.way[1] - p.way[0] > 0.5 * STROKE
+
+
+def test_without_its_position_a_spring_is_refused_and_not_averaged() -> None:
+    """Effort drifts all along: no stretch is steady, and the reason says so."""
+    with pytest.raises(IdentifyError, match="effort still drifted by"):
+        friction_curve(ram())
+
+
+def test_intervals_of_the_place_by_place_friction_hold_the_truth() -> None:
+    """60 rams of 4 speeds: 95 % intervals hold 90 to 100 %."""
+    inside = []
+    for seed in range(60):
+        found = friction_curve(ram(seed=seed), position="position")
+        inside += [p.interval[0] < friction(v) < p.interval[1] for p, v in zip(found.points, SPEEDS, strict=True)]
+    assert len(inside) == 240
+    assert np.mean(inside) >= 0.90
+
+
+def test_a_friction_that_depends_on_the_place_is_less_certain() -> None:
+    log = ram()
+    tight = np.sign(log.signals["speed"]) * np.where(np.abs(log.signals["speed"]) > 1e-2, 200.0 * (log.signals["position"] - 0.85), 0.0)
+    found = friction_curve(log, position="position", effort=log.signals["effort"] + tight)
+    plain = friction_curve(log, position="position")
+    assert all(a.u_friction > 3.0 * b.u_friction for a, b in zip(found.points, plain.points, strict=True))
+    assert all(a.interval[0] < friction(v) < a.interval[1] for a, v in zip(found.points, SPEEDS, strict=True))
+
+
+def test_one_direction_alone_gives_no_friction() -> None:
+    log = ram(spring=0.0)
+    up = np.where(log.signals["speed"] > 0.0, log.signals["speed"], 0.0)
+    with pytest.raises(IdentifyError, match="no lowering stretch at all"):
+        friction_curve(Log(**{**log.__dict__, "signals": {**log.signals, "speed": up}}))
+
+
+def test_a_missing_position_is_named() -> None:
+    with pytest.raises(IdentifyError, match=r'no signal "place"\. It has effort, position, speed'):
+        friction_curve(ram(), position="place")
+
+
+def test_the_figure_shows_what_was_used_and_what_was_not() -> None:
+    log = ram()
+    found = friction_curve(log, position="position", settings=WindowSettings(least_length="6 s"))
+    figure = curve_figure(found, log, "effort")
+    words = [t.get_text() for ax in figure.axes for t in ax.texts]
+    assert len([r for r in found.steady.rejected if r.code == "short"]) == words.count("short") > 0
+    assert figure.axes[2].get_xlabel() == "speed [SI]"
+    spans = list(figure.axes[0].patches)
+    assert len(spans) == len(found.steady.windows) + len(found.steady.rejected) + len(found.steady.trimmed)
+    assert len(window_figure(log, "speed", "effort", found.steady, kinds={"effort": "force"}).axes) == 2
+
+
+# ---- the command
+
+
+def written(folder: Path) -> tuple[Path, Path]:
+    log = ram()
+    file, mapping = folder / "ram.csv", folder / "ram.toml"
+    s = log.signals
+    rows = [f"{t:.2f},{1e3 * v:.4f},{F:.2f},{1e3 * x:.3f}" for t, v, F, x in zip(log.t, s["speed"], s["effort"], s["position"], strict=True)]
+    file.write_text("\n".join(["t,v,F,x", *rows]) + "\n", encoding="utf-8")
+    mapping.write_text(
+        '[signals]\ntime = { column = "t", unit = "s" }\nspeed = { column = "v", quantity = "speed", unit = "mm/s" }\n'
+        'effort = { column = "F", quantity = "force", unit = "N" }\nposition = { column = "x", quantity = "length", unit = "mm" }\n',
+        encoding="utf-8",
+    )
+    return file, mapping
+
+
+@pytest.fixture(scope="module")
+def app() -> typer.Typer:
+    made = typer.Typer()
+    made.command("curve")(command)
+    return made
+
+
+def test_the_command_prints_a_table_and_writes_figure_csv_and_json(tmp_path: Path, app: typer.Typer) -> None:
+    file, mapping = written(tmp_path)
+    out = tmp_path / "out"
+    result = CliRunner().invoke(app, [str(file), "--mapping", str(mapping), "--position", "position", "--out", str(out)])
+    assert result.exit_code == 0, result.output
+    assert "m/min" in result.output
+    assert "kN" in result.output
+    assert sorted(p.name for p in out.iterdir()) == ["curve.csv", "curve.json", "curve.png"]
+    data = json.loads((out / "curve.json").read_text(encoding="utf-8"))
+    assert [round(p["speed"], 2) for p in data["points"]] == list(SPEEDS)
+    assert data["kinds"] == {"speed": "speed", "effort": "force", "position": "length"}
+    assert len((out / "curve.csv").read_text(encoding="utf-8").splitlines()) == 1 + len(SPEEDS)
+
+
+def test_json_holds_points_with_intervals_and_rejects_with_reasons(tmp_path: Path, app: typer.Typer) -> None:
+    file, mapping = written(tmp_path)
+    result = CliRunner().invoke(app, [str(file), "--mapping", str(mapping), "--position", "position", "--least-length", "6 s", "--json"])
+    data = json.loads(result.stdout)
+    assert data["points"][0]["interval_95"][0] < friction(0.05) < data["points"][0]["interval_95"][1]
+    assert any("a window needs 6 s" in r["reason"] for r in data["rejected"])
+
+
+def test_bad_options_are_refused_before_the_log_is_read(tmp_path: Path, app: typer.Typer) -> None:
+    for option, value in (("--least-length", "2"), ("--least-speed", "fast")):
+        result = CliRunner().invoke(app, [str(tmp_path / "none.csv"), option, value])
+        assert value in str(result.exception)
