@@ -187,6 +187,16 @@ def test_a_mistake_in_a_set_is_one_line_that_says_where_and_what(tmp_path, old, 
         assert refusal(lambda: load_crane(crane_file)) == line
 
 
+def test_evidence_is_made_from_the_numbers_of_a_fit_and_checked_as_that_of_a_file():
+    made = Evidence.fitted(
+        ["Y_1", "Y_4"], np.array([[1e-12, 1e-7], [1e-7, 0.25]]), dof=120, data="tests", ranges={"T_d": (1e5, 2e6)}, statements=["one load only"]
+    )
+    assert made.T_d == (1e5, 2e6)
+    assert made.matrix.tolist() == [[1e-12, 1e-7], [1e-7, 0.25]]
+    line = refusal(lambda: Evidence.fitted(["Y_1", "Y_4"], np.array([[1.0, 2.0], [2.0, 1.0]]), dof=5, data="tests"))
+    assert line.startswith("fit: evidence: covariance: it is not positive semidefinite")
+
+
 def test_a_covariance_of_parameters_that_were_held_may_be_zero():
     evidence = Evidence(names=("Y_1", "Y_2"), covariance=((1e-12, 0.0), (0.0, 0.0)), dof=3.0, data="tests")
     assert evidence.deviation("Y_2") == 0.0

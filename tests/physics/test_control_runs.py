@@ -379,6 +379,14 @@ def test_a_position_gain_alone_leaves_the_offset_whose_flow_is_the_leak(mode):
     assert "under P control expect a standing offset" in data.notes.item()
 
 
+def test_in_manual_mode_a_load_sinks_with_the_joystick_at_rest_as_fast_as_was_foreseen():
+    data = run(PURE, mode="manual", tip="still", load="90 t", duration="60 s")
+    note = data.notes.item()
+    assert "under P control" not in note
+    foreseen = float(note.split("the load sinks by ")[1].split(" m/min")[0])
+    assert -float(data.v_w[-1]) * MINUTE == pytest.approx(foreseen, rel=0.25)  # friction takes some of the pressure
+
+
 def test_more_position_gain_leaves_less_offset():
     case = {"tip": "still", "load": "40 t", "duration": "200 s", "warm_up": "150 s"}
     firm = changed(PURE, {"control": {"K_p": "0.32 1/m"}})

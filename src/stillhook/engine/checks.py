@@ -233,8 +233,12 @@ def _pure_active_notes(crane: Crane, case: Scenario, d: float, alpha: float) -> 
     dp = load_record(crane, case).W * lever / D
     A, p_b = active_record(crane), crane.active.boost.p
     f = active_flows(0.0, D, 0.0, p_b + dp, p_b, 1.0, A)
-    e_c = (f.Q_int + f.Q_ext_a) / (A.pumps.D_max * A.pumps.omega_p) / max(crane.control.K_p, 1e-12)
+    leak = f.Q_int + f.Q_ext_a
+    e_c = leak / (A.pumps.D_max * A.pumps.omega_p) / max(crane.control.K_p, 1e-12)
     out = [f"the load is held by the pumps against leakage: under P control expect a standing offset of about {show(e_c, 'length')}"]
+    if {case.mode, *(m for _, m in case.modes)} == {Mode.MANUAL}:
+        sinks = show(leak / D * lever, "speed", 2)
+        out = [f"nothing makes up for leakage in manual mode: with the joystick at rest the load sinks by {sinks}"]
     relief = crane.active.relief.p - crane.active.boost.p
     if dp > relief:
         out.insert(

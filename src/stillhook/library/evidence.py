@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Annotated, Any, Self
 
 import numpy as np
@@ -61,6 +61,24 @@ class Evidence(Spec):
         if problem := _not_a_covariance(self.matrix):
             raise ValueError(f"covariance: {problem}")
         return self
+
+    @classmethod
+    def fitted(
+        cls,
+        names: Sequence[str],
+        covariance: FloatArray,
+        *,
+        dof: float,
+        data: str,
+        ranges: Mapping[str, tuple[float, float]] | None = None,
+        statements: Sequence[str] = (),
+    ) -> Evidence:
+        """The evidence of a fit from its numbers, all in SI; ranges by the names of `RANGES`. Errors: SpecError, one line."""
+        ends = {k: [f"{float(x)!r} {u.KINDS[RANGES[k]].si}" for x in pair] for k, pair in (ranges or {}).items()}
+        table = {"names": list(names), "covariance": np.asarray(covariance, dtype=np.float64).tolist(), "dof": float(dof), "data": data}
+        found = evidence_of({**table, **ends, "statements": list(statements)}, tuple(names), "fit")
+        assert found is not None
+        return found
 
     @property
     def matrix(self) -> FloatArray:
