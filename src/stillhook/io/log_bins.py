@@ -21,7 +21,7 @@ LEAST_GAP = 0.2  # s: ... if it is also longer than this, two bins of the defaul
 RESTART = 1.0  # s: time that runs back further is another start of the clock, not a late or repeated sample ...
 RESTART_SPACINGS = 20.0  # ... and further than this many spacings, for slow logs
 MOST_BACKWARDS = 0.2  # of the samples: with more left out, the stamps are too coarse for the samples
-EDGE = 1e-6  # of a bin: a sample that rounding puts just below an edge belongs above it
+EDGE = 1e-4  # of a bin: a sample that rounding (dates in floats: 0.2 us) puts just below an edge belongs above it
 Line = Callable[[int], int]
 
 

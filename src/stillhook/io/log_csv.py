@@ -116,6 +116,8 @@ class CsvLog:
     def _read(self, block: _Block, numbers: Sequence[int], words: Sequence[int]) -> pl.DataFrame:
         schema = {f"c{i}": pl.Float64 if i in numbers else pl.String for i in range(self.dialect.fields)}
         quoted = b'"' in block.data
+        if quoted and (row := _open_quote(block)) is not None:
+            raise LogError(f"{self.name}: line {block.line_of(row)}: a quote is not closed. Mend or remove the line.")
         try:
             table = pl.read_csv(
                 block.data, has_header=False, columns=sorted({*numbers, *words}), schema=schema, ignore_errors=True,
@@ -127,7 +129,7 @@ class CsvLog:
                 f"{self.name}: lines from {block.first_line} on cannot be read as a table ({came(str(problem).splitlines()[0])})."
             ) from None
         if table.height != block.rows:
-            raise LogError(f"{self.name}: line {_open_quote(block)}: a quote is not closed. Mend or remove the line.")
+            raise LogError(f"{self.name}: lines from {block.first_line} on read as {table.height} rows where there are {block.rows}.")
         return table
 
 
@@ -139,11 +141,12 @@ def open_csv(path: Path) -> CsvLog:
     return CsvLog(path, dialect_of(head, path.name, whole))
 
 
-def _open_quote(block: _Block) -> int:
-    for number, line in enumerate(block.data.split(b"\n")):
-        if line.count(b'"') % 2:
-            return block.line_of(number)
-    return block.first_line
+def _open_quote(block: _Block) -> int | None:
+    """Row with a quote that is not closed, None where there is none."""
+    signs = np.frombuffer(block.data, np.uint8)
+    quotes = np.diff(np.searchsorted(np.flatnonzero(signs == _QUOTE), np.flatnonzero(signs == _NEWLINE)), prepend=0)
+    odd = np.flatnonzero(quotes % 2)
+    return int(odd[0]) if len(odd) else None
 
 
 def _lines(path: Path, encoding: str, size: int) -> Iterator[tuple[bytes, int]]:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import gc
 import logging
+import sys
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
@@ -115,6 +117,20 @@ def _named(names: Sequence[tuple[str, str]]) -> list[str]:
     return [name if often[name] == 1 else f"{group}/{name}" for group, name in names]
 
 
+def _opened(reader: Any, path: Path) -> Any:
+    """An MDF file, opened. A file that is none also fails when it is given up, which Python would print: it is silenced until then."""
+    told, sys.unraisablehook = sys.unraisablehook, lambda unraisable: None
+    try:
+        try:
+            return reader(path)
+        except Exception as problem:  # asammdf raises many kinds for damaged files
+            said = came(str(problem) or type(problem).__name__)
+        gc.collect()
+        raise LogError(f"{path.name}: is no MDF file that can be read ({said}).")
+    finally:
+        sys.unraisablehook = told
+
+
 class MdfLog(_Measured):
     """An MDF file, version 3 or 4; each group of channels has its time."""
 
@@ -125,11 +141,8 @@ class MdfLog(_Measured):
             raise LogError(f'{path.name}: is MDF, which takes the reader asammdf: pip install "stillhook[logs]".') from None
         logging.getLogger("asammdf").setLevel(logging.ERROR)
         super().__init__(path.name)
-        try:
-            self._mdf = MDF(path)
-            groups = list(enumerate(self._mdf.groups))
-        except Exception as problem:  # asammdf raises many kinds for damaged files
-            raise LogError(f"{path.name}: is no MDF file that can be read ({came(str(problem) or type(problem).__name__)}).") from None
+        self._mdf = _opened(MDF, path)
+        groups = list(enumerate(self._mdf.groups))
         keys = [(g, i, channel) for g, group in groups for i, channel in enumerate(group.channels) if self._mdf.masters_db.get(g) != i]
         headings = _named([(str(g), channel.name) for g, _, channel in keys])
         self.lengths = [int(group.channel_group.cycles_nr) for _, group in groups]

@@ -93,6 +93,7 @@ def _bring(out: Merged, other: Checked, fit: Fit, every: float) -> None:
         at = np.clip(np.searchsorted(t[good], out.t), 1, max(1, int(good.sum()) - 1))
         before, after = t[good][at - 1], t[good][at]
         far = np.minimum(np.abs(out.t - before), np.abs(out.t - after)) > NEAR * max(every, other.track.spacing)
+        far |= (out.t < t[good][0] - every) | (out.t > t[good][-1] + every)  # nothing is known before the first sample and after the last
         here = np.where(far, np.nan, np.interp(out.t, t[good], values[good]))
         nearest = np.clip(np.searchsorted(t, out.t - 0.5 * other.track.every), 0, len(t) - 1)
         runs = tuple(

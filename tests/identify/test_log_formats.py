@@ -1,0 +1,463 @@
+"""A log reads the same from every format and every dialect of text."""
+
+import sys
+from dataclasses import dataclass
+from datetime import UTC, datetime, timedelta
+
+import numpy as np
+import polars as pl
+import pytest
+
+from stillhook.errors import LogError, UnitError
+from stillhook.io import log as log_module
+from stillhook.io.log import describe, mapping_from, read_log
+
+SAME = 1e-9  # relative: rounding of means only
+BETWEEN = 0.15  # m: straight lines between samples of 1 s, where the speed changes by 0.3 m/s in 1.5 s
+
+
+@pytest.fixture(scope="module")
+def short(make_staircase):
+    full = make_staircase(40.0)
+    return full.with_columns(**{name: np.round(values, 3) for name, values in full.columns.items()})
+
+
+@pytest.fixture(scope="module")
+def plain(short, tmp_path_factory):
+    return read_log(short.write(tmp_path_factory.mktemp("plain") / "plain.csv"))
+
+
+def same(log, other):
+    assert list(log.signals) == list(other.signals)
+    np.testing.assert_allclose(log.t, other.t, rtol=0, atol=1e-9)
+    for name in other.signals:
+        np.testing.assert_allclose(log.signals[name], other.signals[name], rtol=SAME, atol=1e-9, err_msg=name)
+        np.testing.assert_array_equal(log.doubtful[name], other.doubtful[name])
+    assert log.samples == other.samples
+    assert log.rate == pytest.approx(other.rate)
+
+
+def text_of(short, separator=",", decimal=".", header=None, pad=""):
+    names = ["time [s]", "p_a [bar]", "p_b [bar]", "omega_m [rev/min]", "u_p [%]", "s_w [m]"]
+    rows = zip(*short.cells(3).values(), strict=True)
+    lines = [separator.join(pad + cell.replace(".", decimal) + pad for cell in row) for row in rows]
+    return [header if header is not None else separator.join(names), *lines]
+
+
+def dialects(short):
+    def lines(**how):
+        return text_of(short, **how)
+
+    n = lines()
+    metadata = ["PLC: AC500", "Crane: 150 t", "Operator: A. Nonymous", "Exported: 2020-05-01 12:00:00", "Interval: 10 ms"]
+    units = ["time,p_a,p_b,omega_m,u_p,s_w", "s,bar,bar,rev/min,%,m", *n[1:]]
+    commented = [
+        n[0],
+        *(x for i, row in enumerate(n[1:]) for x in ([row, "", "# a note", "// another", "% a third"] if i % 900 == 7 else [row])),
+    ]
+    yield "semicolon", "\n".join(lines(separator=";")).encode()
+    yield "tab", "\n".join(lines(separator="\t")).encode()
+    yield "bar", "\n".join(lines(separator="|")).encode()
+    yield "blanks", "\n".join(lines(separator="   ", header="#time[s],p_a[bar],p_b[bar],omega_m[rev/min],u_p[%],s_w[m]")).encode()
+    yield (
+        "leading blanks",
+        "\n".join(
+            "  " + line for line in lines(separator="  ", header="time[s] p_a[bar] p_b[bar] omega_m[rev/min] u_p[%] s_w[m]")
+        ).encode(),
+    )
+    yield "padded cells", "\n".join(lines(pad=" ")).encode()
+    yield "decimal comma", "\n".join(lines(separator=";", decimal=",")).encode()
+    yield "decimal comma, tab", "\n".join(lines(separator="\t", decimal=",")).encode()
+    yield "byte order mark", b"\xef\xbb\xbf" + "\n".join(n).encode()
+    yield "CRLF", "\r\n".join(n).encode() + b"\r\n"
+    yield "CR", "\r".join(n).encode()
+    yield "UTF-16", "\r\n".join(n).encode("utf-16")
+    yield "UTF-16 without mark", "\n".join(n).encode("utf-16-le")
+    yield "Latin-1", "\n".join(["Anlage: Kran 7, Öltemperatur 45 °C", *n]).encode("latin-1")
+    yield "preamble", "\n".join([*metadata, "", *n]).encode()
+    yield "padded preamble", "\n".join(["Date,2020-05-01,,,,", "Rate,100,,,,", *n]).encode()
+    yield "units below", "\n".join(units).encode()
+    yield "units in brackets below", "\n".join([units[0], "[s],[bar],[bar],[rpm],[%],[m]", *n[1:]]).encode()
+    yield "comments", "\n".join(["# crane 7", "# second line", *commented]).encode()
+    yield "quotes", "\n".join(",".join(f'"{cell}"' for cell in line.split(",")) for line in n).encode()
+    yield (
+        "quoted decimal comma",
+        "\n".join([n[0], *(",".join('"' + cell.replace(".", ",") + '"' for cell in line.split(",")) for line in n[1:])]).encode(),
+    )
+    yield "trailing separators", "\n".join(line + "," for line in n).encode()
+    yield "trailing separators below", "\n".join([n[0], *(line + ",," for line in n[1:])]).encode()
+    yield "other text columns", "\n".join([n[0] + ',note,"a ""b"', *(line + ',"pump 1, on",æ' for line in n[1:])]).encode()
+    yield "no newline at the end", "\n".join(n).encode().rstrip(b"\n")
+
+
+NAMES = [
+    "semicolon", "tab", "bar", "blanks", "leading blanks", "padded cells", "decimal comma", "decimal comma, tab", "byte order mark", "CRLF", "CR",
+    "UTF-16", "UTF-16 without mark", "Latin-1", "preamble", "padded preamble", "units below", "units in brackets below", "comments", "quotes",
+    "quoted decimal comma", "trailing separators", "trailing separators below", "other text columns", "no newline at the end",
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_every_dialect_of_text_reads_the_same(tmp_path, short, plain, name):
+    path = tmp_path / "log.csv"
+    path.write_bytes(dict(dialects(short))[name])
+    log = read_log(path)
+    same(log, plain)
+    assert log.findings == ()
+
+
+@pytest.mark.parametrize("name", ["semicolon", "blanks", "comments", "UTF-16", "quotes", "CRLF", "trailing separators below"])
+@pytest.mark.parametrize("size", [2049, 65537])
+def test_the_size_of_the_pieces_changes_no_bit(tmp_path, short, monkeypatch, name, size):
+    path = tmp_path / "log.csv"
+    path.write_bytes(dict(dialects(short))[name])
+    whole = read_log(path)
+    monkeypatch.setattr(log_module, "CHUNK", size)
+    pieces = read_log(path)
+    assert np.array_equal(whole.t, pieces.t)
+    for signal in whole.signals:
+        assert np.array_equal(whole.signals[signal], pieces.signals[signal])
+    assert whole.findings == pieces.findings
+
+
+def test_pieces_change_nothing_of_a_log_full_of_defects(tmp_path, make_staircase, monkeypatch):
+    bad = make_staircase(60.0)
+    p_a = np.minimum(bad["p_a"], 161.5)
+    p_a[1500:1900] = p_a[1500]
+    p_a[777] = 9999.0
+    time = bad["time"].copy()
+    time[4000:4002] -= 0.03
+    bad = bad.with_columns(p_a=p_a, time=time).rows((bad["time"] < 30.0) | (bad["time"] > 33.0))
+    cells = bad.cells()
+    for i in range(2100, 2500, 7):
+        cells["omega_m"][i] = "---"
+    path = bad.write(tmp_path / "bad.csv", cells=cells)
+    path.write_text(path.read_text().replace("\n1.2300,", "\n1.2300,77,\n1.2300,", 1))  # a line of another length
+    whole = read_log(path)
+    assert {finding.kind for finding in whole.findings} == {
+        "gap",
+        "missing",
+        "stuck",
+        "saturated",
+        "impossible",
+        "time-backwards",
+        "broken",
+    }
+    for size in (1000, 33333):
+        monkeypatch.setattr(log_module, "CHUNK", size)
+        pieces = read_log(path)
+        assert describe(pieces) == describe(whole)
+        for signal in whole.signals:
+            assert np.array_equal(whole.signals[signal], pieces.signals[signal], equal_nan=True)
+            assert np.array_equal(whole.doubtful[signal], pieces.doubtful[signal])
+
+
+def columns_of(short):
+    names = ["time [s]", "p_a [bar]", "p_b [bar]", "omega_m [rev/min]", "u_p [%]", "s_w [m]"]
+    return dict(zip(names, short.columns.values(), strict=True))
+
+
+def test_parquet_reads_the_same(tmp_path, short, plain):
+    pl.DataFrame(columns_of(short)).write_parquet(tmp_path / "log.parquet")
+    same(read_log(tmp_path / "log.parquet"), plain)
+
+
+def test_parquet_with_dates_reads_the_same(tmp_path, short, plain):
+    table = columns_of(short)
+    start = datetime(2020, 5, 1, 23, 59, 50, tzinfo=UTC)
+    table["time"] = [start + timedelta(seconds=float(t)) for t in table.pop("time [s]")]
+    pl.DataFrame(table).write_parquet(tmp_path / "log.parquet")
+    same(read_log(tmp_path / "log.parquet"), plain)
+
+
+def test_parquet_in_small_pieces_with_missing_values(tmp_path, short, monkeypatch):
+    table = pl.DataFrame(columns_of(short)).with_columns(
+        pl.when(pl.int_range(pl.len()) == 50).then(None).otherwise(pl.col("p_a [bar]")).alias("p_a [bar]")
+    )
+    table.write_parquet(tmp_path / "log.parquet")
+    monkeypatch.setattr(log_module, "CHUNK", 4096)
+    assert [finding.text for finding in read_log(tmp_path / "log.parquet").findings] == [
+        "p_a: 1 samples are missing (empty cells), first near 0.5 s"
+    ]
+
+
+def matlab(short):
+    return {
+        "time": short["time"],
+        "crane": {name: short[name] for name in ("p_a", "p_b", "omega_m")},
+        "more": np.column_stack((short["u_p"], short["s_w"])),
+    }
+
+
+MATLAB = {
+    "time": {"column": "time", "unit": "s"},
+    "p_a": {"column": "crane.p_a", "unit": "bar"},
+    "p_b": {"column": "crane.p_b", "unit": "bar"},
+    "omega_m": {"column": "crane.omega_m", "unit": "rpm"},
+    "u_p": {"column": "more(:,1)", "unit": "%"},
+    "s_w": {"column": "more(:,2)", "unit": "m"},
+}
+
+
+def test_mat_version_5_reads_the_same(tmp_path, short, plain):
+    from scipy.io import savemat
+
+    savemat(tmp_path / "log.mat", matlab(short), oned_as="column")
+    same(read_log(tmp_path / "log.mat", mapping_from(MATLAB, "m")), plain)
+
+
+def test_mat_version_7_3_reads_the_same(tmp_path, short, plain):
+    import h5py
+
+    content = matlab(short)
+    with h5py.File(tmp_path / "log.mat", "w", userblock_size=512) as file:
+        file["time"] = content["time"][None, :]
+        file["more"] = content["more"].T
+        for name, values in content["crane"].items():
+            file[f"crane/{name}"] = values[None, :]
+    with (tmp_path / "log.mat").open("r+b") as file:
+        file.write(b"MATLAB 7.3 MAT-file, Platform: GLNXA64")
+    same(read_log(tmp_path / "log.mat", mapping_from(MATLAB, "m")), plain)
+
+
+def test_mdf4_reads_the_same(tmp_path, short, plain):
+    asammdf = pytest.importorskip("asammdf")
+    units = {"p_a": "bar", "p_b": "bar", "omega_m": "rpm", "u_p": "%", "s_w": "m"}
+    with asammdf.MDF() as mdf:
+        mdf.append([asammdf.Signal(short[name], short["time"], name=name, unit=unit) for name, unit in units.items()])
+        mdf.save(tmp_path / "log.mf4")
+    same(read_log(tmp_path / "log.mf4"), plain)
+
+
+def test_mdf4_signals_of_a_slower_group_are_brought_onto_the_bins(tmp_path, short):
+    asammdf = pytest.importorskip("asammdf")
+    slow = short.rows(np.arange(len(short)) % 100 == 0)
+    with asammdf.MDF() as mdf:
+        mdf.append(
+            [asammdf.Signal(short[name], short["time"], name=name, unit=unit) for name, unit in (("p_a", "bar"), ("omega_m", "rpm"))]
+        )
+        mdf.append([asammdf.Signal(slow["s_w"], slow["time"], name="s_w", unit="m")])
+        mdf.save(tmp_path / "log.mf4")
+    log = read_log(tmp_path / "log.mf4")
+    true = np.interp(log.t, short["time"], short["s_w"])
+    known = log.t <= 39.15  # the last sample of the slow group is at 39 s
+    assert np.max(np.abs(log.signals["s_w"] - true)[known]) < BETWEEN
+    assert np.isnan(log.signals["s_w"][~known]).all()
+    assert log.doubtful["s_w"][~known].all()
+    assert log.rate == pytest.approx(100.0)
+
+
+def test_tdms_reads_the_same(tmp_path, short, plain):
+    nptdms = pytest.importorskip("nptdms")
+    timing = {"wf_increment": 0.01, "wf_start_offset": 0.0, "wf_start_time": np.datetime64("2020-05-01T12:00:00")}
+    units = {"p_a": "bar", "p_b": "bar", "omega_m": "rpm", "u_p": "%", "s_w": "m"}
+    with nptdms.TdmsWriter(tmp_path / "log.tdms") as writer:
+        writer.write_segment(
+            [nptdms.ChannelObject("crane", name, short[name], {**timing, "unit_string": unit}) for name, unit in units.items()]
+        )
+    same(read_log(tmp_path / "log.tdms"), plain)
+
+
+def test_tdms_with_a_channel_of_stamps_reads_the_same(tmp_path, short, plain):
+    nptdms = pytest.importorskip("nptdms")
+    stamps = np.datetime64("2020-05-01T12:00:00", "us") + np.round(1e6 * short["time"]).astype("timedelta64[us]")
+    units = {"p_a": "bar", "p_b": "bar", "omega_m": "rpm", "u_p": "%", "s_w": "m"}
+    channels = [nptdms.ChannelObject("crane", name, short[name], {"unit_string": unit}) for name, unit in units.items()]
+    with nptdms.TdmsWriter(tmp_path / "log.tdms") as writer:
+        writer.write_segment([nptdms.ChannelObject("crane", "time", stamps), *channels])
+    same(read_log(tmp_path / "log.tdms"), plain)
+
+
+@pytest.mark.parametrize(
+    ("module", "magic", "text"),
+    [
+        ("asammdf", b"MDF     4.10", 'x.log: is MDF, which takes the reader asammdf: pip install "stillhook[logs]".'),
+        ("nptdms", b"TDSm", 'x.log: is TDMS, which takes the reader nptdms: pip install "stillhook[logs]".'),
+    ],
+)
+def test_a_reader_that_is_not_installed_is_named(tmp_path, monkeypatch, module, magic, text):
+    monkeypatch.setitem(sys.modules, module, None)
+    (tmp_path / "x.log").write_bytes(magic + bytes(600))
+    with pytest.raises(LogError) as caught:
+        read_log(tmp_path / "x.log")
+    assert str(caught.value) == text
+
+
+@pytest.mark.parametrize("magic", [b"PAR1", b"MDF     4.10    ", b"TDSm", b"\x89HDF\r\n\x1a\n", b"MATLAB 5.0 MAT-file"])
+def test_damaged_files_of_every_format_end_in_one_line(tmp_path, magic):
+    (tmp_path / "x.bin").write_bytes(magic + bytes(range(256)) * 8)
+    with pytest.raises(LogError) as caught:
+        read_log(tmp_path / "x.bin", mapping_from({"time": {"column": "t", "unit": "s"}, "p_a": {"column": "p", "unit": "bar"}}, "m"))
+    assert "\n" not in str(caught.value)
+    assert str(caught.value).startswith("x.bin: ")
+
+
+@pytest.mark.parametrize(
+    ("unit", "write"),
+    [
+        (None, "%Y-%m-%dT%H:%M:%S.%fZ"),
+        (None, "%Y-%m-%d %H:%M:%S.%f"),
+        ("UTC", "%Y-%m-%d %H:%M:%S.%f"),
+        ("UTC", "%Y-%m-%dT%H:%M:%S.%f+02:00"),
+        ("UTC", "%d.%m.%Y %H:%M:%S.%f"),
+        (None, "%d.%m.%Y %H:%M:%S,%f"),
+        ("%m/%d/%Y %H:%M:%S%.f", "%m/%d/%Y %H:%M:%S.%f"),
+        ("%H:%M:%S%.f", "%H:%M:%S.%f"),
+    ],
+)
+def test_stamps_read_the_same_as_seconds(tmp_path, short, plain, unit, write):
+    start = datetime(2020, 4, 30, 22, 59, 50, tzinfo=UTC)
+    cells = short.cells(3)
+    cells["time"] = [(start + timedelta(seconds=float(t))).strftime(write) for t in short["time"]]
+    path = short.write(tmp_path / "stamps.csv", separator=";", cells=cells, header="t;p_a;p_b;omega_m;u_p;s_w")
+    rows = {"time": {"column": "t"}, "p_a": {"column": "p_a", "unit": "bar"}, "p_b": {"column": "p_b", "unit": "bar"}}
+    rows |= {
+        "omega_m": {"column": "omega_m", "unit": "rev/min"},
+        "u_p": {"column": "u_p", "unit": "%"},
+        "s_w": {"column": "s_w", "unit": "m"},
+    }
+    if unit:
+        rows["time"]["unit"] = unit
+    same(read_log(path, mapping_from(rows, "m")), plain)
+
+
+def test_date_and_time_in_two_columns_are_joined(tmp_path, short, plain):
+    start = datetime(2020, 4, 30, 23, 59, 50, tzinfo=UTC)
+    stamps = [start + timedelta(seconds=float(t)) for t in short["time"]]
+    cells = {"d": [s.strftime("%d.%m.%Y") for s in stamps], "time": [s.strftime("%H:%M:%S.%f") for s in stamps]}
+    cells |= {name: values for name, values in short.cells(3).items() if name != "time"}
+    header = "Date,Time,p_a [bar],p_b [bar],omega_m [rev/min],u_p [%],s_w [m]"
+    path = short.write(tmp_path / "two.csv", cells=cells, header=header)
+    names = {"p_a": "p_a", "p_b": "p_b", "omega_m": "omega_m", "u_p": "u_p", "s_w": "s_w"}
+    same(read_log(path, mapping_from({"time": "Date + Time", **names}, "m")), plain)
+
+
+def test_slow_logs_hold_one_sample_in_a_bin(tmp_path, make_staircase):
+    slow = make_staircase(200.0, 1.0)
+    log = read_log(slow.write(tmp_path / "slow.csv"))
+    assert log.every == pytest.approx(1.0)
+    assert len(log.t) == len(slow)
+    np.testing.assert_allclose(log.signals["p_a"], 1e5 * np.round(slow["p_a"], 4))
+
+
+def test_no_header_takes_the_place_of_a_column(tmp_path, short, plain):
+    path = tmp_path / "bare.csv"
+    path.write_text("\n".join(text_of(short)[1:]))
+    units = {"time": "s", "p_a": "bar", "p_b": "bar", "omega_m": "rev/min", "u_p": "%", "s_w": "m"}
+    same(read_log(path, mapping_from({name: {"column": i + 1, "unit": unit} for i, (name, unit) in enumerate(units.items())}, "m")), plain)
+
+
+@dataclass(frozen=True)
+class Refused:
+    content: str
+    text: str
+    error: type[Exception] = LogError
+
+
+@pytest.mark.parametrize(
+    "case",
+    [
+        Refused("", "x.csv: is empty. Give a log with a header and rows of numbers."),
+        Refused("\n\n", "x.csv: is empty. Give a log with a header and rows of numbers."),
+        Refused(
+            "a,b\nc,d\n",
+            'x.csv: holds no table: no rows of numbers below a header, separated by ; tab | , or blanks. It begins with "a,b".',
+        ),
+        Refused(
+            "time [s],p_a [bar]\n" + "\n".join(f"{i},5,1{i},25" for i in range(30)),
+            'x.csv: line 1: the header names 2 columns and the rows below hold 4 fields. A decimal comma needs ";" between columns. Mend the header or '
+            "the export.",
+        ),
+        Refused(
+            "time [s];p_a [bar]\n" + "\n".join(f"{i}.5;1{i},25" for i in range(30)),
+            'x.csv: numbers with a decimal comma ("10,25", line 2) and with a point ("0.5", line 2). Export the log with one decimal sign and no sign '
+            "between thousands.",
+        ),
+        Refused(
+            "time [s],pressure\n" + "\n".join(f"{i},1{i}" for i in range(30)),
+            'x.csv: no heading names a signal of Stillhook, such as "p_a [bar]", among "time [s]", "pressure". Give a mapping with rows such as '
+            'p_a = { column = "...", unit = "bar" }.',
+        ),
+        Refused(
+            "t,p_a [bar]\n" + "\n".join(f"{i},1{i}" for i in range(30)),
+            'x.csv: no heading names a time of Stillhook, such as "time [s]", among "t", "p_a [bar]". Give a mapping with rows such as '
+            'time = { column = "...", unit = "s" }.',
+        ),
+        Refused(
+            "time [s],p_a\n" + "\n".join(f"{i},1{i}" for i in range(30)),
+            'x.csv: p_a: column "p_a" has no unit; give one of Pa, bar, kPa, MPa.',
+            UnitError,
+        ),
+        Refused(
+            "time [s],p_a [psi]\n" + "\n".join(f"{i},1{i}" for i in range(30)),
+            'x.csv: p_a: column "p_a [psi]" has the unit "psi", which is not one of Pa, bar, kPa, MPa. Write unit = "bar", scale = 0.0689476.',
+            UnitError,
+        ),
+        Refused("time [s],p_a [bar]\n1,2\n2,3\n", 'x.csv: time in "time [s]": 2 samples are no log. Give another column or file.'),
+    ],
+)
+def test_texts_that_are_no_log_end_in_one_line(tmp_path, case):
+    (tmp_path / "x.csv").write_text(case.content)
+    with pytest.raises(case.error) as caught:
+        read_log(tmp_path / "x.csv")
+    assert str(caught.value) == case.text
+
+
+def test_files_that_are_no_log_end_in_one_line(tmp_path):
+    (tmp_path / "x.xlsx").write_bytes(b"PK\x03\x04" + bytes(100))
+    for path, text in (
+        (tmp_path, f"{tmp_path}: is a folder. Give one log file in it."),
+        (tmp_path / "no.csv", f"{tmp_path / 'no.csv'}: no such file. Check the name and the folder."),
+        (tmp_path / "x.xlsx", "x.xlsx: is a zip or Excel file. Unpack it, or save the log as CSV or Parquet."),
+    ):
+        with pytest.raises(LogError) as caught:
+            read_log(path)
+        assert str(caught.value) == text
+
+
+def test_lines_of_another_length_are_left_out_and_told(tmp_path, short):
+    lines = text_of(short)
+    lines[1000] = lines[1000].rsplit(",", 2)[0]
+    lines.append("39.99,14")
+    (tmp_path / "cut.csv").write_text("\n".join(lines))
+    log = read_log(tmp_path / "cut.csv")
+    assert [finding.text for finding in log.findings] == [
+        "2 lines do not fit the header and are left out, the first is line 1001: 4 fields where the header has 6"
+    ]
+
+
+def test_many_lines_of_another_length_are_refused(tmp_path, short):
+    lines = [line + ",9" if i % 3 == 1 and i > 300 else line for i, line in enumerate(text_of(short))]
+    (tmp_path / "cut.csv").write_text("\n".join(lines))
+    with pytest.raises(LogError) as caught:
+        read_log(tmp_path / "cut.csv")
+    assert str(caught.value).startswith("cut.csv: line 302: 7 fields where the header has 6 (")
+    assert str(caught.value).endswith('such lines among 4000). Mend the export; a decimal comma needs ";" between columns.')
+
+
+def test_an_open_quote_is_refused_with_its_line(tmp_path, short):
+    lines = text_of(short)
+    lines[500] = '"' + lines[500]
+    (tmp_path / "quote.csv").write_text("\n".join(lines))
+    with pytest.raises(LogError) as caught:
+        read_log(tmp_path / "quote.csv")
+    assert str(caught.value) == "quote.csv: line 501: a quote is not closed. Mend or remove the line."
+
+
+def test_progress_goes_from_start_to_end(tmp_path, short, monkeypatch):
+    monkeypatch.setattr(log_module, "CHUNK", 20000)
+    shares = []
+    read_log(short.write(tmp_path / "log.csv"), progress=shares.append)
+    assert len(shares) > 5
+    assert shares == sorted(shares)
+    assert shares[-1] == 1.0
+
+
+def test_an_interrupt_leaves_at_once(tmp_path, short, monkeypatch):
+    monkeypatch.setattr(log_module, "CHUNK", 20000)
+
+    def stop(share):
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        read_log(short.write(tmp_path / "log.csv"), progress=stop)
