@@ -11,9 +11,13 @@ from stillhook.cli.cranes import Json
 from stillhook.cli.show import print_json, print_table, progress_bar, say
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
     from stillhook.identify.friction import Friction
+    from stillhook.identify.measure import Measured
 
 SET, REPORT, NUMBERS, POINTS, STRETCHES = "friction.toml", "report.html", "summary.json", "points.csv", "stretches.csv"
+LOG_DPI = 80  # pictures of whole logs in the report: a dozen of them, each a thousand points wide
 
 
 def friction(
@@ -120,16 +124,13 @@ def _write(result: Friction, out: Path) -> list[str]:
     from stillhook.identify.friction_figures import figures
     from stillhook.identify.friction_report import report
     from stillhook.identify.friction_result import friction_set, points_table, stretches_table, to_dict
-    from stillhook.identify.window_figure import window_figure
     from stillhook.io.figures import save_figure
     from stillhook.io.results import save_json, whole_folder
     from stillhook.library.sets import set_toml
 
-    pictures = figures(result)
-    logs = {m.test.name: window_figure(m.log, m.omega_m, m.dp_m, m.steady, title=f"test {m.test.name}") for m in result.measured}
     with whole_folder(out) as part:
-        for stem, picture in pictures.items():
-            save_figure(picture, part / f"{stem}.png")
+        pictures = {stem: save_figure(figure, part / f"{stem}.png").read_bytes() for stem, figure in figures(result).items()}
+        logs = {m.test.name: _png(_log_figure(m)) for m in result.measured}
         (part / REPORT).write_text(report(result, pictures, logs), encoding="utf-8")
         save_json(to_dict(result), part / NUMBERS)
         points_table(result).write_csv(part / POINTS)
@@ -139,3 +140,17 @@ def _write(result: Friction, out: Path) -> list[str]:
         else:
             say(f"{SET} is not written: the data cannot tell what a winch model needs.")
         return sorted(p.name for p in part.iterdir())
+
+
+def _png(figure: Figure) -> bytes:
+    import io
+
+    memory = io.BytesIO()
+    figure.savefig(memory, format="png", dpi=LOG_DPI)
+    return memory.getvalue()
+
+
+def _log_figure(m: Measured) -> Figure:
+    from stillhook.identify.window_figure import window_figure
+
+    return window_figure(m.log, "omega_m", "dp_m", m.steady, unpaired=m.pairs.unpaired, title=f"test {m.test.name}: {m.log.source}")

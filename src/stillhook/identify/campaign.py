@@ -24,6 +24,7 @@ from stillhook.units import came, parse, show
 TOP = ("title", "crane", "motors", "motor", "signals", "accuracy", "test", "synthetic")
 TEST = ("name", "log", "D_m", "D_mt", "load", "layer", "s_w", "hold_out", "signals", "start", "end")
 ACCURACY = ("p", "omega_m")
+MARK = "SYNTHETIC"  # in a title, or synthetic = true: simulated, measured on no crane
 SignalMap = Mapping[str, Signal]
 MOST_ACCURACY = 0.2  # of a speed reading: a sensor worse than that measures nothing
 
@@ -117,6 +118,7 @@ def _campaign(data: Mapping[str, Any], file: Path) -> Campaign:
     crane = load_crane(_beside(_text(data, "crane", ""), file.parent))
     motor, motor_name = _motor(data, crane, file.parent)
     mapping = mapping_from(data["signals"], "signals") if "signals" in data else None
+    synthetic = bool(data.get("synthetic")) or MARK in str(data.get("title", ""))
     accuracy = data.get("accuracy", {})
     if not isinstance(accuracy, Mapping):
         raise IdentifyError("accuracy: give a table [accuracy] with p and omega_m.")
@@ -124,15 +126,15 @@ def _campaign(data: Mapping[str, Any], file: Path) -> Campaign:
     rows = data["test"]
     if not isinstance(rows, list) or not rows or not all(isinstance(r, dict) for r in rows):
         raise IdentifyError("test: give one [[test]] a log.")
-    count = _count(data, crane)
+    count, title = _count(data, crane), str(data.get("title", file.stem))
     tests = tuple(_test(row, i, file.parent, crane, motor, count, mapping) for i, row in enumerate(rows))
     names = [t.name for t in tests]
     if len(set(names)) < len(names):
         twice = next(n for n in names if names.count(n) > 1)
         raise IdentifyError(f'test: the name "{twice}" comes twice. Give every test its own.')
     return Campaign(
-        title=str(data.get("title", file.stem)), source=file.name, crane=crane, count=count, motor=motor, motor_name=motor_name,
-        u_p=_not_negative(accuracy, "p", "pressure"), r_omega=_share(accuracy), tests=tests, synthetic=bool(data.get("synthetic", False)),
+        title=title, source=file.name, crane=crane, count=count, motor=motor, motor_name=motor_name,
+        u_p=_not_negative(accuracy, "p", "pressure"), r_omega=_share(accuracy), tests=tests, synthetic=synthetic,
     )  # fmt: skip
 
 

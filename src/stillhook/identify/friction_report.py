@@ -3,19 +3,14 @@
 from __future__ import annotations
 
 import base64
-import io
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from html import escape
-from typing import TYPE_CHECKING
 
 from stillhook._version import __version__
 from stillhook.identify.friction import JUDGED_FROM, Friction
 from stillhook.identify.friction_model import Y_NAMES, Y
 from stillhook.units import number, show
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 KIND = {"Y_1": "", "Y_2": "torque", "Y_3": "torque", "Y_4": "rotation", "Y_5": "viscous_torque", "Y_6": ""}
 MEANING = {
@@ -57,8 +52,8 @@ def written(name: str, value: float | None, digits: int = 4) -> str:
     return show(value, KIND[name], digits) if KIND[name] else f"{value:.{digits - 1}e}" if value else "0"
 
 
-def report(result: Friction, figures: Mapping[str, Figure], windows: Mapping[str, Figure] | None = None) -> str:
-    """The page as text. figures by stem (see `friction_figures.figures`); windows pictures of the logs by test name."""
+def report(result: Friction, figures: Mapping[str, bytes], windows: Mapping[str, bytes] | None = None) -> str:
+    """The page as text. figures PNG by stem (see `friction_figures.figures`); windows PNG of the logs by test name."""
     campaign = result.campaign
     parts = [
         f"<h1>Friction of {escape(campaign.crane.name)}: {escape(campaign.title)}</h1>",
@@ -174,8 +169,6 @@ def _table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     return f"<table><tr>{head}</tr>{body}</table>"
 
 
-def _figure(figure: Figure, caption: str) -> str:
-    memory = io.BytesIO()
-    figure.savefig(memory, format="png", dpi=110)
-    data = base64.b64encode(memory.getvalue()).decode("ascii")
+def _figure(png: bytes, caption: str) -> str:
+    data = base64.b64encode(png).decode("ascii")
     return f'<figure><img alt="{escape(caption)}" src="data:image/png;base64,{data}"><figcaption>{escape(caption)}</figcaption></figure>'

@@ -14,6 +14,7 @@ from stillhook.identify.friction_model import X_NAMES, Y_NAMES, motor_loss_at
 from stillhook.identify.points import Points
 from stillhook.library.evidence import Evidence
 from stillhook.library.sets import FrictionSet
+from stillhook.units import from_display, in_display, number
 
 if TYPE_CHECKING:
     import polars
@@ -32,14 +33,21 @@ def friction_set(result: Friction, name: str) -> FrictionSet:
         sources[n] = Source(text=f"left out: {campaign.source} does not ask for it", kind=SourceKind.FITTED)
     evidence = Evidence.model_construct(
         None, names=fit.names, covariance=tuple(tuple(float(x) for x in row) for row in fit.covariance), dof=float(fit.dof), data=text,
-        omega_m=_range(seen.omega), T_d=_range(seen.T_d), dp_m=_range(np.concatenate([seen.dp_up, seen.dp_down])), D_m=_range(seen.D_m),
+        omega_m=_range(seen.omega, "rotation"), T_d=_range(seen.T_d, "drum_torque"), D_m=_range(seen.D_m, "displacement"),
+        dp_m=_range(np.concatenate([seen.dp_up, seen.dp_down]), "pressure"),
         statements=tuple(s.text for s in result.statements),
     )  # fmt: skip
-    return FrictionSet(name, f"{made}System friction of {campaign.crane.name}, from {campaign.title}", result.system, sources, evidence)
+    title = f"System friction of {campaign.crane.name}, from {campaign.title}"
+    return FrictionSet(name, title if "SYNTHETIC" in title else made + title, result.system, sources, evidence)
 
 
-def _range(values: np.ndarray) -> tuple[float, float]:
-    return float(values.min()), float(values.max())
+RANGE_DIGITS = 4
+
+
+def _range(values: np.ndarray, kind: str) -> tuple[float, float]:
+    """Ends of the data, rounded in display units: a range is no measurement."""
+    low, high = (from_display(float(number(in_display(float(v), kind), RANGE_DIGITS)), kind) for v in (values.min(), values.max()))
+    return low, high
 
 
 def to_dict(result: Friction) -> dict[str, Any]:

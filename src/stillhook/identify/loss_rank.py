@@ -35,10 +35,16 @@ WORTH_NAMING = 0.08
 """Part of all bad cells that a region must add to be named."""
 WORDY = 0.03
 """Part of all bad cells that one more condition in a statement must buy."""
+def percent(share: float, digits: int = 2) -> str:
+    """A part as text in per cent."""
+    return f"{100.0 * share:.{digits}f} %"
+
+
 RULE = (
     "Recommended: of the models whose cross-validated error is within one standard error of the best one's, or within "
-    f"{MATERIAL:.1%} of the mean nominal torque of it, the one with the fewest parameters (of two alike: the smaller error). "
-    "Cross-validated: whole levels of displacement, pressure and speed are left out in turn, ends included, so that interpolation and extrapolation count."
+    f"{percent(MATERIAL, 1)} of the mean nominal torque of it, the one with the fewest parameters (of two alike: the smaller error). "
+    "Cross-validated: whole levels of displacement, pressure and speed are left out in turn, ends included, so that both "
+    "interpolation and extrapolation count."
 )
 
 
@@ -60,12 +66,13 @@ class Ranked:
 
 @dataclass(frozen=True)
 class Statement:
-    """A region where a model errs beyond the threshold."""
+    """A region where a model errs beyond the threshold; counts leave out what statements before it cover."""
 
     text: str
     cells: int
     bad: int
     worst: float
+    """Largest error over nominal torque of its bad cells [-]."""
 
 
 @dataclass(frozen=True)
@@ -161,10 +168,11 @@ def _choose(eligible: list[Ranked], best: Ranked, squares: Mapping[LossModel, Fl
 
     good = [r for r in eligible if as_good(r)]
     chosen = min(good, key=lambda r: (len(r.fit.names), r.cv))
-    text = f"{chosen.fit.card.title}: {len(chosen.fit.names)} parameters, cross-validated error {chosen.cv:.2%} of the mean nominal torque"
+    error = f"cross-validated error {percent(chosen.cv)} of the mean nominal torque"
+    text = f"{chosen.fit.card.title}: {len(chosen.fit.names)} parameters, {error}"
     if chosen is best:
         return chosen, f"{text}, the smallest of all"
-    return chosen, f"{text}; the best, {best.fit.card.title} with {len(best.fit.names)}, has {best.cv:.2%}"
+    return chosen, f"{text}; the best, {best.fit.card.title} with {len(best.fit.names)}, has {percent(best.cv)}"
 
 
 def residual_share(m: LossMap, fit: LossFit) -> FloatArray:
@@ -182,7 +190,7 @@ def not_to_be_used(m: LossMap, fit: LossFit, threshold: float = THRESHOLD) -> tu
     share = np.where(np.isnan(share), 0.0, share)
     label = np.column_stack([blocks(m.axis(name), 24) for name in AXES])
     counts = tuple(int(label[:, i].max()) + 1 for i in range(3))
-    left = share > threshold
+    left, named = share > threshold, np.zeros(len(m), dtype=bool)
     out: list[Statement] = []
     total = int(left.sum())
     while left.any() and len(out) < MOST_STATEMENTS:
@@ -190,9 +198,9 @@ def not_to_be_used(m: LossMap, fit: LossFit, threshold: float = THRESHOLD) -> tu
         if sides is None or new < WORTH_NAMING * total:
             break
         inside = _in_box(label, sides)
-        bad = inside & (share > threshold)
-        text = _words(m, label, sides)
-        out.append(Statement(text, int(inside.sum()), int(bad.sum()), float(share[inside].max())))
+        bad = inside & left
+        out.append(Statement(_words(m, label, sides), int((inside & ~named).sum()), int(bad.sum()), float(share[bad].max())))
+        named |= inside
         left &= ~inside
     if left.any():
         out.append(Statement("single cells elsewhere", int(left.sum()), int(left.sum()), float(share[left].max())))
@@ -250,7 +258,7 @@ def _words(m: LossMap, label: IntArray, sides: Sides) -> str:
         if side:
             x = m.axis(name)[label[:, axis] == i]
             end = float(x.max() if side == "<=" else x.min())
-            parts.append(f"{'up to' if side == '<=' else 'from'} {show(end, kind, 3)}{' up' if side == '>=' else ''}")
+            parts.append(f"{show(end, kind, 3)} and {'below' if side == '<=' else 'above'}")
     return ", ".join(parts) if parts else "everywhere"
 
 

@@ -33,14 +33,12 @@ Progress = Callable[[float], None]
 class Measured:
     """What one test gave: its log, steady stretches with rejects, pairs, the thesis's speed grid, and points for a fit.
 
-    ``points`` one entry a pair; ``grid_points`` one entry a grid speed (as the thesis fits); ``dp_m`` the pressure drop over the
-    log's times [Pa]; ``notes`` what a reader must know, one line each.
+    ``log`` with omega_m and dp_m among its signals whatever was logged; ``points`` one entry a pair; ``grid_points`` one entry a
+    grid speed (as the thesis fits); ``notes`` what a reader must know, one line each.
     """
 
     test: CraneTest
     log: Log
-    dp_m: FloatArray
-    omega_m: FloatArray
     steady: Steady
     pairs: Pairs
     grid: Grid
@@ -88,7 +86,7 @@ def _measure(campaign: Campaign, test: CraneTest, progress: Progress | None) -> 
     if len(np.unique(np.round(T_d, 3))) > 1:
         notes.append("the wire changed its layer during the test; every pair has the drum torque of its own layer")
     notes += _load_check(campaign, test, points)
-    return Measured(test, log, dp_m, omega_m, steady, pairs, grid, points, _grid_points(campaign, test, grid, points), tuple(notes))
+    return Measured(test, whole, steady, pairs, grid, points, _grid_points(campaign, test, grid, points), tuple(notes))
 
 
 def layer_limits(campaign: Campaign) -> tuple[float, ...]:

@@ -7,7 +7,7 @@ from log to parameters.
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
@@ -89,13 +89,12 @@ def _leaf(value: Any, kind: SourceKind, source: str) -> dict[str, Any]:
     return {"value": value, "kind": kind.value, "source": source}
 
 
-def crane_of(plan: TestPlan, truth: Mapping[str, Any] | None = None) -> Crane:
-    """The crane of a campaign as it is tested; truth: what is different from its file, as nested changes of `library.changed`.
+def crane_of(plan: TestPlan, truth: Crane | None = None) -> Crane:
+    """The crane of a campaign as it is tested; truth: another one that is tested in its place, with its circuits as they are at sea.
 
     Its motors go down to the smallest displacement of the tests. Errors: SpecError, UnitError, IdentifyError of one line.
     """
-    crane = load_crane(plan.crane)
-    crane = closed_circuit(crane if truth is None else changed(crane, truth))
+    crane = closed_circuit(load_crane(plan.crane) if truth is None else truth)
     motor = crane.active.motor
     if motor.count != plan.motors:
         raise IdentifyError(f'campaign "{plan.name}": {plan.motors} motors, and "{crane.name}" has {motor.count} in one circuit.')
@@ -114,7 +113,7 @@ def write_campaign(
     *,
     instruments: Instruments | None = None,
     minutes: float = 20.0,
-    truth: Mapping[str, Any] | None = None,
+    truth: Crane | None = None,
     layer: int | None = None,
     parquet: bool = False,
     threads: int = 2,
@@ -126,7 +125,8 @@ def write_campaign(
     ----------
     plan: which tests on which crane, see `CAMPAIGNS`. out: folder, without a campaign in it yet.
     instruments: sensors (default: typical noise, seed 0). minutes: length of each test.
-    truth: changes to the crane's file that the logs have and the campaign's reader is not told, for a blind test.
+    truth: the crane that is really tested, for a blind test: the campaign file names the plan's crane all the same. Make it with
+    `stillhook.library.changed` or `stillhook.identify.draws.crane_with`.
     layer: layer of wire to work on (default: the outermost that the pressures allow). parquet: logs as Parquet instead of CSV.
 
     Returns what was written, with notes. Errors: IdentifyError, SpecError, SimulationError, one line; nothing is left half-written.
