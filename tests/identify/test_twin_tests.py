@@ -16,7 +16,7 @@ from stillhook.identify.instruments import COLUMNS, Calibration, Instruments, No
 from stillhook.identify.published_tests import CAMPAIGNS, PlannedTest, TestPlan
 from stillhook.identify.staircase import HOLD, PAUSE, RAMP, outermost_layer, staircase
 from stillhook.identify.twin_tests import MARK, campaign_plan, closed_circuit, crane_of, write_campaign
-from stillhook.library import changed, crane_from_toml
+from stillhook.library import changed, crane_from_toml, load_friction
 from stillhook.physics.friction import system_friction
 from stillhook.physics.motor import torque_loss
 from stillhook.physics.scalar import G
@@ -178,21 +178,16 @@ def test_the_campaign_file_has_crane_signals_and_tests_and_says_that_it_is_synth
 
 
 def test_the_truth_may_differ_from_what_the_campaign_says(tmp_path):
-    truth = {"friction": {"library": "crane-1"}, "active": {"motor": {"loss": {"X_4": "20 N m"}}}, "passive": {"motor": {"loss": {"X_4": "20 N m"}}}}
+    loss = {"motor": {"loss": {"X_4": "20 N m"}}}
+    truth = changed(load_crane("nov-150t"), {"friction": {"library": "crane-1"}, "active": loss, "passive": loss})
     one = plan(rows=((2365.0, 77.0),))
     same, blind = (write_campaign(one, tmp_path / n, instruments=NONE, minutes=3.0, truth=t) for n, t in (("same", None), ("blind", truth)))
     assert same.campaign.read_text(encoding="utf-8") == blind.campaign.read_text(encoding="utf-8")
     crane = load_crane(blind.folder / "truth.toml")
-    assert crane.friction.system == load_crane_friction("crane-1")
+    assert crane.friction.system == load_friction("crane-1").system
     assert crane.active.motor.loss.X_4 == 20.0
     a, b = (np.array([m["p_a"] - m["p_b"] for m, _ in windows(signals(w.logs[0]), 3)]) for w in (same, blind))
     assert np.max(np.abs(a - b)) > 0.5 * BAR
-
-
-def load_crane_friction(name: str):
-    from stillhook.library import load_friction
-
-    return load_friction(name).system
 
 
 # Sensors
@@ -282,4 +277,9 @@ def test_the_command_writes_a_campaign_and_says_what_it_wrote(tmp_path, capsys):
     example_campaign("crane-2", tmp_path / "b", minutes=2.0, parquet=True, noise="none", json=True)
     data = json.loads(capsys.readouterr().out)
     assert len(data["logs"]) == 7
+    example_campaign("crane-2", tmp_path / "c", minutes=2.0, truth=["crane-1", "A6VM215-crane-2-second-loop"])
+    crane = load_crane(tmp_path / "c" / "truth.toml")
+    assert crane.friction.system == load_friction("crane-1").system
+    assert crane.active.motor.loss.X_3 == 0.012
+    assert 'crane = "nov-150t"' in (tmp_path / "c" / "campaign.toml").read_text(encoding="utf-8")
     assert signals(Path(data["logs"][0]))["p_a"].min() > 0.0

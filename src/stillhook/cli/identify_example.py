@@ -18,6 +18,9 @@ def example_campaign(
     seed: Annotated[int, typer.Option(min=0, help="Seed of the noise.")] = 0,
     minutes: Annotated[float, typer.Option(help="Length of each test.")] = 20.0,
     layer: Annotated[int | None, typer.Option(help="Layer of wire (default: the outermost that the pressures allow).")] = None,
+    truth: Annotated[
+        list[str] | None, typer.Option(help="Friction or motor set that the crane really has, for a blind test. May be given twice.")
+    ] = None,
     parquet: Annotated[bool, typer.Option("--parquet", help="Logs as Parquet instead of CSV.")] = False,
     json: Json = False,
 ) -> None:
@@ -25,12 +28,17 @@ def example_campaign(
 
     Example: stillhook identify example-campaign L4593 my-tests
     """
+    from stillhook.identify.draws import crane_with
     from stillhook.identify.instruments import Instruments, noise_of
     from stillhook.identify.twin_tests import campaign_plan, write_campaign
+    from stillhook.library import load_crane, load_set
 
     plan, instruments = campaign_plan(name), Instruments(noise=noise_of(noise), seed=seed)
+    crane = crane_with(load_crane(plan.crane), *(load_set(name) for name in truth)) if truth else None
     with progress_bar(f"{plan.crane}: {len(plan.tests)} tests") as bar:
-        written = write_campaign(plan, out, instruments=instruments, minutes=minutes, layer=layer, parquet=parquet, progress=bar)
+        written = write_campaign(
+            plan, out, instruments=instruments, truth=crane, minutes=minutes, layer=layer, parquet=parquet, progress=bar
+        )
     if json:
         logs = [str(p) for p in written.logs]
         print_json({"campaign": str(written.campaign), "logs": logs, "layer": written.layer, "notes": written.notes})

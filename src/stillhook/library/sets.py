@@ -19,7 +19,7 @@ from stillhook.errors import SpecError
 from stillhook.library.evidence import RANGES, Evidence, evidence_of
 from stillhook.library.explain import explain
 from stillhook.library.files import EVIDENCE, Tree, library_table, nearest, parsed, shelf, sources, toml_text, tree, values
-from stillhook.library.write import joined, leaf_tables, leaf_tree, toml_value, written
+from stillhook.library.write import joined, leaf_tables, toml_value, written
 from stillhook.units import came
 
 SUFFIX = ".toml"
@@ -169,8 +169,3 @@ def _title(label: str, table: Mapping[str, Any]) -> str:
     if not isinstance(title, str) or not title.strip():
         raise SpecError(f"{label}: title = {came(title)}: give a text.")
     return title
-
-
-def set_tree(item: FrictionSet | LossSet) -> Tree:
-    """The values of a set as a tree of leaves."""
-    return leaf_tree(item.system, item.sources) if isinstance(item, FrictionSet) else leaf_tree(item.motor, item.sources)
