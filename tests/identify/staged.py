@@ -7,7 +7,8 @@ import numpy as np
 
 from stillhook.identify.friction_model import Y, mj4, system_friction
 from stillhook.identify.points import Points
-from stillhook.library import motor, system_friction as library_friction
+from stillhook.library import motor
+from stillhook.library import system_friction as library_friction
 from stillhook.physics.scalar import G
 from stillhook.units import parse
 

@@ -2,13 +2,13 @@
 
 import numpy as np
 import pytest
+from tests.identify.staged import LOSS, stage, truth
 
 from stillhook.errors import IdentifyError
 from stillhook.identify.complex_method import Variant, complex_method
 from stillhook.identify.friction_fit import Y_4_LEAST, Problem, Target
-from stillhook.identify.friction_model import Y, Y_NAMES, motor_loss_at, system_friction_at
-from stillhook.identify.friction import UPPER
-from tests.identify.staged import LOSS, stage, truth
+from stillhook.identify.friction_model import Y_NAMES, Y, motor_loss_at, system_friction_at
+from stillhook.identify.from_tests import UPPER
 
 SAME = 1e-6  # relative difference of two costs that are the same minimum
 

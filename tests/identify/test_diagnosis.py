@@ -4,12 +4,12 @@ import dataclasses
 
 import numpy as np
 import pytest
+from tests.identify.staged import CRANE_2, LEVER, LOSS, RPM, STAIR, disturbed, stage, truth
 
 from stillhook.identify.diagnosis import design, judge
 from stillhook.identify.friction_fit import fit_system, predicted
 from stillhook.identify.uncertainty import profile_intervals
 from stillhook.physics.scalar import G
-from tests.identify.staged import CRANE_2, LEVER, LOSS, RPM, STAIR, disturbed, stage, truth
 
 SWL = 153e3 * G * LEVER
 HEAVY = [t for t in CRANE_2 if t[1] == 77]

@@ -4,6 +4,7 @@ import dataclasses
 
 import numpy as np
 import pytest
+from tests.identify.staged import CRANE_2, LOSS, RPM, STAIR, stage, truth
 
 from stillhook.errors import IdentifyError
 from stillhook.identify.friction_fit import Problem, Target, cost, fit_system, predicted, predicted_sd
@@ -17,7 +18,6 @@ from stillhook.identify.uncertainty import (
     t_factor,
 )
 from stillhook.library import motor
-from tests.identify.staged import CRANE_2, LOSS, RPM, STAIR, stage, truth
 
 EXACT = 1e-5  # noise-free points hold the truth to the solver's precision; the issue asks for 2 %
 PUBLISHED = ("crane-1", "crane-2", "L4593")

@@ -2,13 +2,13 @@
 
 import numpy as np
 import pytest
+from tests.identify.staged import CM3, CRANE_2, LOSS, RPM, STAIR, stage, truth
 
 from stillhook.errors import IdentifyError
 from stillhook.identify.friction_fit import cost, fit_system
 from stillhook.identify.friction_model import X_NAMES, mj4
 from stillhook.identify.second_loop import second_loop
 from stillhook.library import motor
-from tests.identify.staged import CM3, CRANE_2, LOSS, RPM, STAIR, stage, truth
 
 SUPPLIER = motor("A6VM215").loss
 FULL = 215 * CM3

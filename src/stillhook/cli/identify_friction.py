@@ -13,7 +13,7 @@ from stillhook.cli.show import print_json, print_table, progress_bar, say
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from stillhook.identify.friction import Friction
+    from stillhook.identify.from_tests import Friction
     from stillhook.identify.measure import Measured
 
 SET, REPORT, NUMBERS, POINTS, STRETCHES = "friction.toml", "report.html", "summary.json", "points.csv", "stretches.csv"
@@ -38,7 +38,7 @@ def friction(
 
     Example: stillhook identify friction my-tests/campaign.toml --out results
     """
-    from stillhook.identify.friction import friction as identify
+    from stillhook.identify.from_tests import friction as identify
     from stillhook.io.results import check_folder
 
     if out is not None:

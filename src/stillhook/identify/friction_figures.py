@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stillhook.identify.friction import JUDGED_FROM, Friction, nominal_share
 from stillhook.identify.friction_fit import predicted_sd
 from stillhook.identify.friction_model import Loss, mj4, motor_loss_at, system_friction
+from stillhook.identify.from_tests import JUDGED_FROM, Friction, nominal_share
 from stillhook.identify.points import FloatArray, Points
 from stillhook.identify.uncertainty import t_factor
 from stillhook.io.figures import COLOURS, GREY

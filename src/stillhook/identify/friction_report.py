@@ -8,8 +8,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from html import escape
 
 from stillhook._version import __version__
-from stillhook.identify.friction import JUDGED_FROM, Friction
 from stillhook.identify.friction_model import Y_NAMES, Y
+from stillhook.identify.from_tests import JUDGED_FROM, Friction
 from stillhook.units import number, show
 
 KIND = {"Y_1": "", "Y_2": "torque", "Y_3": "torque", "Y_4": "rotation", "Y_5": "viscous_torque", "Y_6": ""}

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stillhook.crane import Source, SourceKind
-from stillhook.identify.friction import Friction, HeldOut, nominal_share
 from stillhook.identify.friction_fit import predicted
 from stillhook.identify.friction_model import X_NAMES, Y_NAMES, motor_loss_at
+from stillhook.identify.from_tests import Friction, HeldOut, nominal_share
 from stillhook.identify.points import Points
 from stillhook.library.evidence import Evidence
 from stillhook.library.sets import FrictionSet
