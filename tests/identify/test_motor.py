@@ -1,0 +1,267 @@
+"""From map to motor file: what is written drops into a crane, says where it is from, and is refused where there is nothing to write."""
+
+import json
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from stillhook.cli import identify as identify_app
+from stillhook.cli import identify_motor as commands
+from stillhook.cli import run
+from stillhook.crane import SourceKind
+from stillhook.errors import IdentifyError, SpecError
+from stillhook.identify.loss_map import LossMap
+from stillhook.identify.loss_models import LossModel
+from stillhook.identify.motor import MotorLoss, identify_motor, loss_set, to_dict
+from stillhook.identify.motor_figures import figures
+from stillhook.identify.motor_report import report
+from stillhook.identify.synthetic_map import synthetic_map, write_map
+from stillhook.io.page import png
+from stillhook.io.results import to_json
+from stillhook.library import load_crane, motor
+from stillhook.library.sets import load_losses, set_toml
+from stillhook.physics.motor import torque_loss
+
+WRITTEN = 1e-12
+"""Relative: through text and back."""
+
+
+def thinned(m: LossMap) -> LossMap:
+    return m.at(np.isin(m.omega_m, np.unique(m.omega_m)[::3]))
+
+
+@pytest.fixture(scope="module")
+def small() -> LossMap:
+    return thinned(synthetic_map("A6VM215", seed=4))
+
+
+@pytest.fixture(scope="module")
+def result(small: LossMap) -> MotorLoss:
+    return identify_motor(small)
+
+
+@pytest.fixture(scope="module")
+def file(result: MotorLoss, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("motor") / "my-motor.toml"
+    path.write_text(set_toml(loss_set(result, "my-motor")))
+    return path
+
+
+def test_the_written_motor_is_a_motor_with_the_fitted_loss(result, file, small):
+    back = load_losses(file)
+    here = torque_loss(small.omega_m, small.D_m, small.dp_m, back.motor.loss)
+    assert here == pytest.approx(result.mj4.torque(small.omega_m, small.D_m, small.dp_m), rel=WRITTEN)
+
+
+def test_everything_but_the_loss_is_the_lenders_with_its_kind(file):
+    back, lender = load_losses(file), load_losses("A6VM215")
+    for field in ("D_max", "n_max_full", "n_max", "J", "C_1", "C_2"):
+        assert getattr(back.motor, field) == getattr(lender.motor, field)
+        assert back.sources[field] == lender.sources[field]
+    for n in ("X_1", "X_2", "X_3", "X_4", "X_5"):
+        assert back.sources[f"loss.{n}"].kind is SourceKind.FITTED
+        assert "SYNTHETIC" in back.sources[f"loss.{n}"].text
+
+
+def test_evidence_holds_covariance_ranges_and_where_not_to_use_it(result, file, small):
+    evidence = load_losses(file).evidence
+    assert evidence is not None
+    assert evidence.names == result.mj4.names
+    assert evidence.matrix == pytest.approx(result.covariance, rel=1e-9)
+    assert evidence.deviation("X_4") > result.mj4.errors[3]  # spread of levels, not of cells
+    assert evidence.omega_m == pytest.approx(small.range()["omega_m"])
+    assert evidence.D_m == pytest.approx(small.range()["D_m"])
+    assert evidence.dof == result.mj4.dof
+    assert any("off by up to" in s for s in evidence.statements)
+    assert any("the map ends at" in s for s in evidence.statements)
+
+
+def test_the_motor_file_drops_into_a_crane_file(file):
+    own = file.with_name("my-crane.toml")
+    own.write_text(f'base = "nov-250t"\n[active.motor]\ntype = "{file.name}"\n')
+    crane, base = load_crane(own), load_crane("nov-250t")
+    assert crane.active.motor.loss == load_losses(file).motor.loss
+    assert crane.active.motor.loss != base.active.motor.loss
+    assert crane.active.motor.count == base.active.motor.count
+
+
+def test_a_parameter_at_its_bound_claims_no_error_in_the_file(small):
+    rising = replace(small, T_f=small.T_f - 4e-14 * small.dp_m**2 + 8.0)
+    found = identify_motor(rising, threshold=0.2)
+    assert "X_5" in found.mj4.at_bound
+    written = loss_set(found, "x")
+    assert written.evidence is not None
+    assert "X_5" not in written.evidence.names
+    assert len(written.evidence.covariance) == len(written.evidence.names)
+    assert any("X_5 is at its bound" in s for s in written.evidence.statements)
+
+
+def test_a_forced_model_is_looked_at_and_mj4_is_still_written(small):
+    found = identify_motor(small, model="mj6")
+    assert found.model is LossModel.MJ6
+    assert found.ranking.recommended is LossModel.MJ4
+    assert loss_set(found, "x").motor.loss.X_4 == found.mj4["X_4"]
+    assert "twin runs MJ4" in report(found, {})
+
+
+def test_a_motor_of_no_library_size_needs_a_lender(small):
+    odd = replace(small, D_max=1.15 * small.D_max)
+    found = identify_motor(odd)
+    assert found.like is None
+    with pytest.raises(IdentifyError, match=r"no motor of the library has 247\.2"):
+        loss_set(replace(found, map=odd), "x")
+    assert loss_set(identify_motor(odd, like="A6VM280"), "x").motor.D_max == motor("A6VM280").D_max
+
+
+def test_wrong_requests_are_refused(small):
+    with pytest.raises(IdentifyError, match='"mj7": not one of wilson, '):
+        identify_motor(small, model="mj7")
+    with pytest.raises(SpecError, match="A6VM999"):
+        identify_motor(small, like="A6VM999")
+    with pytest.raises(IdentifyError, match="between 0 and 1"):
+        identify_motor(small, threshold=1.5)
+
+
+def test_a_map_of_noise_has_no_usable_model(small):
+    rng = np.random.default_rng(0)
+    noise = replace(small, T_f=rng.uniform(0.0, 0.5, len(small)) * small.T_N)
+    found = identify_motor(noise)
+    assert not found.usable
+    assert report(found, {}).count("NO:") == 1
+    with pytest.raises(IdentifyError, match="wrong on most of it"):
+        loss_set(found, "x")
+
+
+def test_json_holds_every_model_with_units_errors_and_strict_numbers(result):
+    data = json.loads(to_json(to_dict(result)))
+    assert {m["model"] for m in data["models"]} == {m.value for m in LossModel}
+    assert data["recommended"] == "mj4"
+    assert data["synthetic"] is True
+    mj4 = next(m for m in data["models"] if m["model"] == "mj4")
+    assert mj4["parameters"]["X_4"]["unit"] == "N m"
+    assert mj4["parameters"]["X_4"]["value"] == pytest.approx(result.mj4["X_4"])
+    wilson = next(m for m in data["models"] if m["model"] == "wilson")
+    assert all(wilson["parameters"][n]["standard_error"] is None for n in wilson["at_bound"])
+
+
+def test_figures_show_the_map_they_are_made_from_and_say_that_it_is_synthetic(result):
+    made = figures(result)
+    assert set(made) == set(commands.STEMS)
+    for figure in made.values():
+        assert "SYNTHETIC" in figure.get_suptitle()
+    points = [line for ax in made["model-and-map"].axes for line in ax.get_lines() if line.get_marker() == "."]
+    assert {float(y) for line in points for y in line.get_ydata()} <= {float(t) for t in result.map.T_f}
+    bars = made["ranking"].axes[1].patches
+    assert sorted(b.get_height() for b in bars) == sorted(r.fit.normalised for r in result.ranking.ranked)
+
+
+def test_term_shares_are_of_the_whole(result):
+    """Paper A figure 6: turbulent and constant losses are the largest of MJ4."""
+    ax = figures(result)["terms"].axes[0]
+    shares = np.array([p.get_height() for p in ax.patches]).reshape(3, -1)
+    assert shares.sum(axis=1) == pytest.approx([100.0] * 3)
+    names = [t.get_text() for t in ax.get_xticklabels()]
+    largest = {names[i] for i in np.argsort(shares[0])[-2:]}
+    assert largest == {"turbulent", "constant"}
+
+
+@pytest.mark.parametrize("part", ["one displacement", "one pressure", "scattered"])
+def test_figures_and_report_come_out_of_odd_maps_too(small, part):
+    m = {
+        "one displacement": small.full(),
+        "one pressure": small.at(small.dp_m == small.dp_m.max()),
+        "scattered": small.at(np.random.default_rng(0).random(len(small)) < 0.4),
+    }[part]
+    found = identify_motor(m)
+    page = report(found, {stem: png(f) for stem, f in figures(found).items()})
+    assert page.count("<img") == 6
+    if part == "one pressure":
+        assert not found.usable
+        assert "cannot be told apart" in page
+
+
+def test_the_page_stands_alone(result):
+    page = report(result, {stem: png(f) for stem, f in figures(result).items()})
+    assert page.startswith("<!doctype html>")
+    assert "SYNTHETIC" in page
+    assert set(re.findall(r'src="([^,]*),', page)) == {"data:image/png;base64"}
+    assert re.search(r"(src|href)=.?http", page) is None
+
+
+# The command line
+
+
+@pytest.fixture(autouse=True)
+def registered() -> None:
+    """The commands under `stillhook identify`."""
+    have = {c.name for c in identify_app.app.registered_commands}
+    for name, command in (("motor", commands.motor), ("example-map", commands.example_map)):
+        if name not in have:
+            identify_app.app.command(name)(command)
+
+
+@pytest.fixture
+def csv(small, tmp_path) -> Path:
+    return write_map(small, tmp_path / "map.csv")
+
+
+def test_cli_from_map_to_files(csv, tmp_path, capsys):
+    assert run(["identify", "motor", str(csv), "--out", str(tmp_path / "o")]) == 0
+    told = capsys.readouterr()
+    assert "recommended: MJ4: 5 parameters" in told.out
+    assert "do not use: " in told.out
+    assert "SYNTHETIC map" in told.err
+    assert sorted(p.name for p in (tmp_path / "o").iterdir()) == sorted(commands.OUT_FILES)
+    assert load_losses(tmp_path / "o" / "motor.toml").evidence is not None
+    assert json.loads((tmp_path / "o" / "models.json").read_text())["recommended"] == "mj4"
+
+
+def test_cli_json_is_json_alone(csv, capsys):
+    assert run(["identify", "motor", str(csv), "--json"]) == 0
+    told = capsys.readouterr()
+    assert json.loads(told.out)["cells"] > 100
+    assert told.err == ""
+
+
+def test_cli_says_no_with_exit_code_1_and_writes_no_motor(small, tmp_path, capsys):
+    one = write_map(small.at(small.dp_m == small.dp_m.max()), tmp_path / "one.csv")
+    assert run(["identify", "motor", str(one), "--out", str(tmp_path / "o")]) == 1
+    told = capsys.readouterr()
+    assert "NO: " in told.out
+    assert "cannot be told apart" in told.out
+    assert "motor.toml is not written" in told.err
+    assert not (tmp_path / "o" / "motor.toml").exists()
+    assert (tmp_path / "o" / "report.html").exists()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "part"),
+    [
+        (["gone.csv"], "no such file"),
+        (["map.csv", "--model", "mj9"], "not one of wilson"),
+        (["map.csv", "--like", "A6VM99"], "A6VM99"),
+        (["map.csv", "--like", "A6VM170"], "beyond the motor's full 170 cm^3/rev"),
+        (["map.csv", "--threshold", "0"], "--threshold"),
+        (["map.csv", "--mapping", "gone.toml"], "no mapping can be read"),
+        (["map.csv", "--out", "map.csv"], "is not a folder"),
+    ],
+)
+def test_cli_refuses_in_one_line(csv, monkeypatch, capsys, arguments, part):
+    monkeypatch.chdir(csv.parent)
+    assert run(["identify", "motor", *arguments]) == 2
+    told = capsys.readouterr().err.strip().splitlines()
+    assert told[-1].startswith("error: ")
+    assert part in told[-1]
+    assert "Traceback" not in "".join(told)
+
+
+def test_example_map_is_marked_and_repeatable(tmp_path, capsys):
+    for name in ("a.csv", "b.csv"):
+        assert run(["identify", "example-map", str(tmp_path / name), "--motor", "A6VM170", "--seed", "2"]) == 0
+    assert (tmp_path / "a.csv").read_text() == (tmp_path / "b.csv").read_text()
+    assert "SYNTHETIC" in (tmp_path / "a.csv").read_text().splitlines()[0]
+    assert run(["identify", "example-map", str(tmp_path / "c.csv"), "--motor", "A6VM"]) == 2
+    assert not (tmp_path / "c.csv").exists()
