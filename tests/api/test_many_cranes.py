@@ -7,6 +7,7 @@ import pytest
 
 from stillhook import Scenario, load_crane, load_run, save_run, simulate
 from stillhook.cli import run as command
+from stillhook.engine import run as engine_run
 from stillhook.errors import StillhookError
 from stillhook.io.results import origin, rerun
 from stillhook.library import changed
@@ -26,6 +27,20 @@ def test_a_list_of_cranes_runs_one_case_each_as_it_does_alone():
         for name in ("e_c_pp", "p_max", "energy_pumps", "energy_unaccounted"):
             assert float(together[name][i]) == float(alone[name][0])
     assert np.all(np.diff(together.p_max.values) > 0.0)  # more friction, more pressure
+
+
+def test_many_cranes_run_sixteen_side_by_side_and_not_one_by_one(monkeypatch):
+    blocks: list[int] = []
+    true = engine_run.Block
+
+    def counting(packs, **options):
+        blocks.append(len(packs))
+        assert options["lanes"] == 16
+        return true(packs, **options)
+
+    monkeypatch.setattr(engine_run, "Block", counting)
+    simulate([*CRANES, *CRANES], CASE)
+    assert sorted(blocks) == [8, 16, 16]
 
 
 def test_more_cranes_than_fit_side_by_side_give_the_bits_of_single_trajectories():

@@ -123,6 +123,10 @@ def test_the_comparison_is_printed_and_written_whole(tmp_path, capsys):
     assert " ± " in said
     assert sorted(p.name for p in (tmp_path / "out").iterdir()) == ["friction-sets.json", "friction-sets.png"]
     assert (tmp_path / "out" / "friction-sets.png").read_bytes().startswith(b"\x89PNG")
+    (tmp_path / "other").mkdir()
+    again = str(save_set(with_evidence(), tmp_path / "other" / "mine.toml"))
+    assert command(["friction", "compare", path, again, path, "--json"]) == 0
+    assert [s["set"] for s in json.loads(capsys.readouterr().out)["sets"]] == [path, again]  # two files of one name are told apart
     assert command(["friction", "compare", "crane-1", "--load", "100 t", "--crane", "nov-150t", "--layer", "3", "--json"]) == 0
     data = json.loads(capsys.readouterr().out)
     assert data["T_d"] == pytest.approx(drum_torque(CRANE, 100e3, 3))

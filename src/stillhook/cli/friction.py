@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -73,7 +74,10 @@ def compare(
     if out is not None:
         check_folder(out, FILES)
     T_d, what = _drum_torque(load, crane, layer, torque)
-    splits: list[Split] = [split(load_friction(name), T_d, speeds()) for name in dict.fromkeys(sets)]
+    items = {name: load_friction(name) for name in sets}
+    names = [item.name for item in items.values()]
+    told_apart = [item if names.count(item.name) == 1 else replace(item, name=given) for given, item in items.items()]
+    splits: list[Split] = [split(item, T_d, speeds()) for item in told_apart]
     rows = table(splits)
     remarks = notes(splits, T_d)
     data = {"T_d": T_d, "sets": rows, "notes": remarks}
@@ -112,13 +116,13 @@ def _drum_torque(load: str, crane: str, layer: int | None, torque: str | None) -
 
 
 def _print(rows: list[dict[str, Any]], T_d: float, what: str) -> None:
-    from stillhook.units import show
+    from stillhook.units import number, show
 
     speeds = list(rows[0]["total"])
     header = ("set", "Coulomb", "stiction\nat rest", "viscous at\n1000 rev/min", *(f"total at\n{s}" for s in speeds))
     body = []
     for r in rows:
-        totals = [f"{r['total'][s]:.1f}" + ("" if r["half_95"][s] is None else f" ± {r['half_95'][s]:.1f}") for s in speeds]
+        totals = [f"{r['total'][s]:.1f}" + ("" if r["half_95"][s] is None else f" ± {number(r['half_95'][s], 2)}") for s in speeds]
         body.append((r["set"], f"{r['coulomb']:.1f}", f"{r['stiction']:.1f}", f"{r['viscous_1000']:.1f}", *totals))
     torque = f"drum torque {show(T_d, 'drum_torque')}"
     print_table(header, body, title=f"System friction per motor shaft [N m], {torque}{f' ({what})' if what else ''}")

@@ -132,7 +132,9 @@ def table(splits: Sequence[Split]) -> list[dict[str, Any]]:
 def provenance(item: FrictionSet | Any) -> list[str]:
     """Where the values of a set are from, each source once, with its kind; and the data that they were fitted to."""
     found = list(dict.fromkeys(f"{s.kind.value}: {s.text}" for s in item.sources.values()))
-    return found + ([f"fitted to: {item.evidence.data}"] if item.evidence is not None else [])
+    if item.evidence is not None and not any(item.evidence.data in text for text in found):
+        found.append(f"fitted to: {item.evidence.data}")
+    return found
 
 
 def figure(splits: Sequence[Split], T_d: float, what: str = "") -> Figure:
