@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import base64
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from html import escape
 
-from stillhook._version import __version__
 from stillhook.identify.friction_model import Y_NAMES, Y
+from stillhook.identify.friction_result import to_dict
 from stillhook.identify.from_tests import JUDGED_FROM, Friction
+from stillhook.io.page import bullets, heading, page, paragraph, picture, table
 from stillhook.units import number, show
 
 KIND = {"Y_1": "", "Y_2": "torque", "Y_3": "torque", "Y_4": "rotation", "Y_5": "viscous_torque", "Y_6": ""}
@@ -30,11 +29,6 @@ CAPTIONS = {
     "second-loop-motor": "What the crane's tests make of the supplier's motor model.",
     "second-loop-system": "With a right motor model, tests of one load fall on one curve whatever the displacement.",
 }
-STYLE = """body{font:15px/1.5 system-ui,sans-serif;max-width:60em;margin:2em auto;padding:0 1em;color:#222}
-h1{font-size:1.5em}h2{font-size:1.2em;margin-top:2em}table{border-collapse:collapse;font-size:.9em;margin:1em 0}
-td,th{padding:.25em .7em;border-bottom:1px solid #ddd;text-align:right;vertical-align:top}td:first-child,th:first-child{text-align:left}
-img{max-width:100%}figcaption{font-size:.85em;color:#555}figure{margin:1.5em 0}
-.synthetic{background:#fff3cd;padding:.6em 1em}.severe{color:#a00;font-weight:600}"""
 METHOD = (
     "Method: steady stretches of the logs, hoisting and lowering of about the same speed in pairs; half the difference of their pressure "
     "drops is the mean of both losses, with which the models are compared at both pressures and speeds (G.-A. Moslåt 2020, section 2.2 and "
@@ -56,31 +50,32 @@ def report(result: Friction, figures: Mapping[str, bytes], windows: Mapping[str,
     """The page as text. figures PNG by stem (see `friction_figures.figures`); windows PNG of the logs by test name."""
     campaign = result.campaign
     parts = [
-        f"<h1>Friction of {escape(campaign.crane.name)}: {escape(campaign.title)}</h1>",
-        '<p class="synthetic">SYNTHETIC: these logs were simulated, not measured.</p>' if campaign.synthetic else "",
-        f"<p>{escape(_verdict(result))}</p>",
-        "<h2>System friction per motor shaft (eq. 2.7)</h2>",
-        "<p>T_fs = (Y_1 T_d + Y_3) exp(-|n_m| / Y_4) + Y_2 + Y_5 |omega_m| + Y_6 T_d, T_d the drum torque. "
-        f"Intervals: 95 %, {escape(result.method.value)}. Motor loss: {escape(campaign.motor_name)} (MJ4).</p>",
-        _table(("", "value", "from", "to", "meaning"), _parameters(result)),
-        "<h2>What the data cannot tell</h2>",
+        paragraph(_verdict(result), no=not result.usable),
+        heading("System friction per motor shaft (eq. 2.7)"),
+        paragraph(
+            "T_fs = (Y_1 T_d + Y_3) exp(-|n_m| / Y_4) + Y_2 + Y_5 |omega_m| + Y_6 T_d, T_d the drum torque. "
+            f"Intervals: 95 %, {result.method.value}. Motor loss: {campaign.motor_name} (MJ4)."
+        ),
+        table(("", "value", "from", "to", "meaning"), _parameters(result)),
+        heading("What the data cannot tell"),
         _list(result),
-        "<h2>Tests</h2>",
-        _table(("test", "load", "displacement", "speeds", "pairs", "rejected", "error RMS", "remarks"), _tests(result)),
+        heading("Tests"),
+        table(("test", "use", "load", "displacement", "speeds", "pairs", "not used", "error RMS"), _tests(result)),
+        bullets(_remarks(result)),
         *_held_out(result),
-        "<h2>Our fit beside the thesis's</h2>",
-        _table(("", *Y_NAMES, "cost E [N&sup2; m&sup2;]"), _methods(result)),
-        f"<p>{escape(_agreement(result))}</p>",
+        heading("Our fit beside the thesis's"),
+        table(("", *Y_NAMES, "cost E [N²m²]"), _methods(result)),
+        paragraph(_agreement(result)),
         *_second(result),
-        "<h2>What to test next</h2>",
-        _table(("load", "displacement of one motor", "uncertainty of predicted friction"), _proposals(result)),
-        "<h2>Figures</h2>",
-        *(_figure(f, CAPTIONS.get(stem, stem)) for stem, f in figures.items()),
-        *(_figure(f, f"Test {name}: stretches used, and not used.") for name, f in (windows or {}).items()),
-        f"<p><small>Made by Stillhook {escape(__version__)}. {escape(METHOD)}</small></p>",
+        heading("What to test next"),
+        table(("load", "displacement of one motor", "uncertainty of predicted friction"), _proposals(result)),
+        heading("Figures"),
+        *(picture(f, CAPTIONS.get(stem, stem)) for stem, f in figures.items()),
+        *(picture(f, f"Test {name}: stretches used, and not used.") for name, f in (windows or {}).items()),
+        paragraph(METHOD),
     ]
-    head = f'<meta charset="utf-8"><title>Friction of {escape(campaign.crane.name)}</title><style>{STYLE}</style>'
-    return f'<!doctype html><html lang="en">{head}<body>{"".join(parts)}</body></html>\n'
+    synthetic = "SYNTHETIC: these logs were simulated, not measured." if campaign.synthetic else ""
+    return page(f"Friction of {campaign.crane.name}: {campaign.title}", parts, synthetic=synthetic)
 
 
 def _verdict(result: Friction) -> str:
@@ -95,34 +90,48 @@ def _parameters(result: Friction) -> Iterable[Sequence[str]]:
     for n in Y_NAMES:
         i, value = found.get(n), float(getattr(result.fit.y, n))
         state = " (taken from another set)" if n in result.fit.given else " (left out)" if n in result.fit.dropped else ""
-        yield n, written(n, value), written(n, i.low if i else None), written(n, i.high if i else None), escape(MEANING[n] + state)
+        yield n, written(n, value), written(n, i.low if i else None), written(n, i.high if i else None), MEANING[n] + state
 
 
 def _list(result: Friction) -> str:
     if not result.statements:
-        return "<p>Nothing stands out: loads, speeds and displacements of the campaign tell all parameters apart.</p>"
-    rows = (f'<li{" class=severe" if s.severe else ""}>{escape(s.text)}</li>' for s in result.statements)
-    return f"<ul>{''.join(rows)}</ul>"
+        return paragraph("Nothing stands out: loads, speeds and displacements of the campaign tell all parameters apart.")
+    severe = [paragraph(s.text, no=True) for s in result.statements if s.severe]
+    return "".join(severe) + bullets(s.text for s in result.statements if not s.severe)
 
 
 def _tests(result: Friction) -> Iterable[Sequence[str]]:
-    from stillhook.identify.friction_result import to_dict
-
     for t in to_dict(result)["tests"]:
-        remarks = [*(["held out"] if t["hold_out"] else []), *t["notes"], *t["findings"]]
         speeds = f"{show(t['omega_m_min'], 'rotation', 3).split()[0]} to {show(t['omega_m_max'], 'rotation', 3)}"
         yield (
-            escape(t["name"]), show(t["load"], "mass", 3), show(t["D_m"], "displacement", 4), speeds, str(t["pairs"]),
-            str(t["rejected"] + t["unpaired"]), f"{t['rms_percent']:.2f} %", escape("; ".join(remarks)) or "-",
+            t["name"], "held out" if t["hold_out"] else "fitted", show(t["load"], "mass", 3), show(t["D_m"], "displacement", 4), speeds,
+            str(t["pairs"]), str(t["rejected"] + t["unpaired"]), f"{t['rms_percent']:.2f} %",
         )  # fmt: skip
+
+
+MOST_ALIKE = 2
+"""Findings of one kind in one signal of a log that are told one by one."""
+
+
+def _remarks(result: Friction) -> Iterable[str]:
+    """What was noted about each test and found in its log; many findings of one kind are counted."""
+    for m in result.measured:
+        alike: dict[tuple[str, str], list[str]] = {}
+        for f in m.log.findings:
+            alike.setdefault((f.signal, f.kind), []).append(f.text)
+        for texts in alike.values():
+            yield from (f"test {m.test.name}: {text}" for text in texts[:MOST_ALIKE])
+            if len(texts) > MOST_ALIKE:
+                yield f"test {m.test.name}: ... and {len(texts) - MOST_ALIKE} more of this kind (all of them in summary.json)"
+        yield from (f"test {m.test.name}: {note}" for note in m.notes)
 
 
 def _held_out(result: Friction) -> list[str]:
     if not result.held_out:
-        return ["<p>No test was held out. Hold one out to see how well the friction of other loads and displacements is predicted.</p>"]
-    rows = ((escape(h.test), f"{h.rms:.2f} %", f"{h.worst:.2f} %", str(h.count)) for h in result.held_out)
+        return [paragraph("No test was held out. Hold one out to see how well the friction of other loads and displacements is predicted.")]
+    rows = ((h.test, f"{h.rms:.2f} %", f"{h.worst:.2f} %", str(h.count)) for h in result.held_out)
     speed = show(JUDGED_FROM, "rotation", 3)
-    return [f"<p>Held-out tests, from {speed} on, in % of nominal torque:</p>", _table(("test", "RMS", "largest", "pairs"), rows)]
+    return [paragraph(f"Held-out tests, from {speed} on, in % of nominal torque:"), table(("test", "RMS", "largest", "pairs"), rows)]
 
 
 def _methods(result: Friction) -> Iterable[Sequence[str]]:
@@ -151,9 +160,8 @@ def _second(result: Friction) -> list[str]:
     if s is None:
         return []
     return [
-        f"<h2>Second loop (paper D section 3): {escape(s.verdict)}</h2><ul>",
-        *(f"<li>{escape(text)}</li>" for text in s.statements),
-        "</ul>",
+        heading(f"Second loop (paper D section 3): {s.verdict}"),
+        bullets(s.statements),
     ]
 
 
@@ -161,14 +169,3 @@ def _proposals(result: Friction) -> Iterable[Sequence[str]]:
     for p in result.proposals:
         change = f"{show(p.sd_before, 'torque', 2)} to {show(p.sd_after, 'torque', 2)} per motor"
         yield show(p.load, "mass", 3), show(p.D_m, "displacement", 3), change
-
-
-def _table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    head = "".join(f"<th>{h}</th>" for h in header)
-    body = "".join(f"<tr>{''.join(f'<td>{cell}</td>' for cell in row)}</tr>" for row in rows)
-    return f"<table><tr>{head}</tr>{body}</table>"
-
-
-def _figure(png: bytes, caption: str) -> str:
-    data = base64.b64encode(png).decode("ascii")
-    return f'<figure><img alt="{escape(caption)}" src="data:image/png;base64,{data}"><figcaption>{escape(caption)}</figcaption></figure>'
