@@ -136,6 +136,11 @@ def test_a_mapping_file_names_columns_units_and_scale(tmp_path, plain):
         (text([(D, f"{n / 1000:.3f}", p, T) for D, n, p, T in CELLS], separator=";", comma=True), ["ends at 1.5 rev/min", "thousands"]),
         (text([("1.000", "500,5", p, 5) for D, n, p, T in CELLS], separator=";"), ["comma", "point", "one decimal sign"]),
         (text(head=(*HEAD[:3], "eta_hm [1]")), ["efficiency above 100 %", "Check columns and units"]),
+        (text([(*c[:3], 0.9) for c in CELLS], (*HEAD[:3], "eta_hm [%]")), ["at most 0.9 %", 'heading as "eta_hm [1]"']),
+        (text([*CELLS[:3], ("x" * 200_000, 1, 2, 3)]), ["row 5", "cannot be read as CSV"]),
+        (text([*CELLS[:3], (True, 1, 2, 3), *CELLS[4:]]), ["row 5", '"True"', "no number"]),
+        (text([*CELLS[:3], ("1e999", 1, 2, 3), *CELLS[4:]]), ["row 5", "no number"]),
+        (text([*CELLS[:3], ("1_00", 1, 2, 3), *CELLS[4:]]), ["row 5", "no number"]),
         (b"D_m [cm^3/rev],n [rev/min],dp [bar],T_f [N m]\n100,500,100,\xff\n", ["row 2", "UTF-8"]),
     ],
 )
@@ -215,6 +220,29 @@ def test_negative_speed_counts_as_speed_and_is_declared(tmp_path, plain):
     assert any("negative speed" in f for f in m.findings)
 
 
+def test_a_loss_that_is_most_of_the_torque_is_doubted(tmp_path, plain):
+    rows = [(*c[:3], 0.9 * T) for c, T in zip(CELLS, plain.T_N, strict=True)]
+    assert any("is it a loss?" in f for f in read(tmp_path, text(rows)).findings)
+
+
+def test_errors_of_a_spreadsheet_are_refused_and_blanks_left_out(tmp_path):
+    import openpyxl
+
+    book = openpyxl.Workbook()
+    book.active.append(list(HEAD))
+    for row in CELLS:
+        book.active.append(list(row))
+    book.active.append([200, 700, 100, None])
+    book.save(tmp_path / "map.xlsx")
+    m = read_map(tmp_path / "map.xlsx")
+    assert len(m) == len(CELLS)
+    assert any("empty cell (row 14)" in f for f in m.findings)
+    book.active.append([200, 800, 100, "#DIV/0!"])
+    book.save(tmp_path / "map.xlsx")
+    with pytest.raises(LogError, match=r'row 15: column "T_f \[N m\]" = "#DIV/0!": no number'):
+        read_map(tmp_path / "map.xlsx")
+
+
 def test_one_displacement_only_is_said(tmp_path):
     rows = [(200, n, p, 10 + n / 100 + p / 50) for n in (500, 1000, 1500, 2000) for p in (100, 200, 300)]
     assert any("one displacement only (200 cm^3/rev)" in f for f in read(tmp_path, text(rows)).findings)
@@ -231,6 +259,12 @@ def test_a_bare_number_is_no_full_displacement(tmp_path):
 
 def test_settings_within_a_per_cent_are_one_level():
     assert list(levels(np.array([100.0, 100.5, 50.0, 99.8, 215.0]))) == [1, 1, 0, 1, 2]
+
+
+def test_scattered_settings_are_cut_into_slices():
+    label = levels(np.random.default_rng(0).uniform(400.0, 2500.0, 500))
+    assert label.max() == 11
+    assert np.bincount(label).min() > 20
 
 
 # The map as a model

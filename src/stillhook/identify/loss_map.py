@@ -30,8 +30,14 @@ OMEGA_SLOWEST = 2.0
 """A map that ends below 19 rev/min had its thousands sign read as a decimal sign [rad/s]."""
 DP_LARGEST = 1.0e8
 """Nor stands 1000 bar [Pa]."""
+SPREADSHEET = 0.0101
+"""Best efficiency of a column of parts of 1 that is read as per cent."""
+MOSTLY_LOST = 0.5
+"""Losses beyond half of the nominal torque in the middle of a map are more likely another quantity."""
 SAME = 0.01
 """Settings within one per cent of the largest one are one level: a bench sets them no closer."""
+WIDE, SLICES = 0.05, 12
+"""Widest level, as part of the largest setting, and the number of slices of an axis without levels."""
 SYNTHETIC = "synthetic"
 
 SETTINGS = (
@@ -93,12 +99,22 @@ AXES: Mapping[str, str] = {"D_m": "displacement", "omega_m": "rotation", "dp_m":
 """Axes of a map and their kinds of quantity."""
 
 
-def levels(values: FloatArray, *, same: float = SAME) -> NDArray[np.intp]:
-    """Number of the level that each value belongs to, rising; values within `same` of the largest one are one level."""
+def levels(values: FloatArray) -> NDArray[np.intp]:
+    """Number of the level that each value belongs to, rising.
+
+    Values with less than one per cent of the largest one between them are one level. Where that makes a level wider than five per cent
+    the settings are scattered, not stepped, and levels are slices of equal width.
+    """
     order = np.argsort(values, kind="stable")
-    step = np.diff(values[order]) > same * float(np.max(np.abs(values), initial=0.0))
+    largest = float(np.max(np.abs(values), initial=0.0))
+    ranked = values[order]
+    steps = np.concatenate(([0], np.cumsum(np.diff(ranked) > SAME * largest)))
+    ends = [ranked[steps == i] for i in range(int(steps[-1]) + 1)]
     label = np.empty(len(values), dtype=np.intp)
-    label[order] = np.concatenate(([0], np.cumsum(step)))
+    label[order] = steps
+    if any(float(np.ptp(x)) > WIDE * largest for x in ends):
+        part = np.floor((values - ranked[0]) / float(np.ptp(values)) * SLICES)
+        label = np.unique(np.minimum(part, SLICES - 1), return_inverse=True)[1].astype(np.intp)
     return label
 
 
@@ -135,6 +151,9 @@ def read_map(
     D, n, dp, T_f = _single(D, np.abs(n), dp, loss[keep], found)
     if len(T_f) < FEWEST_CELLS:
         raise LogError(f"{table.source}: {len(T_f)} cells are left; a fit needs at least {FEWEST_CELLS}. Give more of the map.")
+    share = T_f[D * dp > 0.0] / (D * dp)[D * dp > 0.0]
+    if len(share) and float(np.median(share)) > MOSTLY_LOST:
+        found.append(f"half of the cells lose more than {100.0 * float(np.median(share)):.0f} % of nominal torque: is it a loss?")
     if table.unused:
         found.append("columns not used: " + ", ".join(came(h) for h in table.unused))
     full = float(D.max()) if D_max is None else parse(D_max, "displacement", "D_max") if isinstance(D_max, str) else D_max
@@ -189,6 +208,7 @@ def _loss(table: Columns, found: list[str]) -> FloatArray:
     ways = {"T_f": lambda x: x, "T_shaft": lambda x: D * dp - x, "eta_hm": lambda x: D * dp * (1.0 - x)}
     loss: FloatArray = ways[first.name](table.values[first.name])
     heading = came(table.headings[first.name])
+    _plausible(table, first.name, heading)
     meaning = {"T_f": "torque loss", "T_shaft": "shaft torque of the driving motor", "eta_hm": "hydromechanical efficiency"}
     found.append(f"column {heading} read as {meaning[first.name]}")
     for other in have[1:]:
@@ -196,6 +216,16 @@ def _loss(table: Columns, found: list[str]) -> FloatArray:
         most = f"{np.nanmax(gap):.3g} N m" if np.isfinite(gap).any() else "nothing to compare"
         found.append(f"column {came(table.headings[other.name])} not used; losses from it differ by up to {most}")
     return loss
+
+
+def _plausible(table: Columns, name: str, heading: str) -> None:
+    """Refuse efficiencies that are written as parts of 1 under a heading in per cent, as spreadsheets do."""
+    eta = table.values.get("eta_hm")
+    if name == "eta_hm" and eta is not None and np.isfinite(eta).any() and float(np.nanmax(eta)) <= SPREADSHEET:
+        raise LogError(
+            f"{table.source}: column {heading} reads at most {100.0 * float(np.nanmax(eta)):.2g} %, and no motor is that bad. "
+            'Where the cells hold parts of 1, write the heading as "eta_hm [1]".'
+        )
 
 
 def _good(table: Columns, loss: FloatArray, found: list[str]) -> BoolArray:

@@ -92,6 +92,8 @@ def identify_motor(
     if not 0.0 < threshold < 1.0:
         raise IdentifyError(f"threshold = {threshold:g}: give a part of the nominal torque between 0 and 1, such as 0.01.")
     chosen = None if model is None else _model(model)
+    if like is not None:
+        load_losses(like)
     ranking = rank_losses(m)
     have = [r.model for r in ranking.ranked]
     chosen = chosen or ranking.recommended
@@ -101,8 +103,6 @@ def identify_motor(
     fit, mj4 = ranking[chosen].fit, ranking[LossModel.MJ4].fit
     spread = spread_of_levels(m, mj4)
     lender = like if like is not None else _same_size(m)
-    if like is not None:
-        load_losses(like)
     return MotorLoss(
         m, ranking, chosen, threshold, not_to_be_used(m, fit, threshold), not_to_be_used(m, mj4, threshold),
         mj4.covariance if spread is None else spread, spread is not None, _notes(m, fit, mj4), borrowed(m), lender,

@@ -31,8 +31,8 @@ from stillhook.units import KINDS, came, parse
 
 FloatArray = NDArray[np.float64]
 
-LARGEST_TABLE = 200_000_000
-"""Bytes; a map with every cell of a test bench for a year has a tenth of it. Logs are read elsewhere, streamed."""
+LARGEST_TABLE = 50_000_000
+"""Bytes; a million cells. Logs are read elsewhere, streamed."""
 LARGEST_MAPPING = 1_000_000
 EMPTY = frozenset({"", "-", "--", "nan", "na", "n/a", "null", "none", "#n/a"})
 """What suppliers write where there is no value, in lower case."""
@@ -152,16 +152,22 @@ def _excel(path: Path) -> Raw:
 
 def _csv(name: str, data: bytes) -> Raw:
     text = _text(name, data)
-    lines = [(i, line) for i, line in enumerate(text.splitlines(), start=1) if line.strip()]
+    plain = text.replace("\r\n", "\n").replace("\r", "\n")
+    lines = [(i, line) for i, line in enumerate(plain.split("\n"), start=1) if line.strip()]
     head = next((line for _, line in lines if not line.lstrip().startswith("#")), None)
     if head is None:
         raise LogError(f"{name}: empty. Give a table with a line of headings and one row a measured point.")
     separator = _separator(head)
-    return replace(_headed(name, [(i, _cells(line, separator)) for i, line in lines]), comma=separator != ",")
+    return replace(_headed(name, [(i, _cells(name, i, line, separator)) for i, line in lines]), comma=separator != ",")
 
 
-def _cells(line: str, separator: str) -> tuple[str, ...]:
-    return (line,) if line.lstrip().startswith("#") else tuple(next(csv.reader(io.StringIO(line), delimiter=separator)))
+def _cells(name: str, row: int, line: str, separator: str) -> tuple[str, ...]:
+    if line.lstrip().startswith("#"):
+        return (line,)
+    try:
+        return tuple(next(csv.reader(io.StringIO(line), delimiter=separator)))
+    except (csv.Error, StopIteration) as e:
+        raise LogError(f"{name}: row {row}: cannot be read as CSV ({e}). Mend the row.") from None
 
 
 def _text(name: str, data: bytes) -> str:
