@@ -13,6 +13,7 @@ from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
 CASES = ("paper_c_90t", "paper_e_scenario_2")
+MEASURED = ("bench_staircase",)  # need data that are not in the repository: left as they are where those are not at hand
 
 
 def pages() -> tuple[dict[str, str], list[Callable[[], None]]]:
@@ -26,6 +27,12 @@ def pages() -> tuple[dict[str, str], list[Callable[[], None]]]:
         found, claims[case.PAGE], runs = case.compute()
         texts[case.PAGE] = blocks.filled(case.PAGE, found)
         draws.append(lambda case=case, runs=runs: case.draw(runs))
+    for name in MEASURED:
+        case = import_module(name)
+        if case.at_hand():
+            found, results = case.compute()
+            texts[case.PAGE] = blocks.filled(case.PAGE, found)
+            draws.append(lambda case=case, results=results: case.draw(results))
     front = import_module("overview")
     texts[front.PAGE] = blocks.filled(front.PAGE, front.compute(claims))
     return texts, draws

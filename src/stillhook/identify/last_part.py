@@ -197,6 +197,10 @@ def last_part(search: Search, piece: Piece) -> tuple[IntArray, str] | str:
     if len(fails) and fails[-1] == len(starts) - 1:
         return _not_steady(search, worst[:, -1], tr.drift[:, -1], float(t[-1] - t[starts[-1]]))
     first = 0 if len(fails) == 0 else int(fails[-1]) + 1
+    hidden = tr.goes_on(first, tolerance)
+    if np.any(hidden > 1.0) and tr.span[first] < 2.0 * s.least_length:  # longer ones show their own drift
+        drift = hidden * np.where(hidden > 0.0, tolerance, 0.0)
+        return _not_steady(search, hidden, drift, float(t[-1] - t[starts[first]]))
     k = first + (_best_known(x[:2], starts[first:]) if np.isfinite(tolerance[1]) else 0)
     use = idx[len(idx) - (n - int(starts[k])) * size :] if k else idx
     if k == 0:

@@ -99,18 +99,30 @@ def students_factor(freedom: float) -> float:
 @dataclass(frozen=True)
 class Trends:
     """Of stretches that begin at several starts and have one end: drift over the stretch and its head against its rest, with the
-    differences that noise alone explains. All arrays (channels, starts), in the channels' units."""
+    differences that noise alone explains: arrays (channels, starts), in the channels' units. ``span`` of the stretches [s], (starts,)."""
 
     drift: FloatArray
     drift_noise: FloatArray
     head: FloatArray
     head_noise: FloatArray
+    span: FloatArray
 
     def worst(self, tolerance: FloatArray) -> FloatArray:
         """Largest of drift and head difference over tolerance where noise does not explain it, else 0: (channels, starts)."""
         seen = np.where(np.abs(self.drift) > self.drift_noise, np.abs(self.drift), 0.0)
         head = np.where(np.abs(self.head) > self.head_noise, np.abs(self.head), 0.0)
         return np.maximum(seen, head) / tolerance[:, None]
+
+    def goes_on(self, k: int, tolerance: FloatArray) -> FloatArray:
+        """Drift over stretch k if it goes on as in a stretch twice as long, over tolerance; 0 where stretch k shows it to be over.
+
+        Asked where noise hides a drift of the tolerance in stretch k: a drift that was seen before is not over by being hidden.
+        """
+        longer = np.nonzero(self.span[:k] >= 2.0 * self.span[k])[0]
+        j = int(longer[-1]) if len(longer) else max(k - 1, 0)
+        expected = self.drift[:, j] * self.span[k] / self.span[j]
+        hidden = (self.drift_noise[:, k] > tolerance) & (np.abs(self.drift[:, k] - expected) < self.drift_noise[:, k])
+        return np.where(hidden & (np.abs(self.drift[:, j]) > self.drift_noise[:, j]), np.abs(expected) / tolerance, 0.0)
 
 
 def trends(t: FloatArray, x: FloatArray, starts: IntArray, head: float) -> Trends:
@@ -140,6 +152,7 @@ def trends(t: FloatArray, x: FloatArray, starts: IntArray, head: float) -> Trend
         drift_noise=limit * np.sqrt(variance[:, None] / spread) * span,
         head=difference,
         head_noise=limit * np.sqrt(variance[:, None] * (1.0 / heads + 1.0 / rests)),
+        span=span,
     )
 
 

@@ -155,7 +155,7 @@ def _legend(ax: Any, *, with_unpaired: bool) -> None:
     from matplotlib.patches import Patch
 
     names = (
-        (USED, 0.3, "steady, used"), (ALONE, 0.35, "steady, no partner"), (LEFT_OUT, 0.25, "beginning left out"), (NOT_USED, 0.35, "rejected"),
+        (USED, 0.3, "steady, used"), (ALONE, 0.35, "steady, no partner"), (LEFT_OUT, 0.25, "start left out"), (NOT_USED, 0.35, "rejected"),
     )  # fmt: skip
     handles = [Patch(color=c, alpha=a, label=label) for c, a, label in names if with_unpaired or c != ALONE]
     ax.legend(handles=handles, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=4, fontsize="small", frameon=False)
