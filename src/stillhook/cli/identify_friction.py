@@ -27,6 +27,7 @@ def friction(
     keep_Y_2: Annotated[str, typer.Option("--keep-Y-2", help="Constant term: auto (where the data ask for it), yes, no.")] = "auto",
     intervals: Annotated[str, typer.Option(help="95 % intervals: profile, bootstrap, or mcmc (extra mcmc).")] = "profile",
     loops: Annotated[int, typer.Option(min=0, max=10, help="Rounds of the second loop: refine the motor loss on the crane's tests.")] = 0,
+    loss_map: Annotated[Path | None, typer.Option("--map", help="Supplier's map of the motor, to compare with its fitted model.")] = None,
     variant: Annotated[str, typer.Option(help="Complex method that checks the fit: krus, box, complex-rf.")] = "krus",
     proposals: Annotated[int, typer.Option(min=0, max=20, help="How many further tests to propose.")] = 3,
     seed: Annotated[int, typer.Option(min=0, help="Seed of everything random.")] = 0,
@@ -45,8 +46,8 @@ def friction(
         check_folder(out, (SET, REPORT, NUMBERS, POINTS, STRETCHES))
     with progress_bar("reading the logs") as bar:
         result = identify(
-            campaign, like=like, keep_Y_2=_kept(keep_Y_2), intervals=intervals, loops=loops, variant=_variant(variant), proposals=proposals,
-            seed=seed, progress=bar,
+            campaign, like=like, keep_Y_2=_kept(keep_Y_2), intervals=intervals, loops=loops, loss_map=loss_map, variant=_variant(variant),
+            proposals=proposals, seed=seed, progress=bar,
         )  # fmt: skip
     if json:
         from stillhook.identify.friction_result import to_dict
@@ -81,7 +82,7 @@ def _variant(text: str) -> Any:
 
 def _print(result: Friction) -> None:
     from stillhook.identify.friction_model import Y_NAMES
-    from stillhook.identify.friction_report import MEANING, written
+    from stillhook.identify.friction_report import MEANING, mapped_line, written
     from stillhook.identify.friction_result import to_dict
     from stillhook.units import show
 
@@ -111,6 +112,8 @@ def _print(result: Friction) -> None:
     print(f"thesis's cost on its 25 rev/min grid: {c['E_ours']:.4g} N^2 m^2 with this set, {c['E_least_squares']:.4g} at best, {same}")
     if result.second is not None:
         print(f"second loop: {result.second.verdict}; " + "; ".join(result.second.statements))
+    if result.mapped is not None:
+        print(mapped_line(result))
     for s in result.statements:
         print(f"{'NOT USABLE: ' if s.severe else 'note: '}{s.text}")
     for p in result.proposals:

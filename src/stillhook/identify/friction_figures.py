@@ -41,6 +41,12 @@ def figures(result: Friction) -> Mapping[str, Figure]:
             {"first loop": result.loss, "second loop": mj4(result.second.loss)},
             "System friction derived with the motor model of each loop (as paper D figures 11, 12, 14)",
         )
+    if result.mapped is not None:
+        out["model-and-map"] = derived_system_friction(
+            result,
+            {"fitted model (MJ4)": result.loss, "supplier's map": result.mapped.loss},
+            "System friction derived with the fitted motor model and with the supplier's map itself (as paper D figure 13)",
+        )
     return out
 
 

@@ -27,6 +27,7 @@ CAPTIONS = {
     "model-against-measured": "All motors together. Points on the line are predicted exactly.",
     "error": "Grey: 1 % of the nominal torque, the thesis's claim from 250 rev/min (dotted) on. Low loads have little nominal torque.",
     "second-loop-motor": "What the crane's tests make of the supplier's motor model.",
+    "model-and-map": "The map knows its own cells exactly, and nothing outside them; the model smooths, and goes on.",
     "second-loop-system": "With a right motor model, tests of one load fall on one curve whatever the displacement.",
 }
 METHOD = (
@@ -67,6 +68,7 @@ def report(result: Friction, figures: Mapping[str, bytes], windows: Mapping[str,
         table(("", *Y_NAMES, "cost E [N²m²]"), _methods(result)),
         paragraph(_agreement(result)),
         *_second(result),
+        *_mapped(result),
         heading("What to test next"),
         table(("load", "displacement of one motor", "uncertainty of predicted friction"), _proposals(result)),
         heading("Figures"),
@@ -163,6 +165,21 @@ def _second(result: Friction) -> list[str]:
         heading(f"Second loop (paper D section 3): {s.verdict}"),
         bullets(s.statements),
     ]
+
+
+def _mapped(result: Friction) -> list[str]:
+    title = "The supplier's map instead of the fitted model (paper D figure 13)"
+    return [heading(title), paragraph(mapped_line(result))] if result.mapped else []
+
+
+def mapped_line(result: Friction) -> str:
+    """What the map does better or worse than the model, in a sentence."""
+    m = result.mapped
+    assert m is not None
+    return (
+        f"Residual {show(m.rms_model, 'torque', 3)} a motor (RMS) with the fitted model, {show(m.rms_map, 'torque', 3)} with the map "
+        f"{m.source} itself; {m.outside:.0%} of the points lie outside the map, where its edge is held."
+    )
 
 
 def _proposals(result: Friction) -> Iterable[Sequence[str]]:

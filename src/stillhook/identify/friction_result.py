@@ -79,6 +79,7 @@ def to_dict(result: Friction) -> dict[str, Any]:
         "tests": [_test(result, i) for i in range(len(result.measured))],
         "held_out": [_held(held) for held in result.held_out],
         "second_loop": _second(result),
+        "map": _mapped(result),
         "proposals": [{"load": p.load, "D_m": p.D_m, "sd_before": p.sd_before, "sd_after": p.sd_after} for p in result.proposals],
         "statements": [{"code": s.code, "severe": s.severe, "text": s.text} for s in result.statements],
     }
@@ -124,6 +125,13 @@ def _second(result: Friction) -> dict[str, Any] | None:
         "verdict": s.verdict,
         "statements": list(s.statements),
     }
+
+
+def _mapped(result: Friction) -> dict[str, Any] | None:
+    m = result.mapped
+    if m is None:
+        return None
+    return {"source": m.source, "rms_model": m.rms_model, "rms_map": m.rms_map, "outside": m.outside, "system": m.fit.y._asdict()}
 
 
 def points_table(result: Friction, points: Points | None = None) -> polars.DataFrame:

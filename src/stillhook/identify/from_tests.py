@@ -25,7 +25,7 @@ from stillhook.identify.friction_fit import (
     fit_system,
     predicted,
 )
-from stillhook.identify.friction_model import Y_NAMES, Loss, Y, mj4, motor_loss_at, system_friction_at
+from stillhook.identify.friction_model import Y_LINEAR, Y_NAMES, Loss, Y, mj4, motor_loss_at, system_friction_at
 from stillhook.identify.measure import Measured, measure
 from stillhook.identify.planner import Proposal, propose
 from stillhook.identify.points import Points, joined
@@ -79,9 +79,22 @@ class HeldOut:
 
 
 @dataclass(frozen=True)
+class Mapped:
+    """The supplier's map itself as motor loss beside the fitted MJ4 (paper D figure 13): its interpolation, the system friction fitted
+    with it, root mean square residuals of both per motor shaft [N m], and the share of points that lie outside the map."""
+
+    source: str
+    loss: Loss
+    fit: FrictionFit
+    rms_model: float
+    rms_map: float
+    outside: float
+
+
+@dataclass(frozen=True)
 class Friction:
     """Everything that a campaign gave. ``measured`` by test; ``points`` all pairs; ``grid`` the thesis's grid points; ``fit`` the
-    system friction; ``intervals`` 95 %; ``check`` the thesis's way beside ours; ``held_out``; ``second`` loop where asked for;
+    system friction; ``intervals`` 95 %; ``check`` the thesis's way beside ours; ``held_out``; ``second`` loop, ``mapped`` where asked for;
     ``proposals`` what to test next; ``statements`` what the data cannot tell; ``like`` where filled-in parameters come from."""
 
     campaign: Campaign
@@ -96,6 +109,7 @@ class Friction:
     check: Check
     held_out: tuple[HeldOut, ...]
     second: SecondLoop | None
+    mapped: Mapped | None
     proposals: tuple[Proposal, ...]
     statements: tuple[Statement, ...]
     like: str | None
@@ -118,6 +132,7 @@ def friction(
     like: str | None = None,
     intervals: Intervals | str = Intervals.PROFILE,
     loops: int = 0,
+    loss_map: str | Path | None = None,
     variant: Variant | str = Variant.KRUS,
     proposals: int = 3,
     seed: int = 0,
@@ -131,6 +146,7 @@ def friction(
     keep_Y_2: keep the constant term; None: only where the data ask for it.
     like: set of a similar winch (library name or file) for parameters that these tests cannot tell.
     intervals: "profile", "bootstrap" or "mcmc" (extra ``mcmc``). loops: rounds of paper D's second loop (0: none).
+    loss_map: supplier's map of the motor, to be compared with its fitted model (see `read_map`).
     variant: of the complex method that checks the fit. proposals: how many further tests to propose. seed: of everything random.
     progress: called with the share done, 0..1.
 
@@ -149,10 +165,11 @@ def friction(
     found = _found_intervals(method, points, loss, fit, seed)
     statements = (*plan.statements, *judge(points, fit, found), *_log_statements(measured))
     second = second_loop(points, campaign.motor.loss, fit, rounds=loops) if loops else None
+    mapped = with_map(points, loss_map, campaign.motor.D_max, fit) if loss_map is not None else None
     return Friction(
         campaign=campaign, loss=loss, measured=measured, points=points, grid=grid, design=plan, fit=fit, intervals=found, method=method,
         check=thesis_check(grid, loss, fit, plan, Variant(variant), seed), held_out=held_out_errors(points, loss, fit.y), second=second,
-        proposals=propose(campaign, points, loss, fit, n=proposals) if proposals else (), statements=statements, like=like,
+        mapped=mapped, proposals=propose(campaign, points, loss, fit, n=proposals) if proposals else (), statements=statements, like=like,
     )  # fmt: skip
 
 
@@ -179,6 +196,19 @@ def thesis_check(grid: Points, loss: Loss, fit: FrictionFit, plan: Design, varia
     upper = np.array([getattr(UPPER, n) for n in names])
     found = complex_method(E, lower, upper, variant=variant, seed=seed)
     return Check(cost(seen, loss, fit.y), y_grid, cost_grid, y_of(found.x), found)
+
+
+def with_map(points: Points, path: str | Path, D_max: float, fit: FrictionFit) -> Mapped:
+    """The same points with the supplier's map as motor loss. Errors: LogError, UnitError of one line for a map that cannot be read."""
+    from stillhook.identify.loss_map import mapped_loss, read_map
+
+    supplier = read_map(path, D_max=D_max)
+    table = mapped_loss(supplier)
+    loss: Loss = lambda omega, D_m, dp: table(omega, D_m, dp)[0]
+    again = fit_system(points, loss, used=tuple(n for n in Y_LINEAR if n in fit.names), keep_Y_2="Y_2" in fit.names, given=fit.given)
+    inside = table(points.omega_up, points.D_m, points.dp_up)[1] & table(points.omega_down, points.D_m, points.dp_down)[1]
+    rms_model, rms_map = (float(np.sqrt(np.mean(f.residual**2))) for f in (fit, again))
+    return Mapped(supplier.source, loss, again, rms_model, rms_map, float(np.mean(~inside)))
 
 
 def held_out_errors(points: Points, loss: Loss, y: Y) -> tuple[HeldOut, ...]:
