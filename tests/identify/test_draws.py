@@ -109,7 +109,7 @@ def test_more_uncertain_friction_makes_a_wider_band_of_peak_pressure():
     ("make", "text"),
     [
         (lambda: draw_cranes(CRANE), "draw_cranes: no set. Give a friction set, a loss set, or both, with evidence."),
-        (lambda: draw_cranes(CRANE, KNOWN, n=0), "n = 0: give a whole number of draws from 1 to 100000."),
+        (lambda: draw_cranes(CRANE, KNOWN, n=0), "n = 0: give a whole number of draws from 1 to 10000."),
         (
             lambda: draw_cranes(CRANE, load_friction("crane-2")),
             'set "crane-2": it has no [evidence], so nothing says how uncertain it is. Identify it from tests, or give its covariance.',
@@ -132,5 +132,7 @@ def test_the_command_prints_median_and_band(tmp_path, capsys):
     assert command(["friction", "draws", path, *options]) == 0
     said = capsys.readouterr().out
     assert "highest pressure of both sides" in said
+    assert command(["friction", "draws", path, *options, "--mode", "manual", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["band_90"]["e_c_pp"] == {"low": None, "median": None, "high": None}
     assert command(["friction", "draws", path, path, *options]) == 2
     assert "two sets of one kind" in capsys.readouterr().err

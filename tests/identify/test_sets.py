@@ -183,8 +183,17 @@ def test_a_mistake_in_a_set_is_one_line_that_says_where_and_what(tmp_path, old, 
     line = refusal(lambda: load_friction(path))
     assert line.startswith(f"my.friction.toml: {text}")
     crane_file = written(tmp_path, 'base = "nov-150t"\n[friction]\nlibrary = "my.friction.toml"\n', "mine.toml")
-    if "evidence" in text:
-        assert refusal(lambda: load_crane(crane_file)) == line
+    assert refusal(lambda: load_crane(crane_file)) == line
+
+
+def test_an_empty_set_and_one_of_the_wrong_kind_are_refused(tmp_path):
+    assert refusal(lambda: load_set(written(tmp_path, "  \n"))) == (
+        "my.friction.toml: empty. Copy a set of the library, or let stillhook identify write one."
+    )
+    save_set(load_losses("A6VM215"), tmp_path / "motor.toml")
+    assert refusal(lambda: load_friction(tmp_path / "motor.toml")).startswith("motor.toml: D_max: unknown field. Fields here: Y_1, Y_2")
+    crane_file = written(tmp_path, 'base = "nov-150t"\n[friction]\nlibrary = "motor.toml"\n', "mine.toml")
+    assert refusal(lambda: load_crane(crane_file)).startswith("motor.toml: D_max: unknown field. Fields here: Y_1, Y_2")
 
 
 def test_evidence_is_made_from_the_numbers_of_a_fit_and_checked_as_that_of_a_file():

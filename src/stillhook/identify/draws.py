@@ -26,7 +26,8 @@ LEAST_ALLOWED = 0.02
 """Least share of draws that must be physically allowed [-]: below it the normal distribution of the evidence says nothing about the set."""
 TRIAL = 10_000
 """Draws by which that share is found, and the least number that is drawn at once."""
-MOST = 100_000
+MOST = 10_000
+"""Draws at most: a crane takes a few milliseconds to build."""
 BAND = 0.9
 """Share of the draws inside a printed band."""
 
@@ -158,6 +159,8 @@ def quantiles(run: xarray.Dataset, names: Sequence[str] = ("e_c_pp", "p_max")) -
     edge = 0.5 * (1.0 - BAND)
     out = {}
     for name in names:
-        low, median, high = (float(x) for x in np.nanquantile(run[name].values, (edge, 0.5, 1.0 - edge)))
+        values = run[name].values[np.isfinite(run[name].values)]  # a diverged draw has no numbers, and manual mode no error
+        ends = np.quantile(values, (edge, 0.5, 1.0 - edge)) if len(values) else np.full(3, np.nan)
+        low, median, high = (float(x) for x in ends)
         out[name] = {"low": low, "median": median, "high": high}
     return out

@@ -86,10 +86,12 @@ def load_set(name_or_path: str | Path) -> FrictionSet | LossSet:
 def set_values(shelf_name: str, name: str, where: str, folder: Path) -> Tree:
     """The values of a set that a crane file names, as a tree with sources, title and evidence left out; folder of that crane file.
 
-    Errors: SpecError that names where, if there is no such set; and what is wrong with its evidence.
+    Errors: SpecError that names where, if there is no such set; what is wrong with the set itself is said in its own name.
     """
     label, table = _table(shelf_name, name, where, folder)
-    evidence_of(table.get(EVIDENCE), Y_NAMES if shelf_name == FRICTION else X_NAMES, label)
+    if is_path(name):
+        check = _friction_set if shelf_name == FRICTION else _loss_set
+        check(label, table, user=True)
     return _tree(label, table, user=is_path(name))
 
 
@@ -123,12 +125,17 @@ def _table(shelf_name: str, name_or_path: str | Path, where: str, folder: Path) 
     if not isinstance(name_or_path, str | Path) or not str(name_or_path).strip():
         raise SpecError(f"{where} = {came(name_or_path)}: give a name ({', '.join(shelf(shelf_name))}) or the path of a .toml file.")
     if not _is_file(shelf_name, name_or_path):
-        return f"{name_or_path}{SUFFIX}", library_table(shelf_name, str(name_or_path), where)
+        try:
+            return f"{name_or_path}{SUFFIX}", library_table(shelf_name, str(name_or_path), where)
+        except SpecError as problem:
+            raise SpecError(f"{problem} A file's name ends in .toml.") from None
     path = folder / name_or_path
     try:
         text = toml_text(path)
     except SpecError as problem:
         raise SpecError(f"{where} = {came(str(name_or_path))}: {str(problem).removeprefix(f'{came(str(path))}: ')}") from None
+    if not text.strip():
+        raise SpecError(f"{path.name}: empty. Copy a set of the library, or let stillhook identify write one.")
     return path.name, parsed(text, path.name)
 
 
