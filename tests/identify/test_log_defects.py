@@ -274,3 +274,29 @@ def test_findings_are_plain_data(tmp_path, staircase):
     assert said["findings"][0]["kind"] == "impossible"
     assert said["samples"] == 20000
     assert said["signals"] == ["p_a", "p_b", "omega_m", "u_p", "s_w"]
+
+
+def test_empty_cells_at_even_distances_are_a_slower_signal(tmp_path, staircase):
+    cells = staircase.cells()
+    cells["s_w"] = [cell if i % 50 == 0 else "" for i, cell in enumerate(cells["s_w"])]
+    log = read_log(staircase.write(tmp_path / "slow.csv", cells=cells))
+    assert [finding.text for finding in log.findings] == ["s_w: one value in 50 lines, the other cells are empty: read as a slower signal"]
+    known = log.t <= staircase["time"][19950]
+    true = np.interp(log.t, staircase["time"], staircase["s_w"])
+    assert np.max(np.abs(log.signals["s_w"] - true)[known]) < 0.05  # straight lines between values 0.5 s apart
+    assert not log.doubtful["s_w"][known].any()
+
+
+def test_a_unit_that_contradicts_the_file_is_told(tmp_path, staircase):
+    path = staircase.write(tmp_path / "unit.csv", header="time [s],p_a [psi],p_b [kPa],omega_m [rev/min],u_p [%],s_w [m]")
+    rows = {name: {"column": name, "unit": unit} for name, unit in {"time": "s", "p_a": "bar", "p_b": "bar", "omega_m": "rev/min"}.items()}
+    assert [finding.text for finding in read_log(path, mapping_from(rows, "m")).findings] == [
+        'p_a: the mapping says "bar" and the file "psi"; the mapping is believed',
+        'p_b: the mapping says "bar" and the file "kPa"; the mapping is believed',
+    ]
+
+
+def test_a_spacing_that_changes_is_told(tmp_path, staircase):
+    keep = (np.arange(len(staircase)) < 8000) | (np.arange(len(staircase)) % 4 == 0)
+    log = read_log(staircase.rows(keep).write(tmp_path / "uneven.csv"))
+    assert [f.text for f in log.findings] == ["time: 55 samples per second on average, and 100 at the start: the spacing is uneven"]

@@ -81,6 +81,9 @@ def _refuse_nothing(source: Source, rows: Mapping[str, Signal], *, own: bool) ->
 
 def _log(source: Source, rows: Mapping[str, Signal], found: Tracks, main: Checked, joined: Merged) -> Log:
     findings = [*joined.findings, *standstill(source.name, joined.t, joined.watched, joined.doubtful)]
+    for name, ours, given in found.units:
+        text = f"{name}: the mapping says {came(ours)} and the file {came(given)}; the mapping is believed"
+        findings.append(Finding(name, "unit", 0.0, 0.0, 0, "noted", text))
     if found.broken_count:
         line, what = found.broken[0]
         text = f"{found.broken_count} lines do not fit the header and are left out, the first is line {line}: {what}"

@@ -38,7 +38,7 @@ class Column:
     texts: tuple[str, ...] = ()
     """Examples of cells that are no numbers."""
     means: list[FloatArray] = field(default_factory=list)
-    missing: list[NDArray[np.int64]] = field(default_factory=list)
+    missing: list[NDArray[np.int32]] = field(default_factory=list)
 
 
 @dataclass
@@ -174,7 +174,7 @@ class Track:
         index = np.concatenate([np.empty(0, np.int64), *self._index])
         counts = np.concatenate([np.empty(0, np.int64), *self._counts])
         means = [np.concatenate(c.means) if c.means else np.empty(0) for c in self.columns]
-        missing = [np.concatenate(c.missing) if c.missing else np.empty(0, np.int64) for c in self.columns]
+        missing = [np.concatenate(c.missing) if c.missing else np.empty(0, np.int32) for c in self.columns]
         return Binned(index, index.astype(np.float64) * self.every, counts, means, missing)
 
 
@@ -186,7 +186,7 @@ class Binned:
     t: FloatArray
     counts: NDArray[np.int64]
     means: list[FloatArray]
-    missing: list[NDArray[np.int64]]
+    missing: list[NDArray[np.int32]]
 
     def empty(self, column: int) -> BoolArray:
         """Bins in which a column has no good sample."""
@@ -197,9 +197,9 @@ def _reduce(column: Column, values: FloatArray, starts: NDArray[np.intp], counts
     bad = np.isnan(values)
     if not bad.any():
         column.means.append(np.add.reduceat(values, starts) / counts)
-        column.missing.append(np.zeros(len(starts), np.int64))
+        column.missing.append(np.zeros(len(starts), np.int32))
         return
     good = np.add.reduceat((~bad).astype(np.int64), starts)
     sums = np.add.reduceat(np.where(bad, 0.0, values), starts)
     column.means.append(np.where(good > 0, sums / np.maximum(good, 1), np.nan))
-    column.missing.append(counts - good)
+    column.missing.append((counts - good).astype(np.int32))

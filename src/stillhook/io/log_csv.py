@@ -198,7 +198,7 @@ def _tidied(data: bytes, first_line: int, dialect: Dialect) -> _Block:
         data, separator = _single_tabs(data), "\t"
     lines, sign = data.count(b"\n"), separator.encode()
     simple = data.count(sign) == lines * (dialect.fields - 1) and not data.startswith((*COMMENTS, b"\n"))
-    if simple and not any(b"\n" + mark in data for mark in (*COMMENTS, b"\n")):
+    if simple and b"\n\n" not in data and not any(mark[:1] in data and b"\n" + mark in data for mark in COMMENTS):
         return _Block(data, lines, first_line, None, ())
     counts, ends = _separators(data, sign[0])
     begins = np.concatenate(([0], ends[:-1] + 1))

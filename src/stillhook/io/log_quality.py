@@ -18,6 +18,10 @@ MOST_IMPOSSIBLE = 0.01  # of the samples: more that cannot be are no spikes but 
 RAIL_HITS, RAIL_BINS = 20, 5  # samples and bins at an extreme, besides others: fewer are chance
 RAIL_LEVELS = 6  # other values around an extreme: with fewer the signal is coarse, and its extreme a value like others
 RAIL_SHARE = 3.0  # times the commonest other value: noise that is cut off piles up at the rail
+SLOWER = 0.5  # of the cells: with more of them empty, at even distances, the signal is a slower one
+FEWEST_SLOW = 10  # values of a slower signal
+IRREGULAR = 0.05  # of the distances between its values may be longer
+RATE = 0.2  # by which the mean and the median number of samples per second may differ
 MOST_LISTED = 20  # findings of one kind that are told one by one
 
 
@@ -61,6 +65,7 @@ def _time(out: Checked) -> None:
             f"time: {back.number} samples whose time repeats or runs back (by up to {back.largest:.3g} s) are left out, the first is "
             f"{track.row} {back.line}",
         ))  # fmt: skip
+    _uneven(out)
     for start, end in track.gaps[:MOST_LISTED]:
         out.findings.append(
             Finding("time", "gap", start, end, 1, "noted", f"time: no samples for {end - start:.4g} s from {start:.6g} s on")
@@ -72,6 +77,19 @@ def _time(out: Checked) -> None:
             "time", "gap", rest[0][0], rest[-1][1], len(rest), "noted",
             f"time: {len(rest)} more gaps, the longest {longest:.4g} s, from {rest[0][0]:.6g} s on",
         ))  # fmt: skip
+
+
+def _uneven(out: Checked) -> None:
+    track = out.track
+    if len(out.bins.t) < 2:
+        return
+    covered = float(out.bins.t[-1] - out.bins.t[0]) - sum(end - start for start, end in track.gaps)
+    if covered <= 0.0 or track.spacing <= 0.0:
+        return
+    mean = track.samples / max(covered, track.spacing)
+    if abs(mean * track.spacing - 1.0) > RATE and covered > FEWEST_SLOW * track.every:
+        text = f"time: {mean:.4g} samples per second on average, and {1.0 / track.spacing:.4g} at the start: the spacing is uneven"
+        out.findings.append(Finding("time", "uneven", 0.0, float(out.bins.t[-1]), track.samples, "noted", text))
 
 
 def _impossible(out: Checked, column: Column) -> None:
@@ -101,6 +119,8 @@ def _missing(out: Checked, i: int, column: Column) -> None:
             "Map another column or leave the signal out."
         )
     bad = missing > 0
+    if not any(column.texts) and number > SLOWER * track.samples and _slower(out, i):
+        return
     out.doubtful[i] |= bad
     if number <= 0:
         return
@@ -109,6 +129,26 @@ def _missing(out: Checked, i: int, column: Column) -> None:
         signal.name, "missing", float(out.bins.t[where[0]]), float(out.bins.t[where[-1]]), number, "left out",
         f"{signal.name}: {number} samples are missing ({texts or 'empty cells'}), first near {out.bins.t[where[0]]:.6g} s",
     ))  # fmt: skip
+
+
+def _slower(out: Checked, i: int) -> bool:
+    """Whether a column with many empty cells is that of a slower signal, one value in so many rows; then the bins between are filled."""
+    means, t, signal = out.bins.means[i], out.bins.t, out.track.columns[i].signal
+    good = np.flatnonzero(np.isfinite(means))
+    if len(good) < FEWEST_SLOW:
+        return False
+    apart = np.diff(t[good])
+    usual = float(np.median(apart))
+    if np.count_nonzero(apart > 1.5 * usual) > IRREGULAR * len(apart):
+        return False
+    after = np.clip(np.searchsorted(good, np.arange(len(t))), 1, len(good) - 1)
+    inside = (t[good[after]] - t[good[after - 1]] <= 2.5 * usual) & (np.arange(len(t)) >= good[0]) & (np.arange(len(t)) <= good[-1])
+    out.bins.means[i] = np.where(np.isfinite(means), means, np.where(inside, np.interp(t, t[good], means[good]), np.nan))
+    out.doubtful[i] |= np.isnan(out.bins.means[i])
+    every = out.track.samples / max(1, out.track.columns[i].watch.good)
+    text = f"{signal.name}: one value in {every:.3g} {out.track.row}s, the other cells are empty: read as a slower signal"
+    out.findings.append(Finding(signal.name, "slower", float(t[0]), float(t[-1]), out.track.columns[i].watch.good, "noted", text))
+    return True
 
 
 def _saturated(out: Checked, i: int, column: Column) -> None:

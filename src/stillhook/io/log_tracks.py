@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from stillhook.errors import LogError, UnitError
 from stillhook.io.log_bins import Column, Track
 from stillhook.io.log_limits import limit_of
-from stillhook.io.log_mapping import STAMPS, allowed, factors, hint, our_unit, place_of, split_heading
+from stillhook.io.log_mapping import SCALES, STAMPS, allowed, factors, hint, our_unit, place_of, split_heading
 from stillhook.io.log_source import Chunk, Source, Want, is_stamp, master
 from stillhook.io.log_types import FloatArray, Signal
 from stillhook.io.log_watch import Watch
@@ -57,6 +57,8 @@ class Tracks:
     tracks: list[Track]
     broken: list[tuple[int, str]]
     broken_count: int = 0
+    units: list[tuple[str, str, str]] = field(default_factory=list)
+    """Signals whose unit in the mapping is not the one in the file: name, unit of the mapping, unit of the file."""
 
 
 def build(source: Source, rows: Mapping[str, Signal], width: float) -> Tracks:
@@ -90,13 +92,26 @@ def build(source: Source, rows: Mapping[str, Signal], width: float) -> Tracks:
     if main is None or main not in columns:
         raise LogError(f"{source.name}: every signal has a clock of its own. Leave out `clock` where a signal is stamped by time.")
     clocks = [main, *(clock for clock in columns if clock != main)]
-    found = Tracks(clocks, [], [])
+    found = Tracks(clocks, [], [], units=_other_units(source, rows))
     for clock in clocks:
         spacing = _spacing(source, clock)
         track = Track(source.name, source.row, columns[clock], spacing, max(width, spacing), None, came(clock.column))
         found.tracks.append(track)
     for track in found.tracks[1:]:
         track.every = found.tracks[0].every if track.spacing <= found.tracks[0].every else track.spacing
+    return found
+
+
+def _other_units(source: Source, rows: Mapping[str, Signal]) -> list[tuple[str, str, str]]:
+    """Signals whose mapping gives another unit than the file, with no scale that would explain it."""
+    found = []
+    for name, signal in rows.items():
+        if signal.unit is None or signal.scale != 1.0 or (name == "time" and BOTH in signal.column):
+            continue
+        given = _file_unit(source, place_of(signal.column, source.headings, f"{source.name}: {name}"))
+        ours = our_unit(given, signal.quantity) if given else None
+        if given and (given in SCALES if ours is None else ours != signal.unit):
+            found.append((name, signal.unit, given))
     return found
 
 

@@ -5,7 +5,6 @@ Only a few numbers per signal and long runs of equal values are kept, so that me
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
@@ -136,7 +135,7 @@ class Watch:
         slopes = np.concatenate(([self._slope], steps))
         turn = slopes[1:] * slopes[:-1] < 0.0
         self.turns += int(np.count_nonzero(turn))
-        self.turned += math.fsum(np.abs(steps[turn]))
+        self.turned += float(np.abs(steps[turn]).sum())
         self._slope = float(slopes[-1])
         sizes = np.abs(steps)
         self.smallest = min(self.smallest, float(np.fmin.reduce(sizes, initial=np.inf)))
