@@ -75,7 +75,7 @@ def test_cells_that_are_no_numbers_are_counted_masked_and_quoted(tmp_path, stair
     log = read_log(staircase.write(tmp_path / "bad.csv", cells=cells))
     (finding,) = told(log, "missing")
     assert (finding.signal, finding.count, finding.action) == ("p_a", 30, "left out")
-    assert finding.text == 'p_a: 30 samples are missing ("---", "Bad", "#N/A"), first near 30 s'
+    assert finding.text == 'p_a: 30 samples missing ("---", "Bad", "#N/A"), first near 30 s'
     at = (log.t >= 30.0) & (log.t < 30.3 - 0.01)
     assert log.doubtful["p_a"][at].all()
     assert np.isnan(log.signals["p_a"][300 + 1])
@@ -184,7 +184,7 @@ def test_late_and_repeated_samples_are_left_out_and_told(tmp_path, staircase):
     log = read_log(staircase.with_columns(time=time).write(tmp_path / "back.csv"))
     (finding,) = told(log, "time-backwards")
     assert (finding.count, finding.action) == (4, "left out")
-    assert finding.text == "time: 4 samples whose time repeats or runs back (by up to 0.04 s) are left out, the first is line 4002"
+    assert finding.text == "time: 4 samples whose time repeats or runs back (by up to 0.04 s) left out, the first is line 4002"
     assert np.all(np.diff(log.t) > 0.0)
 
 
@@ -200,7 +200,7 @@ def test_lines_without_a_time_are_left_out_and_told(tmp_path, staircase):
     cells = staircase.cells()
     cells["time"][5000] = "???"
     log = read_log(staircase.write(tmp_path / "untimed.csv", cells=cells))
-    assert [finding.text for finding in log.findings] == ["time: 1 lines without a readable time are left out, the first is line 5002"]
+    assert [finding.text for finding in log.findings] == ["time: 1 line without a readable time left out, the first is line 5002"]
 
 
 def test_stamps_without_fractions_of_a_second_are_refused(tmp_path, staircase):
@@ -263,7 +263,7 @@ def test_percent_read_as_plain_numbers_is_refused(tmp_path, staircase):
 def test_single_spikes_are_left_out_and_told(tmp_path, staircase):
     spiked = changed(changed(staircase, "p_a", 4321, 9999.0), "p_a", 9000, -5000.0)
     log = read_log(spiked.write(tmp_path / "spike.csv"))
-    assert [finding.text for finding in log.findings] == ["p_a = 9999 bar is beyond 1000 bar in line 4323: 2 such samples are left out"]
+    assert [finding.text for finding in log.findings] == ["p_a = 9999 bar is beyond 1000 bar in line 4323: 2 such samples left out"]
     assert log.doubtful["p_a"].sum() == 2
     assert np.nanmax(log.signals["p_a"]) < 200 * BAR
 

@@ -177,7 +177,7 @@ def test_parquet_in_small_pieces_with_missing_values(tmp_path, short, monkeypatc
     table.write_parquet(tmp_path / "log.parquet")
     monkeypatch.setattr(log_module, "CHUNK", 4096)
     assert [finding.text for finding in read_log(tmp_path / "log.parquet").findings] == [
-        "p_a: 1 samples are missing (empty cells), first near 0.5 s"
+        "p_a: 1 sample missing (empty cells), first near 0.5 s"
     ]
 
 
@@ -422,7 +422,7 @@ def test_lines_of_another_length_are_left_out_and_told(tmp_path, short):
     (tmp_path / "cut.csv").write_text("\n".join(lines))
     log = read_log(tmp_path / "cut.csv")
     assert [finding.text for finding in log.findings] == [
-        "2 lines do not fit the header and are left out, the first is line 1001: 4 fields where the header has 6"
+        "2 lines of another length than the header left out, the first is line 1001: 4 fields where the header has 6"
     ]
 
 

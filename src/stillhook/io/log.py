@@ -19,7 +19,7 @@ from stillhook.errors import LogError
 from stillhook.io.log_files import open_log
 from stillhook.io.log_mapping import mapping_from, own_mapping, read_mapping
 from stillhook.io.log_merge import Merged, Other, merged
-from stillhook.io.log_quality import Checked, checked
+from stillhook.io.log_quality import Checked, checked, counted
 from stillhook.io.log_signs import check_signs
 from stillhook.io.log_source import Source
 from stillhook.io.log_standstill import standstill
@@ -86,7 +86,7 @@ def _log(source: Source, rows: Mapping[str, Signal], found: Tracks, main: Checke
         findings.append(Finding(name, "unit", 0.0, 0.0, 0, "noted", text))
     if found.broken_count:
         line, what = found.broken[0]
-        text = f"{found.broken_count} lines do not fit the header and are left out, the first is line {line}: {what}"
+        text = f"{counted(found.broken_count, 'line')} of another length than the header left out, the first is line {line}: {what}"
         findings.append(Finding("", "broken", np.nan, np.nan, found.broken_count, "left out", text))
     ordered = [name for name in rows if name != "time"]
     return Log(

@@ -243,7 +243,7 @@ def place_of(column: str, headings: Sequence[str], where: str) -> int:
             return found[0]
     if column.isdecimal() and 1 <= int(column) <= len(headings):
         return int(column) - 1
-    near = difflib.get_close_matches(column, [h.strip() for h in headings], n=3, cutoff=0.4)
+    near = difflib.get_close_matches(column, list(dict.fromkeys(h.strip() for h in headings)), n=3, cutoff=0.4)
     names = ", ".join(came(h) for h in (near or headings[:12]))
     more = f" and {len(headings) - 12} more" if not near and len(headings) > 12 else ""
     raise LogError(f"{where}: no column {came(column)} in the file. {'The nearest are' if near else 'It has'} {names}{more}.")

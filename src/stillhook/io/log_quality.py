@@ -50,19 +50,25 @@ def checked(track: Track) -> Checked:
     return out
 
 
+def counted(number: int, what: str) -> str:
+    """A number of things: "1 sample", "2 samples"."""
+    return f"{number} {what}" if number == 1 else f"{number} {what}s"
+
+
 def _time(out: Checked) -> None:
     track = out.track
     if track.untimed.number:
         out.findings.append(Finding(
             "time", "missing", np.nan, np.nan, track.untimed.number, "left out",
-            f"time: {track.untimed.number} {track.row}s without a readable time are left out, the first is {track.row} "
+            f"time: {counted(track.untimed.number, track.row)} without a readable time left out, the first is {track.row} "
             f"{track.untimed.line}",
         ))  # fmt: skip
     back = track.backwards
     if back.number:
         out.findings.append(Finding(
             "time", "time-backwards", back.start, back.end, back.number, "left out",
-            f"time: {back.number} samples whose time repeats or runs back (by up to {back.largest:.3g} s) are left out, the first is "
+            f"time: {counted(back.number, "sample")} whose time repeats or runs back (by up to {back.largest:.3g} s) left out, the first "
+            "is "
             f"{track.row} {back.line}",
         ))  # fmt: skip
     _uneven(out)
@@ -105,7 +111,7 @@ def _impossible(out: Checked, column: Column) -> None:
         )
     out.findings.append(Finding(
         signal.name, "impossible", watch.beyond_at, watch.beyond_at, watch.beyond, "left out",
-        f"{said} in {track.row} {watch.beyond_line}: {watch.beyond} such samples are left out",
+        f"{said} in {track.row} {watch.beyond_line}: {counted(watch.beyond, "such sample")} left out",
     ))  # fmt: skip
 
 
@@ -127,7 +133,7 @@ def _missing(out: Checked, i: int, column: Column) -> None:
     where = np.flatnonzero(bad)
     out.findings.append(Finding(
         signal.name, "missing", float(out.bins.t[where[0]]), float(out.bins.t[where[-1]]), number, "left out",
-        f"{signal.name}: {number} samples are missing ({texts or 'empty cells'}), first near {out.bins.t[where[0]]:.6g} s",
+        f"{signal.name}: {counted(number, "sample")} missing ({texts or 'empty cells'}), first near {out.bins.t[where[0]]:.6g} s",
     ))  # fmt: skip
 
 
