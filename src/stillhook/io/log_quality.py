@@ -67,7 +67,7 @@ def _time(out: Checked) -> None:
     if back.number:
         out.findings.append(Finding(
             "time", "time-backwards", back.start, back.end, back.number, "left out",
-            f"time: {counted(back.number, "sample")} whose time repeats or runs back (by up to {back.largest:.3g} s) left out, the first "
+            f"time: {counted(back.number, 'sample')} whose time repeats or runs back (by up to {back.largest:.3g} s) left out, the first "
             "is "
             f"{track.row} {back.line}",
         ))  # fmt: skip
@@ -111,7 +111,7 @@ def _impossible(out: Checked, column: Column) -> None:
         )
     out.findings.append(Finding(
         signal.name, "impossible", watch.beyond_at, watch.beyond_at, watch.beyond, "left out",
-        f"{said} in {track.row} {watch.beyond_line}: {counted(watch.beyond, "such sample")} left out",
+        f"{said} in {track.row} {watch.beyond_line}: {counted(watch.beyond, 'such sample')} left out",
     ))  # fmt: skip
 
 
@@ -133,7 +133,7 @@ def _missing(out: Checked, i: int, column: Column) -> None:
     where = np.flatnonzero(bad)
     out.findings.append(Finding(
         signal.name, "missing", float(out.bins.t[where[0]]), float(out.bins.t[where[-1]]), number, "left out",
-        f"{signal.name}: {counted(number, "sample")} missing ({texts or 'empty cells'}), first near {out.bins.t[where[0]]:.6g} s",
+        f"{signal.name}: {counted(number, 'sample')} missing ({texts or 'empty cells'}), first near {out.bins.t[where[0]]:.6g} s",
     ))  # fmt: skip
 
 
