@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from stillhook._version import __version__
 
 if TYPE_CHECKING:
-    from stillhook import metrics
+    from stillhook import identify, metrics
     from stillhook.analysis.compare import compare
     from stillhook.crane import Crane
     from stillhook.engine.simulate import simulate
@@ -54,6 +54,7 @@ __all__ = [
     "__version__",
     "compare",
     "cranes",
+    "identify",
     "load_crane",
     "load_run",
     "metrics",
@@ -65,8 +66,8 @@ __all__ = [
 
 def __getattr__(name: str) -> Any:
     """Public names are loaded when they are first used, so that `import stillhook` costs nothing."""
-    if name == "metrics":
-        return import_module("stillhook.metrics")
+    if name in ("identify", "metrics"):
+        return import_module(f"stillhook.{name}")
     if name not in _HOMES:
         raise AttributeError(f"module 'stillhook' has no attribute {name!r}")
     value = getattr(import_module(f"stillhook.{_HOMES[name]}"), name)

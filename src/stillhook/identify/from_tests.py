@@ -27,9 +27,9 @@ from stillhook.identify.friction_fit import (
 )
 from stillhook.identify.friction_model import Y_LINEAR, Y_NAMES, Loss, Y, mj4, motor_loss_at, system_friction_at
 from stillhook.identify.measure import Measured, measure
+from stillhook.identify.motor_refit import SecondLoop, second_loop
 from stillhook.identify.planner import Proposal, propose
 from stillhook.identify.points import Points, joined
-from stillhook.identify.second_loop import SecondLoop, second_loop
 from stillhook.identify.uncertainty import Interval, bootstrap, posterior, profile_intervals, quantile_intervals
 from stillhook.physics.scalar import G
 from stillhook.units import parse
