@@ -64,6 +64,7 @@ class Search(Protocol):
     def tolerances(self, begin: int, end: int) -> FloatArray: ...
     def name(self, channel: int) -> str: ...
     def text(self, name: str, value: float) -> str: ...
+    def means(self, use: IntArray) -> dict[str, float]: ...
     def rejected(self, begin: int, end: int, direction: int, code: str, reason: str) -> Rejected: ...
 
 
@@ -79,12 +80,11 @@ class Cut:
 
 @dataclass(frozen=True)
 class Piece:
-    """Bins [begin, end) with their good ones, which have no hole: indices into the search's arrays; after what it begins."""
+    """Bins [begin, end) with their good ones, which have no hole: indices into the search's arrays."""
 
     begin: int
     end: int
     good: IntArray
-    after: str
 
 
 def bad_code(findings: Iterable[Finding], names: Sequence[str], start: float, end: float) -> str:
@@ -99,19 +99,16 @@ def pieces_of(search: Search, cut: Cut, direction: int) -> tuple[list[Piece], li
     last = int(np.searchsorted(search.t, search.t[cut.end - 1] + 0.5 * search.dt - s.guard, "right"))
     inside = np.arange(cut.begin, max(min(last, cut.end), cut.begin + 1))
     good = inside[~search.bad[inside]]
-    if len(good) < (1.0 - s.doubtful) * len(inside):
-        runs = [good] if len(good) == 0 else np.split(good, np.nonzero(np.diff(search.t[good]) > s.largest_hole + search.dt)[0] + 1)
-    else:
-        runs = np.split(good, np.nonzero(np.diff(search.t[good]) > s.largest_hole + search.dt)[0] + 1)
+    runs = np.split(good, np.nonzero(np.diff(search.t[good]) > s.largest_hole + search.dt)[0] + 1)
     for run in runs:
         bounded = cut.before if len(run) and run[0] == inside[0] else "hole"
-        for part, after in _at_jumps(search, run, bounded):
-            alone = len(runs) == 1 and len(part) == len(run)
+        parts = _at_jumps(search, run, bounded)
+        for part, after in parts:
             if _long_enough(search, part):
-                pieces.append(Piece(int(part[0]), int(part[-1]) + 1, part, after))
+                pieces.append(Piece(int(part[0]), int(part[-1]) + 1, part))
             else:
-                refused.append(_too_short(search, cut, part, inside, direction, alone, after))
-    return pieces, [r for r in refused if r is not None]
+                refused.append(_too_short(search, cut, part, inside, direction, jumped=len(parts) > 1, after=after))
+    return pieces, refused
 
 
 def _long_enough(search: Search, part: IntArray) -> bool:
@@ -123,7 +120,7 @@ def _long_enough(search: Search, part: IntArray) -> bool:
     return span >= s.least_length * (1.0 - 1e-9) and len(part) >= (1.0 - s.doubtful) * whole
 
 
-def _too_short(search: Search, cut: Cut, part: IntArray, inside: IntArray, direction: int, alone: bool, after: str) -> Rejected | None:
+def _too_short(search: Search, cut: Cut, part: IntArray, inside: IntArray, direction: int, *, jumped: bool, after: str) -> Rejected:
     """Why a part of a step gives no window."""
     least = f"a window needs {search.settings.least_length:.3g} s and {search.settings.least_samples} samples"
     begin, end = (int(part[0]), int(part[-1]) + 1) if len(part) else (int(inside[0]), int(inside[-1]) + 1)
@@ -134,7 +131,7 @@ def _too_short(search: Search, cut: Cut, part: IntArray, inside: IntArray, direc
         seconds = (float(np.sum(lost)) * search.dt, len(inside) * search.dt)
         reason = f"{code}: {seconds[0]:.3g} s of {seconds[1]:.3g} s cannot be trusted; {least}"
         return search.rejected(begin, end, direction, code, reason)
-    if after == "jump" or (not alone and after != "hole") or cut.before == "layer" or cut.after == "layer":
+    if jumped or cut.before == "layer" or cut.after == "layer":
         return search.rejected(begin, end, direction, "layer change", f"{span:.3g} s beside a change of layer; {least}")
     if _at_hole(search, cut):
         return search.rejected(begin, end, direction, "gap", f"{span:.3g} s beside a gap in the log; {least}")
@@ -183,14 +180,14 @@ def find_jumps(t: FloatArray, e: FloatArray, least: float) -> list[int]:
 
 def last_part(search: Search, piece: Piece) -> tuple[IntArray, str] | str:
     """Bins of the longest last part without drift, and why the beginning was left out; or "code|reason" where there is none."""
-    s, idx = search.settings, _without_ramp(search, piece.good)
+    s, tolerance = search.settings, search.tolerances(piece.begin, piece.end)
+    idx = _without_ramp(search, piece.good, float(tolerance[0]) / LEVEL_CHANGE)
     packed = blocks(np.concatenate([search.t[idx][None, :], search.channels[:, idx]]), TREND_BLOCKS)
     t, x = packed[0], packed[1:]
     n = len(t)
     size = -(-len(idx) // TREND_BLOCKS)
     latest = min(int(np.searchsorted(t, t[-1] + size * search.dt - s.least_length + 1e-6, "right")) - 1, n - 3)
     starts = np.unique(np.linspace(0, max(latest, 0), MOST_STARTS).astype(np.intp))
-    tolerance = search.tolerances(int(idx[0]), int(idx[-1]) + 1)
     tr = trends(t, x, starts, HEAD)
     worst = tr.worst(tolerance)
     fails = np.nonzero(np.any(worst > 1.0, axis=0))[0]
@@ -212,11 +209,10 @@ def last_part(search: Search, piece: Piece) -> tuple[IntArray, str] | str:
     return use, reason
 
 
-def _without_ramp(search: Search, idx: IntArray) -> IntArray:
+def _without_ramp(search: Search, idx: IntArray, limit: float) -> IntArray:
     """Without the beginning of the next ramp, which is too slow to show at once where the converter is coarse or the noise large."""
     bins = max(3, round(search.settings.smoothing / search.dt))
     fewest = max(search.settings.least_samples, round(search.settings.least_length / search.dt), 4 * bins)
-    limit = search.tolerances(int(idx[0]), int(idx[-1]) + 1)[0] / LEVEL_CHANGE
     while len(idx) - bins >= fewest:
         tail, before = search.v[idx[-bins:]], search.v[idx[-4 * bins : -bins]]
         off = abs(float(tail.mean() - before.mean()))
@@ -279,7 +275,7 @@ def window_of(search: Search, piece: Piece, use: IntArray, direction: int) -> Wi
             limit = search.text(name, s.oscillation * scale)
             reason = f"{name} swings by +-{search.text(name, amplitude)} with a period of {period:.3g} s; allowed is {limit}"
             return search.rejected(begin, end, direction, "oscillating", reason)
-    others = {k: float(np.nanmean(a)) for k, x in search.log.signals.items() if np.any(np.isfinite(a := x[search.at[use]]))}
+    others = search.means(use)
     start, stop = float(search.t[begin]) - 0.5 * search.dt, float(search.t[end - 1]) + 0.5 * search.dt
     return Window(start, stop, direction, speed, u_speed, effort, u_effort, len(use), others)
 

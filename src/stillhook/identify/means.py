@@ -39,7 +39,10 @@ It is one number for all stretches of a log, so that stretches of a log without 
 
 def noise_of(x: FloatArray) -> float:
     """Standard deviation of white noise on a piecewise smooth series, from its second differences (median, so steps do not count)."""
-    return float(np.median(np.abs(np.diff(x, 2)))) * OF_SECOND_DIFFERENCES if len(x) > 3 else 0.0
+    if len(x) < 4:
+        return 0.0
+    second = np.sort(np.abs(x[2:] - 2.0 * x[1:-1] + x[:-2]))  # np.median takes ten times as long on a hundred samples
+    return 0.5 * float(second[(len(second) - 1) // 2] + second[len(second) // 2]) * float(OF_SECOND_DIFFERENCES)
 
 
 def blocks(x: FloatArray, most: int = MOST_BLOCKS) -> FloatArray:
@@ -79,14 +82,15 @@ def mean_and_uncertainty(x: FloatArray, *, step: float = 0.0, per_bin: float = 1
 def long_run_variance(gamma: FloatArray) -> float:
     """Sum of autocovariances over all lags, from those about the sample mean (biased, divided by n): shape (n,)."""
     n = len(gamma)
-    total = gamma[0] * n / (n - 1)
-    for _ in range(3):  # the bias is minus the sum itself over n; three rounds settle it to the percent
-        g = gamma + total / n * (1.0 - np.arange(n) / n)
-        pairs = g[: n - n % 2].reshape(-1, 2).sum(axis=1)
-        end = int(np.argmax(pairs <= 0.0)) if np.any(pairs <= 0.0) else len(pairs)
-        new = max(2.0 * float(np.sum(pairs[: max(end, 1)])) - g[0], gamma[0])
-        total = min(new, 0.5 * n * gamma[0])
-    return float(total)
+    even = n - n % 2
+    pairs = gamma[:even:2] + gamma[1:even:2]
+    lost = (2.0 - (4.0 * np.arange(len(pairs)) + 1.0) / n) / n  # of a pair, by taking the mean from the same samples, over the sum
+    least, total = float(gamma[0]), float(gamma[0]) * n / (n - 1)
+    for _ in range(3):  # what is lost is a part of the sum itself; three rounds settle it to the percent
+        kept = pairs + total * lost
+        end = int((kept <= 0.0).argmax()) if kept.min() <= 0.0 else len(kept)
+        total = min(max(2.0 * float(kept[: max(end, 1)].sum()) - least - total / n, least), 0.5 * n * least)
+    return total
 
 
 def students_factor(freedom: float) -> float:
@@ -199,7 +203,8 @@ def _common_measure(x: FloatArray, range_: float) -> float:
     steps = steps[(steps > FINEST * range_) & (steps * LEAST_LEVELS <= range_)]
     if len(steps) == 0:
         return 0.0
-    origin = levels[np.argmax(count)]
+    most = int(np.argmax(count))
+    origin, count = levels[most], np.where(np.arange(len(count)) == most, 0, count)  # standstill, which lies on every lattice
     some = slice(None, None, -(-len(levels) // MOST_LEVELS))
     at = (levels[None, some] - origin) / steps[:, None]
     fits = (np.abs(at - np.round(at)) < OFF_LEVEL) @ count[some] >= MOST_HELD * count[some].sum()

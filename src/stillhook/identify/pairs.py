@@ -66,7 +66,7 @@ def pair_windows(
     *,
     largest_difference: float = LARGEST_DIFFERENCE,
     neighbour: float = NEIGHBOUR,
-    text: Text = lambda v: f"{v:.4g}",
+    text: Text = lambda v: f"{v:.4g} (SI)",
 ) -> Pairs:
     """Pair each hoisting stretch with a lowering one of about the same speed, each used once.
 
@@ -133,7 +133,7 @@ class Grid:
         return np.asarray(np.sqrt(np.diag(self.cov_L)), dtype=float)
 
 
-def on_grid(windows: Sequence[Window], step: float, *, text: Text = lambda v: f"{v:.4g}") -> Grid:
+def on_grid(windows: Sequence[Window], step: float, *, text: Text = lambda v: f"{v:.4g} (SI)") -> Grid:
     """Effort of both directions on the speeds step, 2 step, 3 step ... that both directions enclose; nothing is extrapolated.
 
     Parameters: windows of one test (one load, one displacement); step of the grid in SI (the thesis takes 25 rev/min).

@@ -110,6 +110,7 @@ class _Search:
         self.channels = np.stack([self.v, self.e, *(self.signal(h)[self.at] for h in held)])
         self.bad = (self.doubt((*parts, *held))[self.at]) | ~np.all(np.isfinite(self.channels), axis=0)
         self.command = None if command is None else self.signal(command)[self.at]
+        self.all = np.stack([np.asarray(x, dtype=float) for x in log.signals.values()])
         self._scales(speed, name)
 
     def _effort(self, effort: str | FloatArray, made_of: tuple[str, ...]) -> tuple[FloatArray, str, tuple[str, ...]]:
@@ -149,7 +150,7 @@ class _Search:
     def tolerances(self, begin: int, end: int) -> FloatArray:
         """Drift that is let pass, by channel; never below what one change of the converter's level looks like."""
         s = self.settings
-        level = np.abs(np.median(self.channels[:, begin:end], axis=1))
+        level = np.abs(np.sort(self.channels[:, begin:end], axis=1)[:, (end - begin) // 2])
         out = s.held_drift * level
         out[0] = max(s.speed_drift * level[0], SHARE_OF_RANGE * self.full_speed, LEVEL_CHANGE * self.quanta[0])
         out[1] = max(s.effort_drift * self.high_effort, LEVEL_CHANGE * self.quanta[1])
@@ -195,6 +196,14 @@ class _Search:
             if end - start >= self.settings.least_length:
                 code = bad_code(self.log.findings, (self.speed_name,), start, end)
                 yield Rejected(start, end, 0, np.nan, np.nan, f"no speed to trust for {end - start:.3g} s ({code})", code)
+
+    def means(self, use: NDArray[np.intp]) -> dict[str, float]:
+        """Mean of every signal of the log over these bins; signals without a good one are left out."""
+        values = self.all[:, self.at[use]]
+        good = np.isfinite(values)
+        count = good.sum(axis=1)
+        sums = np.where(good, values, 0.0).sum(axis=1)
+        return {name: float(s / c) for name, s, c in zip(self.log.signals, sums, count, strict=True) if c}
 
     def rejected(self, begin: int, end: int, direction: int, code: str, reason: str) -> Rejected:
         v, e = self.v[begin:end], self.e[begin:end]
