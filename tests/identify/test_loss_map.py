@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 
 from stillhook.errors import LogError, StillhookError, UnitError
+from stillhook.identify.loss_against_map import compare_mapped
 from stillhook.identify.loss_map import LossMap, levels, mapped_loss, read_map
+from stillhook.identify.loss_models import LossModel
 from stillhook.identify.synthetic_map import synthetic_map, write_map
 from stillhook.units import from_display
 
@@ -315,6 +317,14 @@ def test_mapped_model_is_even_and_takes_arrays(made):
     w, D = np.linspace(50.0, 250.0, 7), made.D_m.max()
     assert np.array_equal(law(w, D, 2e7)[0], law(-w, D, -2e7)[0])
     assert law(w, D, 2e7)[0].shape == (7,)
+
+
+def test_a_map_is_better_between_its_levels_and_a_model_beyond_them(made):
+    """Paper D section 2.1: "a mapping model ... very accurate results in the range", "the parametric will have a clear advantage" outside."""
+    found = compare_mapped(made, LossModel.MJ4)
+    assert found is not None
+    assert found.mapped_between < 3.0 * found.fitted_between
+    assert found.mapped_beyond > 3.0 * found.fitted_beyond
 
 
 def test_between_cells_the_mapped_model_is_between_them(made):

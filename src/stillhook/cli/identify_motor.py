@@ -68,6 +68,7 @@ def _print(result: MotorLoss) -> None:
         PARAMETER_HEADER,
         RANKING_HEADER,
         map_lines,
+        mapped_line,
         other_rows,
         parameter_rows,
         ranking_rows,
@@ -89,6 +90,7 @@ def _print(result: MotorLoss) -> None:
     for note in result.notes:
         print(f"note: {note}")
     print_table(("MJ4 parameters of", "error on this map\n[% of T_N]", "scaled to\nthis size"), list(other_rows(result)))
+    print(mapped_line(result))
     print(twin_line(result))
 
 

@@ -95,7 +95,7 @@ def rank_losses(m: LossMap) -> Ranking:
 
     Errors: IdentifyError where the map has too few cells or levels for any model.
     """
-    folds = _folds(m)
+    parts = folds(m)
     found, squares = [], {}
     full = m.full()
     for model in LossModel:
@@ -104,8 +104,8 @@ def rank_losses(m: LossMap) -> Ranking:
             continue
         fit = fit_loss(m, model)
         fixed = fit_loss(full, model) if len(full) > len(card.names) and model is not LossModel.HUHTALA_28 else None
-        squares[model] = _left_out(m, fit, folds)
-        found.append(_ranked(m, fit, fixed, folds, squares[model]))
+        squares[model] = _left_out(m, fit, parts)
+        found.append(_ranked(m, fit, fixed, parts, squares[model]))
     eligible = [r for r in found if r.eligible]
     if not eligible:
         raise IdentifyError(f"{m.source}: {len(m)} cells on too few levels determine no model. Give more levels of each setting.")
@@ -115,7 +115,10 @@ def rank_losses(m: LossMap) -> Ranking:
     return Ranking(m.source, order, best.model, chosen.model, reason)
 
 
-def _folds(m: LossMap) -> list[tuple[str, str, NDArray[np.bool_]]]:
+Fold = tuple[str, str, NDArray[np.bool_]]
+
+
+def folds(m: LossMap) -> list[Fold]:
     """Axis, what is left out in words, and its cells: blocks of neighbouring levels, each in turn."""
     out = []
     for axis, kind in AXES.items():
@@ -129,10 +132,10 @@ def _folds(m: LossMap) -> list[tuple[str, str, NDArray[np.bool_]]]:
     return out
 
 
-def _left_out(m: LossMap, fit: LossFit, folds: list[tuple[str, str, NDArray[np.bool_]]]) -> FloatArray:
+def _left_out(m: LossMap, fit: LossFit, parts: list[Fold]) -> FloatArray:
     """Mean square error of each fold's cells [N^2 m^2] from a fit without them; NaN where such a fit has no answer."""
     out = []
-    for _, _, left in folds:
+    for _, _, left in parts:
         rest, away = m.at(~left), m.at(left)
         try:
             other = fit_loss(rest, fit.model, near=fit)
@@ -142,11 +145,9 @@ def _left_out(m: LossMap, fit: LossFit, folds: list[tuple[str, str, NDArray[np.b
     return np.array(out)
 
 
-def _ranked(
-    m: LossMap, fit: LossFit, fixed: LossFit | None, folds: list[tuple[str, str, NDArray[np.bool_]]], square: FloatArray
-) -> Ranked:
+def _ranked(m: LossMap, fit: LossFit, fixed: LossFit | None, parts: list[Fold], square: FloatArray) -> Ranked:
     T_N = float(m.T_N.mean())
-    names = np.array([axis for axis, _, _ in folds])
+    names = np.array([axis for axis, _, _ in parts])
     by_axis = {axis: math.sqrt(float(square[names == axis].mean())) / T_N for axis in AXES if (names == axis).any()}
     cv = math.sqrt(float(square.mean())) / T_N if len(square) else math.nan
     why = ""
@@ -154,7 +155,7 @@ def _ranked(
         why = "parameters cannot be told apart on this map"
     elif not math.isfinite(cv):
         why = "too few cells or levels to cross-validate"
-    worst = folds[int(np.nanargmax(square))][1] if np.isfinite(square).any() else ""
+    worst = parts[int(np.nanargmax(square))][1] if np.isfinite(square).any() else ""
     return Ranked(fit.model, fit, fixed, cv, by_axis, worst, not why, why)
 
 

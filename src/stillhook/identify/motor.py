@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from stillhook.crane import Source, SourceKind, TorqueLoss
 from stillhook.errors import IdentifyError
+from stillhook.identify.loss_against_map import Compared, compare_mapped
 from stillhook.identify.loss_fit import LossFit, cannot_tell, spread_of_levels
 from stillhook.identify.loss_map import AXES, LossMap
 from stillhook.identify.loss_models import LossModel
@@ -57,6 +58,8 @@ class MotorLoss:
     by_levels: bool
     notes: tuple[str, ...]
     others: tuple[Borrowed, ...]
+    mapped: Compared | None
+    """The interpolated map against `model`; None where no level can be left out."""
     like: str | None
     """Motor that lends what a map does not say."""
 
@@ -105,7 +108,8 @@ def identify_motor(
     lender = like if like is not None else _same_size(m)
     return MotorLoss(
         m, ranking, chosen, threshold, not_to_be_used(m, fit, threshold), not_to_be_used(m, mj4, threshold),
-        mj4.covariance if spread is None else spread, spread is not None, _notes(m, fit, mj4), borrowed(m), lender,
+        mj4.covariance if spread is None else spread, spread is not None, _notes(m, fit, mj4), borrowed(m),
+        compare_mapped(m, chosen), lender,
     )  # fmt: skip
 
 
@@ -193,6 +197,7 @@ def to_dict(result: MotorLoss) -> dict[str, Any]:
         "notes": list(result.notes),
         "mj4_covariance": result.covariance.tolist(),
         "mj4_covariance_by_levels": result.by_levels,
+        "interpolated_map": None if result.mapped is None else asdict(result.mapped),
         "other_motors": [{"name": o.name, "unscaled": o.unscaled, "scaled": o.scaled} for o in result.others],
         "models": [
             {

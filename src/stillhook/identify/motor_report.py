@@ -82,6 +82,19 @@ def twin_line(result: MotorLoss) -> str:
     )
 
 
+def mapped_line(result: MotorLoss) -> str:
+    """How the interpolated map compares with the model on levels that were left out."""
+    c = result.mapped
+    if c is None:
+        return "Interpolated map: too few levels to compare it with the model."
+    title = result.fit.card.title
+    return (
+        f"Interpolated map against {title}, on levels left out, in % of the mean nominal torque: between the other levels "
+        f"{percent(c.mapped_between)} against {percent(c.fitted_between)}; beyond them, where the map holds its edge, "
+        f"{percent(c.mapped_beyond)} against {percent(c.fitted_beyond)}."
+    )
+
+
 def other_rows(result: MotorLoss) -> Iterable[Sequence[str]]:
     own = result.mj4.rms_share
     yield "fitted to this map", percent(own), "-"
@@ -124,6 +137,8 @@ def report(result: MotorLoss, pictures: Mapping[str, bytes]) -> str:
         *mj4,
         heading("Where it must not be used"),
         bullets([*(borders or [f"no cell of the map is beyond {percent(result.threshold, 1)}"]), *result.notes]),
+        heading("The map itself as a model"),
+        paragraph(mapped_line(result)),
         heading("What the parameters of other motors would cost here"),
         table(("MJ4 parameters of", "error as printed [% of T_N]", "scaled to this size"), other_rows(result)),
         heading("Figures"),
