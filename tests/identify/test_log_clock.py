@@ -82,3 +82,23 @@ def test_a_log_whose_signals_all_have_another_clock_is_refused(tmp_path, stairca
     rows = {name: row for name, row in mapping().items() if name in ("time", "p_a", "p_b")}
     text = said(staircase.with_columns(T2=staircase["time"]).write(tmp_path / "x.csv"), rows)
     assert text == "x.csv: every signal has a clock of its own. Leave out `clock` where a signal is stamped by time."
+
+
+def test_dated_stamps_are_believed_where_motion_does_not_tell(tmp_path, make_staircase):
+    staircase = make_staircase(400.0, regular=True)
+    start = np.datetime64("2020-05-01T12:00:00", "ms")
+    cells = staircase.cells()
+    cells["time"] = [str(start + np.timedelta64(round(1e3 * t), "ms")) for t in staircase["time"]]
+    cells["T2"] = [str(start + np.timedelta64(round(1e3 * (t + 1.5)), "ms")) for t in staircase["time"]]
+    rows = {name: {"column": name, "unit": unit} for name, unit in (("omega_m", "rev/min"), ("p_a", "bar"), ("p_b", "bar"))}
+    rows["p_a"]["clock"] = rows["p_b"]["clock"] = "T2"
+    path = staircase.write(tmp_path / "dated.csv", cells=cells, header="time,p_a,p_b,omega_m,u_p,s_w,T2")
+    log = read_log(path, mapping_from({"time": {"column": "time", "unit": "UTC"}, **rows}, "m"))
+    (finding,) = log.findings
+    assert finding.action == "noted"
+    assert finding.text.startswith(
+        'p_a, p_b: the stamps in "T2" are believed, both clocks tell the date; its offset cannot be found: the motion repeats'
+    )
+    assert np.isnan(log.signals["p_a"][log.t < 1.35]).all()
+    late = np.interp(log.t - 1.5, staircase["time"], staircase["p_a"]) * 1e5
+    np.testing.assert_allclose(log.signals["p_a"][50:-50], late[50:-50], rtol=0.05)

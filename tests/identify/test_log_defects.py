@@ -125,6 +125,14 @@ def test_coarse_signals_are_not_stuck(tmp_path, staircase):
     assert read_log(coarse.write(tmp_path / "coarse.csv")).findings == ()
 
 
+def test_a_coarse_speed_whose_noise_grows_with_speed_is_not_stuck(tmp_path, staircase):
+    rng = np.random.default_rng(3)
+    step = 1.46  # rev/min: a 12-bit converter over -3000 to 3000 rev/min
+    speed = np.gradient(100.0 - staircase["s_w"], staircase["time"]) * 300.0
+    speed = step * np.round(speed * (1.0 + 0.002 * rng.standard_normal(len(staircase))) / step)
+    assert read_log(staircase.with_columns(omega_m=speed).write(tmp_path / "coarse.csv")).findings == ()
+
+
 def test_a_logger_that_freezes_while_the_winch_turns_is_found(tmp_path, staircase):
     frozen = staircase
     for name in ("p_a", "p_b", "omega_m", "u_p", "s_w"):

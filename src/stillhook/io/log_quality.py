@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,8 +38,12 @@ class Checked:
 def checked(track: Track) -> Checked:
     """The bins of a track with everything that is wrong with them. Errors: LogError for signals that cannot be trusted at all."""
     bins = track.finish()
-    for column in track.columns:
+    for i, column in enumerate(track.columns):
         column.watch.finish()
+        marked = (
+            [replace(run, noisy=column.watch.noisy_at(run, bins.t, bins.means[i])) for run in column.watch.runs] if judged(column) else []
+        )
+        column.watch.runs = marked
     out = Checked(track, bins, [np.zeros(len(bins.t), np.bool_) for _ in track.columns])
     _time(out)
     for i, column in enumerate(track.columns):
@@ -48,6 +52,11 @@ def checked(track: Track) -> Checked:
         _too_small(out, column)
         _saturated(out, i, column)
     return out
+
+
+def judged(column: Column) -> bool:
+    """Whether a signal that stands still is worth a word: a set value may."""
+    return column.signal.name not in SET_VALUES and column.watch.lowest < column.watch.highest
 
 
 def counted(number: int, what: str) -> str:

@@ -93,8 +93,10 @@ def _while_moving(t: FloatArray, w: Watched, run: Run, signals: Mapping[str, Wat
     turning = next((name for name, other in others.items() if _shows_motion(t, other, part)), "")
     if w.signal.quantity == "length" or (w.signal.quantity in MOTION and run.value == 0.0):
         return turning  # a winch at rest is allowed
+    if w.signal.quantity in MOTION:  # pressures may change at a constant speed
+        others = {name: other for name, other in others.items() if other.signal.quantity in MOTION or name == "u_p"}
     changing = next((name for name, other in others.items() if spread[name] > 0.0 and _changes(other, part, spread[name])), "")
-    if changing or not w.watch.noisy:
+    if changing or not run.noisy:
         return changing
     return turning or ("the winch" if w.signal.quantity in MOTION else "")
 

@@ -17,6 +17,9 @@ LEAST_RUN = 2.0  # s: a signal that keeps its last digit for a shorter time is n
 RANGE_STEP = 2.5e-4  # of the range: one step of a 12-bit converter; nearer to an end is at the end
 NOISE = 0.3  # of the changes that turn back: 2/3 in white noise, few in a smooth signal
 NOISE_STEPS = 2.5  # last digits: a coarse signal that flickers between two values turns back by one
+ALIKE = 0.1  # of a value: so near, the signal is in the same state
+FEWEST_ALIKE = 20  # bins in that state, for a word on its noise
+SPAN = 3.0  # last digits between the largest and smallest of the ten samples of a bin: noise of one digit and more
 MOST_BINS = 500  # bins around an extreme whose values are kept; enough to tell a rail from a coarse reading
 
 
@@ -28,6 +31,8 @@ class Run:
     end: float
     samples: int
     value: float
+    noisy: bool = False
+    """Whether the signal has noise at this value, so that it cannot stand still by chance."""
 
 
 @dataclass
@@ -67,6 +72,8 @@ class Watch:
     """Sum of the sizes of these changes."""
     smallest: float = np.inf
     """Smallest change: the last digit of the signal."""
+    spans: list[NDArray[np.float32]] = field(default_factory=list)
+    """Largest less smallest sample of each bin."""
     at_ends: list[NDArray[np.int64]] = field(default_factory=list)
     """Bins with samples at an end of the sensor's range."""
     at_ends_samples: int = 0
@@ -93,6 +100,8 @@ class Watch:
 
     def feed(self, t: FloatArray, values: FloatArray, index: NDArray[np.int64], starts: NDArray[np.intp]) -> None:
         """Whole bins: times, samples, number of the bin of each sample, where each bin starts."""
+        span = np.fmax.reduceat(values, starts) - np.fmin.reduceat(values, starts)
+        self.spans.append(span.astype(np.float32))
         good = int(np.count_nonzero(~np.isnan(values)))
         if good:
             self.good += good
@@ -142,8 +151,23 @@ class Watch:
 
     @property
     def noisy(self) -> bool:
-        """Whether the signal has noise of several last digits, so that it cannot stand still by chance."""
+        """Whether the signal has noise of several last digits."""
         return self.turns > NOISE * max(1, self.changes) and self.turned > NOISE_STEPS * self.smallest * max(1, self.turns)
+
+    def noisy_at(self, run: Run, t: FloatArray, means: FloatArray) -> bool:
+        """Whether the signal, where it holds about the value of a run, has noise of several last digits, so that no run is by chance.
+
+        Noise may grow with the value: a coarse speed stands still near zero and flickers at full speed.
+        """
+        if not self.noisy:
+            return False
+        span = np.concatenate(self.spans)
+        steady = np.zeros(len(means), np.bool_)
+        steady[1:-1] = np.abs(means[2:] - means[:-2]) <= max(self.smallest, self.turned / self.turns)
+        alike = steady & (np.abs(means - run.value) <= max(ALIKE * abs(run.value), NOISE_STEPS * self.smallest))
+        for other in self.runs:
+            alike[(t >= other.start) & (t <= other.end)] = False
+        return bool(alike.sum() >= FEWEST_ALIKE and np.median(span[alike]) >= SPAN * self.smallest)
 
     def _note(self, start: float, end: float, samples: int, value: float) -> None:
         if end - start >= LEAST_RUN and not np.isnan(value):
