@@ -1,12 +1,14 @@
 """Proposed tests shrink the uncertainty, and repair what a poor campaign lacks."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
+from tests.identify.staged import CM3, CRANE_2, LOSS, stage, truth
 
 from stillhook.identify.campaign import load_campaign
 from stillhook.identify.friction_fit import fit_system, predicted_sd
 from stillhook.identify.planner import propose
-from tests.identify.staged import CM3, CRANE_2, LOSS, stage, truth
 
 CAMPAIGN = """
 crane = "nov-150t"
@@ -33,7 +35,7 @@ def test_every_proposal_lowers_the_uncertainty_and_no_two_are_alike(campaign):
     found = propose(campaign, points, LOSS, fit_system(points, LOSS), n=4)
     assert len({(p.load, p.D_m) for p in found}) == 4
     assert all(p.sd_after < p.sd_before for p in found)
-    assert all(a.sd_after == pytest.approx(b.sd_before) for a, b in zip(found, found[1:], strict=False))
+    assert all(a.sd_after == pytest.approx(b.sd_before) for a, b in pairwise(found))
 
 
 def test_one_load_is_answered_with_another_load(campaign):

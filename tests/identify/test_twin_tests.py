@@ -214,7 +214,7 @@ def test_typical_sensors_add_the_noise_and_the_steps_that_they_state(tmp_path):
     assert np.mean(b["omega_m"][hold]) == pytest.approx(np.mean(a["omega_m"][hold]), abs=1.0 * RPM)
     mapping = tomllib.loads(noisy.campaign.read_text(encoding="utf-8"))
     assert mapping["signals"]["p_a"]["range"] == ["0 bar", "400 bar"]
-    assert mapping["accuracy"] == {"p": "0.0282 bar"}
+    assert "accuracy" not in mapping  # half a bar of noise carries a stretch over many steps of 0.1 bar: their mean has no step left
 
 
 def test_a_sensor_is_late_out_of_calibration_and_held_in_its_range():

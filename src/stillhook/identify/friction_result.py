@@ -31,12 +31,14 @@ def friction_set(result: Friction, name: str) -> FrictionSet:
         sources[n] = Source(text=f"taken from {result.like}: these tests cannot tell it", kind=SourceKind.ASSUMED)
     for n in fit.dropped:
         sources[n] = Source(text=f"left out: {campaign.source} does not ask for it", kind=SourceKind.FITTED)
-    evidence = Evidence.model_construct(
-        None, names=fit.names, covariance=tuple(tuple(float(x) for x in row) for row in fit.covariance), dof=float(fit.dof), data=text,
-        omega_m=_range(seen.omega, "rotation"), T_d=_range(seen.T_d, "drum_torque"), D_m=_range(seen.D_m, "displacement"),
-        dp_m=_range(np.concatenate([seen.dp_up, seen.dp_down]), "pressure"),
-        statements=tuple(s.text for s in result.statements),
-    )  # fmt: skip
+    ranges = {
+        "omega_m": _range(seen.omega, "rotation"),
+        "T_d": _range(seen.T_d, "drum_torque"),
+        "D_m": _range(seen.D_m, "displacement"),
+        "dp_m": _range(np.concatenate([seen.dp_up, seen.dp_down]), "pressure"),
+    }
+    said = [s.text for s in result.statements]
+    evidence = Evidence.fitted(fit.names, fit.covariance, dof=fit.dof, data=text, ranges=ranges, statements=said)
     title = f"System friction of {campaign.crane.name}, from {campaign.title}"
     return FrictionSet(name, title if "SYNTHETIC" in title else made + title, result.system, sources, evidence)
 

@@ -71,7 +71,7 @@ def _measure(campaign: Campaign, test: CraneTest, progress: Progress | None) -> 
     command = "u_p" if "u_p" in log.signals else None
     limits = layer_limits(campaign) if "s_w" in log.signals else ()
     steady = steady_windows(whole, "omega_m", "dp_m", command=command, held=held, layer_limits=limits)
-    pairs = pair_windows(steady.windows)
+    pairs = pair_windows(steady.windows, text=_speed)
     if not pairs.pairs:
         raise IdentifyError(
             f"{log.source}: no hoisting and lowering stretch of one speed among {len(steady.windows)} steady ones "
@@ -81,12 +81,16 @@ def _measure(campaign: Campaign, test: CraneTest, progress: Progress | None) -> 
     D_m = _displacement(campaign, test, pairs, notes)
     weight = campaign.weight(test)
     T_d = np.array([weight * 0.5 * _diameter(campaign, p.up, p.down, d) for p in pairs.pairs])
-    grid = on_grid(steady.windows, GRID)
+    grid = on_grid(steady.windows, GRID, text=_speed)
     points = _points(campaign, test, pairs, D_m, T_d)
     if len(np.unique(np.round(T_d, 3))) > 1:
         notes.append("the wire changed its layer during the test; every pair has the drum torque of its own layer")
     notes += _load_check(campaign, test, points)
     return Measured(test, whole, steady, pairs, grid, points, _grid_points(campaign, test, grid, points), tuple(notes))
+
+
+def _speed(omega: float) -> str:
+    return show(omega, "rotation", 3)
 
 
 def layer_limits(campaign: Campaign) -> tuple[float, ...]:

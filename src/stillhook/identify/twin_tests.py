@@ -204,8 +204,6 @@ def campaign_text(plan: TestPlan, stairs: list[Staircase], files: list[str], *, 
         'time = { column = "Time", unit = "s" }',
         *(f"{c.name} = {{ {', '.join(_signal(c, sensors))} }}" for c in COLUMNS),
     ]
-    if noise is Noise.TYPICAL:
-        lines += ["", "[accuracy]", f'p = "{show(sensors["p_a"].step / np.sqrt(12.0), "pressure", 3)}"']
     for test, stair, file in zip(plan.tests, stairs, files, strict=True):
         lines += [
             "",
