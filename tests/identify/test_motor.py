@@ -8,7 +8,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from stillhook.cli import identify as identify_app
 from stillhook.cli import identify_motor as commands
 from stillhook.cli import run
 from stillhook.crane import SourceKind
@@ -193,15 +192,6 @@ def test_the_page_stands_alone(result):
 
 
 # The command line
-
-
-@pytest.fixture(autouse=True)
-def registered() -> None:
-    """The commands under `stillhook identify`."""
-    have = {c.name for c in identify_app.app.registered_commands}
-    for name, command in (("motor", commands.motor), ("example-map", commands.example_map)):
-        if name not in have:
-            identify_app.app.command(name)(command)
 
 
 @pytest.fixture
