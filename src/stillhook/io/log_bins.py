@@ -20,6 +20,7 @@ GAP = 5.0  # median spacings: a longer step is a gap ...
 LEAST_GAP = 0.2  # s: ... if it is also longer than this, two bins of the default; shorter ones hide in a bin
 RESTART = 1.0  # s: time that runs back further is another start of the clock, not a late or repeated sample ...
 RESTART_SPACINGS = 20.0  # ... and further than this many spacings, for slow logs
+LONGEST = 1e7  # s: four months; a stamp so far from the first is none
 MOST_BACKWARDS = 0.2  # of the samples: with more left out, the stamps are too coarse for the samples
 EDGE = 1e-4  # of a bin: a sample that rounding (dates in floats: 0.2 us) puts just below an edge belongs above it
 Line = Callable[[int], int]
@@ -84,6 +85,7 @@ class Track:
     def feed(self, time: FloatArray, raw: Sequence[FloatArray], line_of: Line) -> None:
         """The next rows: stamps [s] and raw numbers of each column, NaN where missing."""
         self.samples += len(time)
+        time = self._possible(time)
         kept = self._in_order(time, line_of)
         t = time[kept] if len(kept) < len(time) else time
         if not len(t):
@@ -94,11 +96,20 @@ class Track:
         self._find_gaps(t)
         rows = []
         for column, numbers in zip(self.columns, raw, strict=True):
-            values = (numbers[kept] if len(kept) < len(numbers) else numbers) * column.factor
-            if column.offset:
-                values = values + column.offset
+            with np.errstate(over="ignore"):  # beyond the largest float is beyond what can be
+                values = (numbers[kept] if len(kept) < len(numbers) else numbers) * column.factor + column.offset
             rows.append(column.watch.screened(values, t, lambda i: line_of(int(kept[i]))))
         self._keep(t, rows)
+
+    def _possible(self, time: FloatArray) -> FloatArray:
+        """Stamps with those made NaN that are none: infinite, or months away from the first."""
+        finite = np.isfinite(time)
+        if not finite.any():
+            return np.full(len(time), np.nan)
+        zero = self.origin if self.origin is not None else float(time[np.argmax(finite)])
+        with np.errstate(invalid="ignore", over="ignore"):
+            near = np.abs(time - zero) <= LONGEST
+        return time if near.all() else np.where(near, time, np.nan)
 
     def _in_order(self, time: FloatArray, line_of: Line) -> NDArray[np.intp]:
         """Rows whose stamp is a number later than all before; the others are counted, a restart of the clock is refused."""

@@ -168,7 +168,8 @@ def _spacing(source: Source, clock: Clock) -> float:
     if not len(finite):
         cell = came(next(iter(first.texts.get(clock.want, ("",)))))
         raise LogError(f"{place}: {cell} is no {'stamp' if clock.want.stamps else 'number'}. Give its unit: {allowed('time', 'time')}.")
-    step = np.diff(finite)
+    with np.errstate(over="ignore"):
+        step = np.diff(finite)
     ahead = step[step > 0.0]
     if len(finite) < FEWEST or not len(ahead):
         raise LogError(
