@@ -16,14 +16,14 @@ if TYPE_CHECKING:
 SET, REPORT, NUMBERS = "motor.toml", "report.html", "models.json"
 STEMS = ("ranking", "terms", "terms-over-speed", "residuals-over-speed", "residuals-over-map", "model-and-map")
 OUT_FILES = (SET, REPORT, NUMBERS, *(f"{stem}.png" for stem in STEMS))
-MAP_HELP = "Map: CSV, Parquet or Excel, a row a cell: D_m [cm^3/rev], n [rev/min], dp [bar], and T_f [N m], T_shaft [N m] or eta_hm [%]."
+MAP_HELP = "CSV, Parquet or Excel, a row a cell: D_m, n, dp, and T_f, T_shaft or eta_hm, units in square brackets in the headings."
 LIKE_HELP = "Motor (library name or file) that lends inertia, speed limits, leakage; default: the library's of the same size."
 PER_CENT = 0.01
 
 
 def motor(
     map_file: Annotated[Path, typer.Argument(metavar="MAP", help=MAP_HELP)],
-    mapping: Annotated[Path | None, typer.Option(help="TOML file that names columns and units: a table [columns].")] = None,
+    mapping: Annotated[Path | None, typer.Option(help="TOML file that names columns and units, for headings of other kinds.")] = None,
     out: Annotated[Path | None, typer.Option("--out", help="Folder for motor file, report, figures, all models (default: none).")] = None,
     like: Annotated[str | None, typer.Option(help=LIKE_HELP)] = None,
     model: Annotated[str | None, typer.Option(help="Model to look at instead of the recommended one: wilson ... mj6.")] = None,
