@@ -49,7 +49,8 @@ def check_signs(log: Log) -> None:
             else "or for the speed, whichever counts hoisting negative"
         )
         problems.append(f"set sign = {-_sign(log, 'u_p')} for u_p: it runs against {speed} ({known})")
-    problems += _wire(log, -v if flipped_speed else v, speed)
+    if not unclear or command < -AGREE:  # otherwise the speed itself is in doubt
+        problems += _wire(log, -v if flipped_speed or unclear else v, speed)
     if problems:
         raise LogError(
             f"{log.source}: signs contradict each other. In the mapping {'; '.join(problems)}. Hoisting is positive, p_a is the hoisting "
