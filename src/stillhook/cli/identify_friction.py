@@ -21,7 +21,7 @@ LOG_DPI = 80  # pictures of whole logs in the report: a dozen of them, each a th
 
 
 def friction(
-    campaign: Annotated[Path, typer.Argument(metavar="CAMPAIGN.toml", help="Campaign file: crane, signals, one [[test]] a log.")],
+    campaign: Annotated[Path, typer.Argument(metavar="CAMPAIGN.toml", help="Campaign file: crane, signals, and one test a log.")],
     out: Annotated[Path | None, typer.Option("--out", help="Folder for set, report, tables, figures (default: none).")] = None,
     like: Annotated[str | None, typer.Option(help="Set of a similar winch, for parameters that these tests cannot tell.")] = None,
     keep_Y_2: Annotated[str, typer.Option("--keep-Y-2", help="Constant term: auto (where the data ask for it), yes, no.")] = "auto",
