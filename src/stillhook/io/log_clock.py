@@ -7,7 +7,7 @@ the whole log for the offset, then in pieces of it for the drift.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -21,6 +21,7 @@ SHORTEST_PIECE = 40.0  # s: holds some moves of a staircase
 REACH = 4.0  # s to either side of the offset in which a piece is looked for
 CLEAR = 0.3  # correlation: below, the two sides do not show the same motion
 ALONE = 1.15  # times the match of the next best offset that the best must reach
+STARTED = 5.0  # s: columns of one file begin together; where the motion repeats, the one offset within this is taken, and told
 CANDIDATES = 8  # offsets that are tried ...
 PEAK = 0.5  # ... if their correlation is at least this share of the best; a staircase repeats itself every two moves
 APART = 10.0  # s: offsets nearer than this are one
@@ -28,7 +29,7 @@ FEWEST_PIECES = 3
 SCATTER = 0.2  # s: pieces that disagree by more do not follow one drift
 ROUNDS = 4  # of fitting the drift and looking again
 LARGEST_DRIFT = 5e-3  # quartz drifts by 1e-4; beyond this the stamps are in another unit
-DEADBAND = 0.05  # of the largest value: below, a signal has no direction
+DEADBAND = 0.01  # of the largest value: below, a signal has no direction; a wider one sees reversals late
 OVERLAP = 0.25  # of the shorter side that must be seen by both
 
 
@@ -42,6 +43,8 @@ class Fit:
     pieces: int
     match: float = 1.0
     """Correlation of both sides with the drift taken out."""
+    also: float | None = None
+    """Another offset that fits as well [s]; this one was taken because both clocks began with the file."""
 
     def to_main(self, t: FloatArray) -> FloatArray:
         """Times of the other clock in the main one [s]."""
@@ -63,6 +66,8 @@ def align(main: Side, other: Side, where: str) -> Fit:
             "signal with "
             "both clocks, or remove `clock`."
         )
+    if all(abs(offset) >= STARTED for offset in offsets):
+        offsets = [*offsets, 0.0]
     tried = [fit for offset in offsets if (fit := _drift(ours[name], theirs[other_name], offset, step)) is not None]
     if not tried:
         raise LogError(
@@ -70,8 +75,13 @@ def align(main: Side, other: Side, where: str) -> Fit:
             "Give a longer log."
         )
     fit, *others = sorted(tried, key=lambda fit: -fit.match)
-    again = next((o for o in others if abs(o.offset - fit.offset) > APART), None)
-    if again is not None and fit.match < ALONE * again.match:
+    alike = [o for o in tried if ALONE * o.match > fit.match]
+    again = next((o for o in others if abs(o.offset - fit.offset) > APART and o in alike), None)
+    started = [o for o in alike if abs(o.offset) < STARTED]
+    if again is not None and len(started) == 1:
+        again = min((o for o in alike if o is not started[0]), key=lambda o: abs(o.offset))
+        fit, again = replace(started[0], also=again.offset), None
+    if again is not None:
         raise LogError(
             f"{where}: its offset cannot be found: the motion repeats, so that {fit.offset:.4g} s and {again.offset:.4g} s fit alike. "
             "Give a log with "

@@ -79,8 +79,10 @@ def _told(other: Checked, fit: Fit, names: list[str]) -> Finding:
         f"{', '.join(names)}: the clock {other.track.time_column} runs {abs(fast):.0f} ppm {'fast' if fast >= 0.0 else 'slow'} and its "
         "first stamp lies at "
         f"{fit.offset:.3f} s of the main clock (from {fit.pieces} parts of the log, which agree within {fit.scatter:.2g} s): brought "
-        "onto the main clock"
+        "onto the main clock, well enough for steady windows"
     )
+    if fit.also is not None:
+        text += f"; the motion repeats, and {fit.also:.4g} s fits as well: the offset next to the start of the file was taken"
     return Finding(", ".join(names), "clock-drift", float(t[0]), float(t[-1]), len(t), "repaired", text)
 
 
