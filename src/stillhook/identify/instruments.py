@@ -24,6 +24,8 @@ NOISE_P = 0.5e5
 """Standard deviation of a pressure sample [Pa]."""
 NOISE_SPEED = 0.002
 """Standard deviation of a speed sample, part of the reading [-]."""
+SETTING_RANGE = 1.05
+"""Range of that sensor: with its end at 1 the noise of a motor at full displacement would be cut on one side (assumed)."""
 NOISE_SETTING = 5e-4
 """Standard deviation of a sample of the motors' measured setting [-] (assumed)."""
 NOISE_CELL = 0.002
@@ -131,7 +133,7 @@ def _typical(crane: Crane, fastest: float) -> dict[str, Sensor]:
         "p_b": _analogue(0.0, P_RANGE, noise=NOISE_P),
         "omega_m": _analogue(-speed, speed, noise_part=NOISE_SPEED, delay=DELAY_SPEED),
         "u_p": _analogue(-1.0, 1.0),
-        "alpha_m": _analogue(0.0, 1.0, noise=NOISE_SETTING),
+        "alpha_m": _analogue(0.0, SETTING_RANGE, noise=NOISE_SETTING),
         "F_w": _analogue(0.0, cell, noise=NOISE_CELL * cell, delay=DELAY_CELL),
         "s_w": Sensor(step=WIRE_STEP),
     }
