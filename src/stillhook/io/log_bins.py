@@ -7,13 +7,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stillhook.errors import LogError
 from stillhook.io.log_source import Want
-from stillhook.io.log_types import BoolArray, FloatArray, Signal
+from stillhook.io.log_types import FloatArray, Signal
 from stillhook.io.log_watch import Watch
 
 GAP = 5.0  # median spacings: a longer step is a gap ...
@@ -80,7 +81,6 @@ class Track:
     _t: FloatArray = field(default_factory=lambda: np.empty(0))
     _rows: list[FloatArray] = field(default_factory=list)
     _index: list[NDArray[np.int64]] = field(default_factory=list)
-    _counts: list[NDArray[np.int64]] = field(default_factory=list)
 
     def feed(self, time: FloatArray, raw: Sequence[FloatArray], line_of: Line) -> None:
         """The next rows: stamps [s] and raw numbers of each column, NaN where missing."""
@@ -167,7 +167,6 @@ class Track:
         starts = np.flatnonzero(np.diff(index, prepend=index[0] - 1))
         counts = np.diff(starts, append=end).astype(np.int64)
         self._index.append(index[starts])
-        self._counts.append(counts)
         for column, values in zip(self.columns, rows, strict=True):
             _reduce(column, values, starts, counts)
             column.watch.feed(t, values, index, starts)
@@ -182,26 +181,27 @@ class Track:
                 "than the one before, first in "
                 f"{self.row} {self.backwards.line}. The stamps are too coarse for the samples: export them with fractions of a second."
             )
-        index = np.concatenate([np.empty(0, np.int64), *self._index])
-        counts = np.concatenate([np.empty(0, np.int64), *self._counts])
-        means = [np.concatenate(c.means) if c.means else np.empty(0) for c in self.columns]
-        missing = [np.concatenate(c.missing) if c.missing else np.empty(0, np.int32) for c in self.columns]
-        return Binned(index, index.astype(np.float64) * self.every, counts, means, missing)
+        index = _joined(self._index, np.int64)
+        means = [_joined(c.means, np.float64) for c in self.columns]
+        missing = [_joined(c.missing, np.int32) for c in self.columns]
+        return Binned(index, index.astype(np.float64) * self.every, means, missing)
+
+
+def _joined(parts: list[Any], dtype: type) -> Any:
+    """The parts as one array; they are given free, since long logs have many."""
+    whole = np.concatenate([np.empty(0, dtype), *parts])
+    parts.clear()
+    return whole
 
 
 @dataclass(frozen=True)
 class Binned:
-    """The bins of a track: number and centre [s], samples in each, means and missing samples by column."""
+    """The bins of a track: number and centre [s], means and missing samples by column."""
 
     index: NDArray[np.int64]
     t: FloatArray
-    counts: NDArray[np.int64]
     means: list[FloatArray]
     missing: list[NDArray[np.int32]]
-
-    def empty(self, column: int) -> BoolArray:
-        """Bins in which a column has no good sample."""
-        return np.isnan(self.means[column])
 
 
 def _reduce(column: Column, values: FloatArray, starts: NDArray[np.intp], counts: NDArray[np.int64]) -> None:

@@ -18,7 +18,7 @@ SLOPE = 0.6  # s over which slopes are taken: long against noise, short against 
 COARSE = 3.0  # s: smoothing for the search of the offset, so that a drift of 2000 ppm over 20 minutes does not hide it
 PIECES = 12  # of the log, for the drift
 SHORTEST_PIECE = 40.0  # s: holds some moves of a staircase
-REACH = 4.0  # s to either side of the offset in which a piece is looked for
+REACH = 2.5  # s to either side of the offset in which a piece is looked for
 CLEAR = 0.3  # correlation: below, the two sides do not show the same motion
 ALONE = 1.15  # times the match of the next best offset that the best must reach
 STARTED = 5.0  # s: columns of one file begin together; where the motion repeats, the one offset within this is taken, and told
@@ -29,6 +29,7 @@ FEWEST_PIECES = 3
 SCATTER = 0.2  # s: pieces that disagree by more do not follow one drift
 ROUNDS = 4  # of fitting the drift and looking again
 LARGEST_DRIFT = 5e-3  # quartz drifts by 1e-4; beyond this the stamps are in another unit
+REVERSING = ("omega_m", "v_w", "u_p", "speed")  # friction turns round with these: their direction shows in pressures, their slopes do not
 DEADBAND = 0.01  # of the largest value: below, a signal has no direction; a wider one sees reversals late
 OVERLAP = 0.25  # of the shorter side that must be seen by both
 
@@ -108,7 +109,7 @@ def _features(side: Side, step: float) -> dict[str, FloatArray]:
         if good.sum() < FEWEST_PIECES:
             continue
         x = np.interp(grid, t[good], values[good])
-        ways = [("", x)]
+        ways = [] if name in REVERSING else [("", x)]
         if x.min() < 0.0 < x.max():
             ways.append((" direction", np.where(np.abs(x) > DEADBAND * np.abs(x).max(), np.sign(x), 0.0)))
         for kind, y in ways:

@@ -44,6 +44,7 @@ def checked(track: Track) -> Checked:
             [replace(run, noisy=column.watch.noisy_at(run, bins.t, bins.means[i])) for run in column.watch.runs] if judged(column) else []
         )
         column.watch.runs = marked
+        column.watch.spans.clear()
     out = Checked(track, bins, [np.zeros(len(bins.t), np.bool_) for _ in track.columns])
     _time(out)
     for i, column in enumerate(track.columns):
