@@ -120,7 +120,7 @@ def test_every_step_of_a_staircase_gives_one_window_with_its_true_means(case: di
 def test_short_and_long_steps_are_used(hold: float) -> None:
     found = find(staircase(hold=hold, **NOISE))
     assert len(found.windows) == 2 * len(SPEEDS)
-    assert all(w.end - w.start > 2.0 for w in found.windows)
+    assert all(w.end - w.start > 2.0 - 1e-9 for w in found.windows)
     if hold > 5.0:
         assert all(w.end - w.start > 0.5 * hold for w in found.windows)
 
@@ -132,11 +132,27 @@ def test_windows_end_before_their_step_ends_and_begin_after_it_has_settled() -> 
         assert w.start > end - 15.0 + 2.0 * 0.5  # two time constants into the step
 
 
+def test_the_tail_of_a_decay_that_hides_in_noise_does_not_push_all_means_one_way() -> None:
+    """Friction that comes up over seconds under noise: each mean may be off by its uncertainty, but not all of them to one side."""
+
+    def slow_start(t: np.ndarray, v: np.ndarray, e: np.ndarray) -> None:
+        moving = np.abs(v) > 1.0 * RPM
+        begun = np.maximum.accumulate(np.where(~moving, t, 0.0))
+        e -= np.sign(v) * np.where(moving, 0.6 * BAR * np.exp(-(t - begun) / 2.0), 0.0)
+
+    off = []
+    for seed in range(12):
+        found = find(staircase(hold=15.0, seed=seed, spoil=slow_start, **NOISE))
+        off += [w.direction * (w.effort - effort) / w.u_effort for w, (_, effort) in zip(found.windows, nominal(found), strict=True)]
+    assert len(off) > 100
+    assert abs(np.mean(off)) < 0.4  # uncertainties; 0.5 where no spare is left out
+
+
 def test_the_whole_log_is_accounted_for() -> None:
     log = staircase(**NOISE)
     found = find(log)
     assert sum(found.time.values()) == pytest.approx(len(log.t) * 0.1)
-    assert found.time["used"] > 0.5 * found.time["used"] + found.time["trimmed"]
+    assert found.time["used"] > found.time["trimmed"]
     assert all(r.code == "start" and "settling" in r.reason and " off for " in r.reason for r in found.trimmed)
 
 

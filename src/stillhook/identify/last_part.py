@@ -199,13 +199,16 @@ def last_part(search: Search, piece: Piece) -> tuple[IntArray, str] | str:
         drift = hidden * np.where(hidden > 0.0, tolerance, 0.0)
         return _not_steady(search, hidden, drift, float(t[-1] - t[starts[first]]))
     k = first + (_best_known(x[:2], starts[first:]) if np.isfinite(tolerance[1]) else 0)
-    use = idx[len(idx) - (n - int(starts[k])) * size :] if k else idx
-    if k == 0:
+    start = int(starts[k])
+    if np.isfinite(tolerance[1]):
+        start = min(start + round(s.spare * (n - start)), max(latest, start))
+    use = idx[len(idx) - (n - start) * size :] if start else idx
+    if start == 0:
         return use, ""
-    off = np.mean(x[:, : starts[k]], axis=1) - np.mean(x[:, starts[k] :], axis=1)
+    off = np.mean(x[:, :start], axis=1) - np.mean(x[:, start:], axis=1)
     bad = int(np.argmax(np.abs(off) / tolerance))
     moved, name = float(off[bad]), search.name(bad)
-    reason = f"settling: {name} was on average {search.text(name, moved)} off for {t[starts[k]] - t[0]:.3g} s"
+    reason = f"settling: {name} was on average {search.text(name, moved)} off for {t[start] - t[0]:.3g} s"
     return use, reason
 
 

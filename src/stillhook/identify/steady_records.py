@@ -12,6 +12,7 @@ from stillhook import units as u
 from stillhook.errors import IdentifyError, UnitError
 from stillhook.scenario import one_line
 
+Rest = Annotated[float, Field(strict=True, ge=0, lt=1)]
 Share = Annotated[float, Field(strict=True, gt=0, allow_inf_nan=True)]
 
 
@@ -30,6 +31,11 @@ class WindowSettings(BaseModel):
     smoothing: u.Time = Field(default=0.5, gt=0, description="half width over which speed is averaged to tell a step from a ramp")
     bridge: u.Time = Field(default=1.5, ge=0, description="longest disturbance of speed inside one step: one period of 0.7 Hz")
     largest_hole: u.Time = Field(default=0.5, gt=0, description="longest stretch of missing or doubtful bins inside a step")
+    spare: Rest = Field(
+        default=1.0 / 3.0,
+        description="part of a stretch without visible drift that is left out at its start: a decay hides in noise before it has "
+        "ended, with the same sign in every step, and the means of hundreds of steps would show it",
+    )
     speed_rate: Share = Field(default=0.03, description="change of speed per second, over speed, above which the winch is ramping")
     speed_drift: Share = Field(default=0.01, description="drift of speed within a stretch, over its speed; friction changes by far less")
     effort_drift: Share = Field(default=0.005, description="drift of effort, over its high value: 1 bar in 200; inf: speed alone decides")
