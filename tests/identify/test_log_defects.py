@@ -142,11 +142,19 @@ def test_a_logger_that_freezes_while_the_winch_turns_is_found(tmp_path, staircas
 
 
 def test_a_required_signal_that_never_changes_is_refused(tmp_path, staircase):
-    dead = staircase.with_columns(p_b=np.full(len(staircase), 25.0))
+    dead = staircase.with_columns(p_a=np.full(len(staircase), 125.0))
     assert refusal(dead.write(tmp_path / "dead.csv")) == (
-        'dead.csv: p_b stands at 25 bar throughout while p_a changes: the sensor was off or stuck, or column "p_b [bar]" is another one. '
+        'dead.csv: p_a stands at 125 bar throughout while p_b changes: the sensor was off or stuck, or column "p_a [bar]" is another one. '
         "Map another column, or leave the signal out."
     )
+
+
+def test_a_low_side_that_boost_holds_is_used_and_told(tmp_path, staircase):
+    log = read_log(staircase.with_columns(p_b=np.full(len(staircase), 25.0)).write(tmp_path / "held.csv"))
+    assert [f.text for f in log.findings] == [
+        "p_b stands at 25 bar throughout while p_a changes: right for a low side that boost holds, wrong for a dead sensor"
+    ]
+    assert not log.doubtful["p_b"].any()
 
 
 def test_set_values_may_be_constant_and_are_told(tmp_path, staircase):

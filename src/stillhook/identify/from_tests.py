@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from enum import StrEnum
@@ -260,8 +261,16 @@ def _found_intervals(method: Intervals, points: Points, loss: Loss, fit: Frictio
 
 
 def _log_statements(measured: tuple[Measured, ...]) -> tuple[Statement, ...]:
-    """What was noted about single tests while they were measured."""
-    return tuple(Statement("test", False, f'test "{m.test.name}": {note}.') for m in measured for note in m.notes)
+    """What was noted about single tests while they were measured, and what was found in their logs."""
+    out = [Statement("test", False, f'test "{m.test.name}": {note}.') for m in measured for note in m.notes]
+    for m in measured:
+        found = m.log.findings
+        if found:
+            kinds = Counter(f.kind for f in found)
+            counts = f" ({', '.join(f'{n} {kind}' for kind, n in kinds.items())})" if len(found) > 1 else ""
+            more = "; the report lists the others" if len(found) > 1 else ""
+            out.append(Statement("log", False, f'test "{m.test.name}": found in {m.log.source}{counts}: {found[0].text}{more}.'))
+    return tuple(out)
 
 
 def band(points: Points, fit: FrictionFit, factor: float) -> np.ndarray:

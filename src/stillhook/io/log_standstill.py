@@ -14,6 +14,9 @@ from stillhook.io.log_types import BoolArray, Finding, FloatArray, Signal
 from stillhook.io.log_watch import Run, Watch
 from stillhook.units import came
 
+HELD = ("p_b",)
+"""Signals that the machine itself may hold: a closed circuit's low side. What friction takes from it is its change between hoisting and
+lowering, so a constant one is used, and told."""
 CHANCE = 1e-6  # expected number of runs so long, if values repeat as often as in the rest of the log: rarer is no chance
 MOVES = 0.2  # of the spread of a signal over the whole log: so much change is motion
 ABOVE_NOISE = 20.0  # times the step from bin to bin: a spread that is smaller is noise; in white noise it is 5 times
@@ -62,6 +65,10 @@ def _constant(file: str, t: FloatArray, w: Watched, signals: Mapping[str, Watche
             name, "constant", float(t[0]), float(t[-1]), w.watch.good, "noted", f"{name} stands at {value} throughout, as a set value may"
         )
     moving = [other for other, o in signals.items() if o.watch.lowest != o.watch.highest]
+    if name in HELD and moving:
+        said = f"{name} stands at {value} throughout while {moving[0]} changes"
+        text = f"{said}: right for a low side that boost holds, wrong for a dead sensor"
+        return Finding(name, "constant", float(t[0]), float(t[-1]), w.watch.good, "noted", text)
     if name in REQUIRED and moving:
         raise LogError(
             f"{file}: {name} stands at {value} throughout while {moving[0]} changes: the sensor was off or stuck, or column "
