@@ -1,0 +1,44 @@
+"""How often do stated 95 % intervals hold the truth, from logs to parameters? `python -m benchmarks.coverage [campaigns]`.
+
+Each campaign is run by the twin with its own noise (0.5 bar, 0.2 % of speed, 12-bit converters), written as logs, read, and identified blind.
+"""
+
+import sys
+import tempfile
+
+import numpy as np
+
+from stillhook import identify
+from stillhook.identify.friction_fit import predicted, predicted_sd
+from stillhook.identify.friction_model import Y_NAMES, Y
+from stillhook.identify.instruments import Instruments, Noise
+from stillhook.identify.uncertainty import t_factor
+from stillhook.library import system_friction
+
+CASES = {"L4593": "L4593", "crane-2": "crane-2"}
+MINUTES = 10.0
+
+
+def campaign(name: str, truth: Y, seed: int) -> tuple[dict[str, bool], float]:
+    """Whether each parameter's interval holds the truth, and the share of the band of predicted friction that does."""
+    with tempfile.TemporaryDirectory() as folder:
+        instruments = Instruments(noise=Noise.TYPICAL, seed=seed)
+        written = identify.write_campaign(identify.campaign_plan(name), folder, instruments=instruments, minutes=MINUTES, parquet=True)
+        r = identify.friction(written.campaign, proposals=0)
+    inside = {i.name: i.low <= getattr(truth, i.name) <= i.high for i in r.intervals}
+    off = np.abs(predicted(r.points, r.loss, r.fit.y) - predicted(r.points, r.loss, truth))
+    return inside, float(np.mean(off <= t_factor(r.fit.dof) * predicted_sd(r.points, r.fit)))
+
+
+def main() -> None:
+    count = int(sys.argv[1]) if len(sys.argv) > 1 else 20
+    for name, fitted in CASES.items():
+        truth = Y.of(system_friction(fitted))
+        found = [campaign(name, truth, seed) for seed in range(count)]
+        shares = {n: [inside[n] for inside, _ in found if n in inside] for n in Y_NAMES}
+        text = ", ".join(f"{n} {np.mean(v):.0%}" for n, v in shares.items() if v)
+        print(f"{name}, {count} campaigns: {text}; predicted friction {np.mean([band for _, band in found]):.1%}")
+
+
+if __name__ == "__main__":
+    main()
