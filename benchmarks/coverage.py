@@ -1,6 +1,6 @@
 """How often do stated 95 % intervals hold the truth, from logs to parameters? `python -m benchmarks.coverage [campaigns]`.
 
-Each campaign is run by the twin with its own noise (0.5 bar, 0.2 % of speed, 12-bit converters), written as logs, read, and identified blind.
+Each campaign is run by the twin with its own noise (0.5 bar, 0.2 % of speed, 12-bit converters), written, read, and identified blind.
 """
 
 import sys

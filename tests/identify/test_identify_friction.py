@@ -13,7 +13,7 @@ from stillhook.cli import run
 from stillhook.identify.friction_model import Y_NAMES, Y
 from stillhook.identify.instruments import Instruments, noise_of
 from stillhook.library import system_friction
-from stillhook.library.sets import load_friction
+from stillhook.library.sets import load_friction, load_losses
 
 PARAMETERS = 0.02  # of each parameter from noise-free logs, as asked for
 PREDICTED = 0.2  # % of nominal torque from noise-free logs
@@ -93,6 +93,25 @@ def test_the_command_line_writes_everything_and_a_crane_file_takes_the_set(noisy
     spread = simulate(identify.draw_cranes(crane, friction_set=found, n=16), calm)
     assert spread.sizes["case"] == 16
     assert float(np.ptp(spread.p_max.values)) > 0.0
+
+
+def test_the_second_loop_writes_two_sets_that_belong_together(noisy, tmp_path, capsys):
+    out = tmp_path / "results"
+    run(["identify", "friction", str(noisy.campaign), "--out", str(out), "--loops", "1"])
+    capsys.readouterr()
+    (out / "mine.toml").write_text(
+        'base = "nov-150t"\n[friction]\nlibrary = "second-loop-friction.toml"\n[active.motor]\ntype = "second-loop-motor.toml"\n'
+    )
+    crane, loss = load_crane(out / "mine.toml"), load_losses(out / "second-loop-motor.toml")
+    assert crane.active.motor.loss == loss.motor.loss
+    assert crane.active.motor.D_max == pytest.approx(load_crane("nov-150t").active.motor.D_max)
+    assert loss.evidence is not None
+    assert any("held-out" in s for s in loss.evidence.statements)
+    data = json.loads((out / "summary.json").read_text())
+    assert data["second_loop"]["motor"]["X_4"] == pytest.approx(crane.active.motor.loss.X_4)
+    k = len(data["names"])
+    assert np.allclose(np.diag(data["correlation"]), np.ones(k))
+    assert np.max(np.abs(data["correlation"])) <= 1.0 + 1e-9
 
 
 def test_the_report_is_one_page_with_its_pictures_inside(noisy, tmp_path, capsys):

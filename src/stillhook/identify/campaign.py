@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from stillhook.crane import Crane, Motor, Plant
+from stillhook.crane import Crane, Motor, Plant, Source
 from stillhook.engine.pack import drum_record
 from stillhook.errors import IdentifyError, SpecError, StillhookError
 from stillhook.io.log_mapping import mapping_from
@@ -61,6 +61,7 @@ class Campaign:
     count: int
     motor: Motor
     motor_name: str
+    motor_sources: Mapping[str, Source]
     u_p: float
     r_omega: float
     tests: tuple[CraneTest, ...]
@@ -116,7 +117,7 @@ def _campaign(data: Mapping[str, Any], file: Path) -> Campaign:
         if name not in data:
             raise IdentifyError(f"{name}: missing. A campaign needs crane and at least one [[test]].")
     crane = load_crane(_beside(_text(data, "crane", ""), file.parent))
-    motor, motor_name = _motor(data, crane, file.parent)
+    motor, motor_name, motor_sources = _motor(data, crane, file.parent)
     mapping = mapping_from(data["signals"], "signals") if "signals" in data else None
     synthetic = bool(data.get("synthetic")) or MARK in str(data.get("title", ""))
     accuracy = data.get("accuracy", {})
@@ -134,6 +135,7 @@ def _campaign(data: Mapping[str, Any], file: Path) -> Campaign:
         raise IdentifyError(f'test: the name "{twice}" comes twice. Give every test its own.')
     return Campaign(
         title=title, source=file.name, crane=crane, count=count, motor=motor, motor_name=motor_name,
+        motor_sources=motor_sources,
         u_p=_not_negative(accuracy, "p", "pressure"), r_omega=_share(accuracy), tests=tests, synthetic=synthetic,
     )  # fmt: skip
 
@@ -151,20 +153,24 @@ def _count(data: Mapping[str, Any], crane: Crane) -> int:
     return count
 
 
-def _motor(data: Mapping[str, Any], crane: Crane, folder: Path) -> tuple[Motor, str]:
-    """The loss model named in the file, or the crane's own."""
+def _motor(data: Mapping[str, Any], crane: Crane, folder: Path) -> tuple[Motor, str, Mapping[str, Source]]:
+    """The motor named in the file, or the crane's own, with the sources of its numbers."""
     from stillhook.library.sets import load_losses
 
     if "motor" not in data:
-        return crane.active.motor, crane.active.motor.type
+        place, own = "active.motor.", set(Motor.model_fields)
+        named = {path.removeprefix(place): source for path, source in crane.sources.items() if path.startswith(place)}
+        sources = {path: source for path, source in named.items() if path.split(".")[0] in own}
+        return crane.active.motor, crane.active.motor.type, sources
     name = _text(data, "motor", "")
-    motor = load_losses(_beside(name, folder)).motor
+    found = load_losses(_beside(name, folder))
+    motor = found.motor
     if not math.isclose(motor.D_max, crane.active.motor.D_max, rel_tol=1e-3):
         raise IdentifyError(
             f'motor = "{name}": {show(motor.D_max, "displacement")}, where "{crane.name}" has motors of '
             f"{show(crane.active.motor.D_max, 'displacement')}. Name a motor of that size."
         )
-    return motor, Path(name).stem if name.endswith(".toml") else name
+    return motor, Path(name).stem if name.endswith(".toml") else name, found.sources
 
 
 def _test(

@@ -8,6 +8,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from stillhook.identify.friction_model import Y_NAMES, Y
 from stillhook.identify.friction_result import to_dict
 from stillhook.identify.from_tests import JUDGED_FROM, Friction
+from stillhook.identify.uncertainty import correlation
 from stillhook.io.page import bullets, heading, page, paragraph, picture, table
 from stillhook.units import number, show
 
@@ -58,6 +59,8 @@ def report(result: Friction, figures: Mapping[str, bytes], windows: Mapping[str,
             f"Intervals: 95 %, {result.method.value}. Motor loss: {campaign.motor_name} (MJ4)."
         ),
         table(("", "value", "from", "to", "meaning"), _parameters(result)),
+        paragraph("Correlation of the fitted parameters: near 1 or -1, only their combination is known."),
+        table(("", *result.fit.names), _correlations(result)),
         heading("What the data cannot tell"),
         _list(result),
         heading("Tests"),
@@ -93,6 +96,12 @@ def _parameters(result: Friction) -> Iterable[Sequence[str]]:
         i, value = found.get(n), float(getattr(result.fit.y, n))
         state = " (taken from another set)" if n in result.fit.given else " (left out)" if n in result.fit.dropped else ""
         yield n, written(n, value), written(n, i.low if i else None), written(n, i.high if i else None), MEANING[n] + state
+
+
+def _correlations(result: Friction) -> Iterable[Sequence[str]]:
+    r = correlation(result.fit)
+    for i, name in enumerate(result.fit.names):
+        yield name, *(f"{r[i, j]:.2f}" if j <= i else "" for j in range(len(result.fit.names)))
 
 
 def _list(result: Friction) -> str:

@@ -7,13 +7,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stillhook.crane import Source, SourceKind
+from stillhook.crane import Motor, Source, SourceKind, SystemFriction
 from stillhook.identify.friction_fit import predicted
 from stillhook.identify.friction_model import X_NAMES, Y_NAMES, motor_loss_at
 from stillhook.identify.from_tests import Friction, HeldOut, nominal_share
 from stillhook.identify.points import Points
+from stillhook.identify.uncertainty import correlation
 from stillhook.library.evidence import Evidence
-from stillhook.library.sets import FrictionSet
+from stillhook.library.sets import FrictionSet, LossSet
 from stillhook.units import from_display, in_display, number
 
 if TYPE_CHECKING:
@@ -31,19 +32,54 @@ def friction_set(result: Friction, name: str) -> FrictionSet:
         sources[n] = Source(text=f"taken from {result.like}: these tests cannot tell it", kind=SourceKind.ASSUMED)
     for n in fit.dropped:
         sources[n] = Source(text=f"left out: {campaign.source} does not ask for it", kind=SourceKind.FITTED)
-    ranges = {
+    said = [s.text for s in result.statements]
+    evidence = Evidence.fitted(fit.names, fit.covariance, dof=fit.dof, data=text, ranges=_ranges(seen), statements=said)
+    title = f"System friction of {campaign.crane.name}, from {campaign.title}"
+    return FrictionSet(name, title if "SYNTHETIC" in title else made + title, result.system, sources, evidence)
+
+
+def second_loop_sets(result: Friction) -> tuple[LossSet, FrictionSet]:
+    """The motor loss refined on the crane's tests and the system friction that belongs to it: use both, or neither.
+
+    What held-out tests say of them stands in their evidence. Errors: ValueError where no second loop was asked for.
+    """
+    loop, campaign = result.second, result.campaign
+    if loop is None:
+        raise ValueError("no second loop was run: give loops=1")
+    made = "SYNTHETIC " if campaign.synthetic else ""
+    seen = result.points.fitted()
+    text = f"second loop (paper D section 3) on {made}campaign {campaign.source}, {len(seen)} pairs: {loop.verdict}"
+    fitted = Source(text=text, kind=SourceKind.FITTED)
+    free = [i for i, n in enumerate(X_NAMES) if getattr(loop.loss, n) > 0.0]
+    names, matrix = [X_NAMES[i] for i in free], loop.covariance[np.ix_(free, free)]
+    said = list(loop.statements)
+    about = _ranges(seen)
+    motor_ranges = {k: v for k, v in about.items() if k != "T_d"}
+    motor = Motor.model_construct(None, **{n: getattr(campaign.motor, n) for n in Motor.model_fields} | {"loss": loop.loss})
+    sources = dict(campaign.motor_sources) | {f"loss.{n}": fitted for n in X_NAMES}
+    of_motor = Evidence.fitted(names, matrix, dof=float(len(seen) - len(names)), data=text, ranges=motor_ranges, statements=said)
+    title = f"{made}{campaign.motor_name}, torque loss refined on {campaign.title}"
+    system = SystemFriction.model_construct(None, **{n: float(getattr(loop.system.y, n)) for n in Y_NAMES})
+    of_system = Evidence.fitted(
+        loop.system.names, loop.system.covariance, dof=float(loop.system.dof), data=text, ranges=about, statements=said
+    )
+    friction_title = f"{made}System friction of {campaign.crane.name} with its refined motor loss, from {campaign.title}"
+    return (
+        LossSet("second-loop-motor", title, motor, sources, of_motor),
+        FrictionSet("second-loop-friction", friction_title, system, dict.fromkeys(Y_NAMES, fitted), of_system),
+    )
+
+
+RANGE_DIGITS = 4
+
+
+def _ranges(seen: Points) -> dict[str, tuple[float, float]]:
+    return {
         "omega_m": _range(seen.omega, "rotation"),
         "T_d": _range(seen.T_d, "drum_torque"),
         "D_m": _range(seen.D_m, "displacement"),
         "dp_m": _range(np.concatenate([seen.dp_up, seen.dp_down]), "pressure"),
     }
-    said = [s.text for s in result.statements]
-    evidence = Evidence.fitted(fit.names, fit.covariance, dof=fit.dof, data=text, ranges=ranges, statements=said)
-    title = f"System friction of {campaign.crane.name}, from {campaign.title}"
-    return FrictionSet(name, title if "SYNTHETIC" in title else made + title, result.system, sources, evidence)
-
-
-RANGE_DIGITS = 4
 
 
 def _range(values: np.ndarray, kind: str) -> tuple[float, float]:
@@ -65,6 +101,7 @@ def to_dict(result: Friction) -> dict[str, Any]:
         "method": result.method.value,
         "names": list(fit.names),
         "covariance": fit.covariance.tolist(),
+        "correlation": correlation(fit).tolist(),
         "evidence": dict(fit.evidence),
         "chi2": fit.chi2,
         "dof": fit.dof,

@@ -161,12 +161,11 @@ def _evidence(result: MotorLoss, text: str) -> Evidence:
     free = [i for i, e in enumerate(result.mj4.errors) if np.isfinite(e)]
     how = "by leaving out displacements in turn" if result.by_levels else "from the residuals"
     matrix = result.covariance[np.ix_(free, free)]
-    ends = result.map.range()
-    return Evidence.model_construct(
-        None, names=tuple(result.mj4.names[i] for i in free), covariance=tuple(tuple(float(x) for x in row) for row in matrix),
-        dof=float(result.mj4.dof), data=f"{text}; covariance {how}", omega_m=ends["omega_m"], dp_m=ends["dp_m"], D_m=ends["D_m"],
-        statements=tuple(avoid(s, result.threshold) for s in result.mj4_statements) + result.notes,
-    )  # fmt: skip
+    names = [result.mj4.names[i] for i in free]
+    said = [*(avoid(s, result.threshold) for s in result.mj4_statements), *result.notes]
+    return Evidence.fitted(
+        names, matrix, dof=float(result.mj4.dof), data=f"{text}; covariance {how}", ranges=result.map.range(), statements=said
+    )
 
 
 def avoid(s: Statement, threshold: float) -> str:
