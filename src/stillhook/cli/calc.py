@@ -33,7 +33,7 @@ def _alpha(value: float) -> float:
 
 @app.command("motor-loss")
 def motor_loss(
-    name: Annotated[str, typer.Argument(help="Motor of the library, such as A6VM215.", metavar="MOTOR")],
+    name: Annotated[str, typer.Argument(help="Motor of the library, such as A6VM215, or path of a motor file.", metavar="MOTOR")],
     displacement: Annotated[str, typer.Option(help='Displacement now, such as "215 cm^3/rev".')],
     speed: Annotated[str, typer.Option(help='Shaft speed, such as "1000 rev/min".')],
     dp: Annotated[str, typer.Option(help='Pressure drop, such as "200 bar".')],
@@ -43,30 +43,38 @@ def motor_loss(
 
     Example: stillhook calc motor-loss A6VM215 --displacement "215 cm^3/rev" --speed "1000 rev/min" --dp "200 bar"
     """
-    from stillhook.library import motor
+    from stillhook.library.sets import load_losses
     from stillhook.physics.motor import TorqueLossFit, torque_loss
 
-    m = motor(name)
+    found = load_losses(name)
+    m, known = found.motor, found.evidence
     D_m, omega_m = parse(displacement, "displacement", "--displacement"), parse(speed, "rotation", "--speed")
     dp_m = parse(dp, "pressure", "--dp")
     if not 0.0 < D_m <= m.D_max * (1.0 + 1e-9):
         full = show(m.D_max, "displacement")
         raise ScenarioError(f"--displacement {displacement}: {name} has above 0 up to {full}. Give a value in between.")
     fit = TorqueLossFit(m.loss.X_1, m.loss.X_2, m.loss.X_3, m.loss.X_4, m.loss.X_5)
-    inside = _within(abs(omega_m), VALID_SPEED, "rotation") and _within(abs(dp_m), VALID_DP, "pressure")
+    speeds = known.omega_m if known is not None and known.omega_m else _ends(VALID_SPEED, "rotation")
+    drops = known.dp_m if known is not None and known.dp_m else _ends(VALID_DP, "pressure")
+    inside = _within(abs(omega_m), speeds) and _within(abs(dp_m), drops)
     _answer({"T_fm": torque_loss(omega_m, D_m, dp_m, fit), "D_m": D_m, "omega_m": omega_m, "dp_m": dp_m, "valid": inside}, json)
     if not inside and not json:
-        print(f"outside the fitted range {VALID_SPEED[0]} to {VALID_SPEED[1]}, {VALID_DP[0]} to {VALID_DP[1]}: an extrapolation")
+        texts = [f"{show(lo, kind)} to {show(hi, kind)}" for (lo, hi), kind in ((speeds, "rotation"), (drops, "pressure"))]
+        print(f"outside the fitted range {', '.join(texts)}: an extrapolation")
 
 
-def _within(value: float, bounds: tuple[str, str], kind: str) -> bool:
-    lo, hi = (parse(b, kind) for b in bounds)
+def _ends(texts: tuple[str, str], kind: str) -> tuple[float, float]:
+    return parse(texts[0], kind), parse(texts[1], kind)
+
+
+def _within(value: float, bounds: tuple[float, float]) -> bool:
+    lo, hi = bounds
     return lo * (1.0 - 1e-9) <= value <= hi * (1.0 + 1e-9)
 
 
 @app.command("friction")
 def friction(
-    name: Annotated[str, typer.Argument(help="System friction of the library (crane-1, crane-2, L4593, ...) or a crane.", metavar="SET")],
+    name: Annotated[str, typer.Argument(help="System friction of the library (crane-1, ...), path of a set, or a crane.", metavar="SET")],
     drum_torque: Annotated[str, typer.Option("--drum-torque", help='Drum torque, such as "1.5 MN m".')],
     speed: Annotated[str, typer.Option(help='Motor shaft speed, such as "100 rev/min".')],
     json: Json = False,
@@ -75,11 +83,12 @@ def friction(
 
     Example: stillhook calc friction crane-1 --drum-torque "1.5 MN m" --speed "100 rev/min"
     """
-    from stillhook.library import cranes, load_crane, system_friction
+    from stillhook.library import cranes, load_crane
+    from stillhook.library.sets import load_friction
     from stillhook.physics.friction import SystemFriction
     from stillhook.physics.friction import system_friction as torque
 
-    s = load_crane(name).friction.system if name in cranes() and name != "nov-250t" else system_friction(name)
+    s = load_crane(name).friction.system if name in cranes() and name != "nov-250t" else load_friction(name).system
     T_d, omega_m = parse(drum_torque, "torque", "--drum-torque"), parse(speed, "rotation", "--speed")
     if T_d < 0.0:
         raise ScenarioError(f"--drum-torque {drum_torque}: a hanging load gives no negative drum torque. Give 0 or more.")
