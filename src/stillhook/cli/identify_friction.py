@@ -82,7 +82,7 @@ def _variant(text: str) -> Any:
 
 def _print(result: Friction) -> None:
     from stillhook.identify.friction_model import Y_NAMES
-    from stillhook.identify.friction_report import MEANING, mapped_line, written
+    from stillhook.identify.friction_report import MEANING, mapped_line, uncertainty_of, written
     from stillhook.identify.friction_result import to_dict
     from stillhook.units import show
 
@@ -109,7 +109,8 @@ def _print(result: Friction) -> None:
         print(f'held-out test "{h.test}": {h.rms:.2f} % of nominal torque RMS, {h.worst:.2f} % at most, from 250 rev/min on')
     c = data["thesis"]
     same = "the same by the complex method" if c["agree"] else f"{c['E_complex']:.5g} by the complex method, which got stuck"
-    print(f"thesis's cost on its 25 rev/min grid: {c['E_ours']:.4g} N^2 m^2 with this set, {c['E_least_squares']:.4g} at best, {same}")
+    where = "on its 25 rev/min grid" if c["on_grid"] else "at the pairs (too few for its grid)"
+    print(f"thesis's cost {where}: {c['E_ours']:.4g} N^2 m^2 with this set, {c['E_least_squares']:.4g} at best, {same}")
     if result.second is not None:
         print(f"second loop: {result.second.verdict}; " + "; ".join(result.second.statements))
     if result.mapped is not None:
@@ -117,7 +118,7 @@ def _print(result: Friction) -> None:
     for s in result.statements:
         print(f"{'NOT USABLE: ' if s.severe else 'note: '}{s.text}")
     for p in result.proposals:
-        change = f"{show(p.sd_before, 'torque', 2)} to {show(p.sd_after, 'torque', 2)}"
+        change = f"{uncertainty_of(p.sd_before)} to {uncertainty_of(p.sd_after)}"
         where = f"{show(p.load, 'mass', 3)} at {show(p.D_m, 'displacement', 3)} a motor"
         print(f"test next: {where}; uncertainty of the predicted friction {change} a motor")
 

@@ -152,8 +152,9 @@ def _methods(result: Friction) -> Iterable[Sequence[str]]:
         return label, *(written(n, float(getattr(y, n))) for n in Y_NAMES), number(cost, 5)
 
     yield row("pairs, weighted (ours)", result.fit.y, c.cost_ours)
-    yield row("25 rev/min grid, least squares", c.y_grid, c.cost_grid)
-    yield row("25 rev/min grid, complex method", c.y_complex, c.found.cost)
+    where = "25 rev/min grid" if c.on_grid else "pairs"
+    yield row(f"{where}, least squares", c.y_grid, c.cost_grid)
+    yield row(f"{where}, complex method", c.y_complex, c.found.cost)
 
 
 def _agreement(result: Friction) -> str:
@@ -191,7 +192,16 @@ def mapped_line(result: Friction) -> str:
     )
 
 
+ANYTHING = 1e3
+"""Uncertainty of a friction torque that means that nothing is known [N m]: ten times the friction of any motor here."""
+
+
+def uncertainty_of(sd: float) -> str:
+    """A standard error of a friction torque in words."""
+    return show(sd, "torque", 2) if sd < ANYTHING else "unknown"
+
+
 def _proposals(result: Friction) -> Iterable[Sequence[str]]:
     for p in result.proposals:
-        change = f"{show(p.sd_before, 'torque', 2)} to {show(p.sd_after, 'torque', 2)} per motor"
+        change = f"{uncertainty_of(p.sd_before)} to {uncertainty_of(p.sd_after)} per motor"
         yield show(p.load, "mass", 3), show(p.D_m, "displacement", 3), change

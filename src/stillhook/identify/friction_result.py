@@ -114,6 +114,7 @@ def to_dict(result: Friction) -> dict[str, Any]:
             "complex": check.y_complex._asdict(),
             "evaluations": check.found.evaluations,
             "agree": check.agree,
+            "on_grid": check.on_grid,
         },
         "tests": [_test(result, i) for i in range(len(result.measured))],
         "held_out": [_held(held) for held in result.held_out],

@@ -55,13 +55,15 @@ class Intervals(StrEnum):
 
 @dataclass(frozen=True)
 class Check:
-    """The thesis's own way: cost E on the 25 rev/min grid (eq. 2.8, per motor shaft), by least squares and by the complex method."""
+    """The thesis's own way: cost E on the 25 rev/min grid (eq. 2.8, per motor shaft), by least squares and by the complex method.
+    ``on_grid`` false: too few grid points, so the pairs themselves stand for them."""
 
     cost_ours: float
     y_grid: Y
     cost_grid: float
     y_complex: Y
     found: Found
+    on_grid: bool
 
     @property
     def agree(self) -> bool:
@@ -169,19 +171,22 @@ def friction(
     mapped = with_map(points, loss_map, campaign.motor.D_max, fit) if loss_map is not None else None
     return Friction(
         campaign=campaign, loss=loss, measured=measured, points=points, grid=grid, design=plan, fit=fit, intervals=found, method=method,
-        check=thesis_check(grid, loss, fit, plan, Variant(variant), seed), held_out=held_out_errors(points, loss, fit.y), second=second,
+        check=thesis_check(grid, points, loss, fit, Variant(variant), seed), held_out=held_out_errors(points, loss, fit.y), second=second,
         mapped=mapped, proposals=propose(campaign, points, loss, fit, n=proposals) if proposals else (), statements=statements, like=like,
     )  # fmt: skip
 
 
-def thesis_check(grid: Points, loss: Loss, fit: FrictionFit, plan: Design, variant: Variant = Variant.KRUS, seed: int = 0) -> Check:
+def thesis_check(
+    grid: Points, points: Points, loss: Loss, fit: FrictionFit, variant: Variant = Variant.KRUS, seed: int = 0
+) -> Check:
     """The same parameters by the thesis's cost on its speed grid, by least squares and by the complex method.
 
     The parameters that are free, and the ones given, are those of ``fit``.
     """
-    seen = grid.fitted()
+    enough = len(grid.fitted()) > len(fit.names) + 1
+    seen = grid.fitted() if enough else points.fitted()
     target = seen.T_f - motor_loss_at(seen, loss)
-    used = tuple(n for n in plan.used if n in fit.names)
+    used = tuple(n for n in Y_LINEAR if n in fit.names)
     problem = Problem(Target(seen, target), np.ones(len(seen)), used, fit.given)
     y_grid, cost_grid = problem.best()
     names = [n for n in Y_NAMES if n in fit.names]
@@ -196,7 +201,7 @@ def thesis_check(grid: Points, loss: Loss, fit: FrictionFit, plan: Design, varia
     lower = np.array([Y_4_LEAST if n == "Y_4" else 0.0 for n in names])
     upper = np.array([getattr(UPPER, n) for n in names])
     found = complex_method(E, lower, upper, variant=variant, seed=seed)
-    return Check(cost(seen, loss, fit.y), y_grid, cost_grid, y_of(found.x), found)
+    return Check(cost(seen, loss, fit.y), y_grid, cost_grid, y_of(found.x), found, enough)
 
 
 def with_map(points: Points, path: str | Path, D_max: float, fit: FrictionFit) -> Mapped:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -81,12 +81,22 @@ def _measure(campaign: Campaign, test: CraneTest, progress: Progress | None) -> 
     D_m = _displacement(campaign, test, pairs, notes)
     weight = campaign.weight(test)
     T_d = np.array([weight * 0.5 * _diameter(campaign, p.up, p.down, d) for p in pairs.pairs])
-    grid = on_grid(steady.windows, GRID, text=_speed)
+    grid = _grid(steady.windows, notes)
     points = _points(campaign, test, pairs, D_m, T_d)
     if len(np.unique(np.round(T_d, 3))) > 1:
         notes.append("the wire changed its layer during the test; every pair has the drum torque of its own layer")
     notes += _load_check(campaign, test, points)
     return Measured(test, whole, steady, pairs, grid, points, _grid_points(campaign, test, grid, points), tuple(notes))
+
+
+def _grid(windows: Sequence[Window], notes: list[str]) -> Grid:
+    """The thesis's grid; an empty one, with a note, where a direction has fewer than two speeds."""
+    try:
+        return on_grid(windows, GRID, text=_speed)
+    except IdentifyError as problem:
+        notes.append(f"not on the thesis's speed grid: {str(problem).rstrip('.')}")
+        none, nothing = np.zeros(0), np.zeros((0, 0))
+        return Grid(none, none, none, none, none, nothing, nothing, nothing)
 
 
 def _speed(omega: float) -> str:
