@@ -275,7 +275,7 @@ def cost_rows(r: Results) -> Iterator[tuple[str, ...]]:
     for label, E in (
         ("printed, first loop", E_FIRST),
         ("printed, second loop", E_SECOND),
-        ("logs of the twin with typical sensors, right motor model", c.logs),
+        ("logs of the twin with typical sensors, right motor model, bias of the grid in it", c.logs),
         ("0.5 bar of scatter on every pressure drop of every grid point", c.sensors),
         ("the second-loop set is the truth (logs), least cost with the supplier's motor", c.between),
         (f"tests that differ by chance, {CHANCE:.0f} N m a motor (median of {len(SEEDS)})", chance),
