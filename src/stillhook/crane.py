@@ -299,6 +299,8 @@ class Friction(Spec):
 
     library: Text = Field(description="system friction set in the library")
     system: SystemFriction
+    T_d_min: u.Torque | None = Field(default=None, ge=0, description="least drum torque at which the set was identified")
+    T_d_max: u.Torque | None = Field(default=None, ge=0, description="largest drum torque at which the set was identified")
     sigma_0: u.StiffnessTorsion = Field(gt=0, description="bristle stiffness at the motor shaft")
     sigma_1_ratio: Number = Field(ge=0, description="bristle damping over sqrt(sigma_0 J)")
     omega_fade: u.Rotation = Field(gt=0, description="motor speed over which bristle damping fades")

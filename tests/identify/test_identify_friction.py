@@ -178,7 +178,7 @@ def test_without_low_speeds_no_set_is_written_and_the_exit_code_says_no(noisy, t
 def test_a_wrong_load_in_the_campaign_file_is_called_into_question(noisy, tmp_path):
     path = edited(noisy, tmp_path, lambda text: text.replace('load = "107 t"', 'load = "77 t"'))
     notes = [n for m in identify.friction(path, proposals=0).measured for n in m.notes]
-    assert any(n.startswith("the pressures carry 107 t, the campaign file says 77 t") for n in notes)
+    assert any(n.text.startswith("the pressures carry 107 t, the campaign file says 77 t") for n in notes)
 
 
 def test_swapped_pressures_are_refused_with_the_line_to_write(noisy, tmp_path, capsys):

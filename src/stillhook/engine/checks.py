@@ -123,9 +123,23 @@ def foresee(crane: Crane, case: Scenario) -> Foreseen:
         *gain,
         *_stroke_notes(crane, case, asked.s_tip_pp, d),
         *_pure_active_notes(crane, case, d, alpha_wanted(crane, case, K_wire, 0.0)),
+        *_friction_notes(crane, case, d),
         *_event_notes(case),
     ]
     return Foreseen(tuple(notes), bool(gain))
+
+
+T_D_BEYOND = 0.1
+"""Part by which a drum torque may lie beyond those at which friction was identified before a word is said."""
+
+
+def _friction_notes(crane: Crane, case: Scenario, d: float) -> list[str]:
+    lo, hi = crane.friction.T_d_min, crane.friction.T_d_max
+    T_d = load_record(crane, case).W * 0.5 * d
+    if lo is None or hi is None or (1.0 - T_D_BEYOND) * lo <= T_d <= (1.0 + T_D_BEYOND) * hi:
+        return []
+    known = f"{show(lo, 'drum_torque', 3)} to {show(hi, 'drum_torque', 3)}"
+    return [f"drum torque {show(T_d, 'drum_torque', 3)}: system friction was identified from {known} only, so here it is an extrapolation"]
 
 
 def _speed_notes(crane: Crane, case: Scenario, v: float, d: float) -> list[str]:

@@ -129,6 +129,7 @@ def _campaign(data: Mapping[str, Any], file: Path) -> Campaign:
         raise IdentifyError("test: give one [[test]] a log.")
     count, title = _count(data, crane), str(data.get("title", file.stem))
     tests = tuple(_test(row, i, file.parent, crane, motor, count, mapping) for i, row in enumerate(rows))
+    _no_log_twice(tests)
     names = [t.name for t in tests]
     if len(set(names)) < len(names):
         twice = next(n for n in names if names.count(n) > 1)
@@ -138,6 +139,17 @@ def _campaign(data: Mapping[str, Any], file: Path) -> Campaign:
         motor_sources=motor_sources,
         u_p=_not_negative(accuracy, "p", "pressure"), r_omega=_share(accuracy), tests=tests, synthetic=synthetic,
     )  # fmt: skip
+
+
+def _no_log_twice(tests: tuple[CraneTest, ...]) -> None:
+    """Errors: IdentifyError where two tests take the same part of the same log: it would count twice."""
+    for i, a in enumerate(tests):
+        for b in tests[:i]:
+            if a.log.resolve() == b.log.resolve() and a.start < b.end and b.start < a.end:
+                raise IdentifyError(
+                    f'test "{a.name}": log = {came(a.log.name)} is that of test "{b.name}" as well, and would count twice. '
+                    "Name another log, or give each its own start and end."
+                )
 
 
 def _count(data: Mapping[str, Any], crane: Crane) -> int:

@@ -127,7 +127,8 @@ def _intervals(intervals: Sequence[Interval]) -> list[Statement]:
     zero = [i.name for i in intervals if i.low <= 0.0 and i.name not in open_]
     out = []
     if open_:
-        out.append(Statement("open interval", False, f"{', '.join(open_)}: no upper end with 95 % confidence. See the proposed tests."))
+        text = f"{', '.join(open_)}: no upper end with 95 % confidence. See the proposed tests."
+        out.append(Statement("open interval", "Y_4" in open_, text))
     if zero:
         out.append(Statement("not above zero", False, f"{', '.join(zero)}: may as well be zero (95 % interval)."))
     return out
@@ -165,5 +166,5 @@ def _left_over(seen: Points, fit: FrictionFit) -> list[Statement]:
         _, r, name, D = max(means)
         mean = f"{'+' if r > 0 else ''}{show(r, 'torque', 2)}"
         text += f', most in test "{name}" ({show(D, "displacement", 3)} a motor: {mean} in the mean)'
-    text += ". The intervals have it in them. Differences that go with displacement point to the motor model (second loop)."
+    text += ". The intervals count it as scatter. Differences that go with displacement point to the motor model (second loop)."
     return [Statement("left over", False, text)]

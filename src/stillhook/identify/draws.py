@@ -138,7 +138,9 @@ def _leaves(spec: SystemFriction | TorqueLoss, drawn: Draws, i: int, sources: di
 
 def _with_friction(crane: Crane, item: FrictionSet, drawn: Draws, i: int, what: str) -> Crane:
     system = _leaves(item.system, drawn, i, dict(item.sources), f"{what} from {item.name}")
-    return changed(crane, {"friction": {"system": system}})
+    known = item.evidence.T_d if item.evidence is not None else None
+    ends = {} if known is None else {"T_d_min": f"{known[0]!r} N m", "T_d_max": f"{known[1]!r} N m"}
+    return changed(crane, {"friction": {"system": system, **ends}})
 
 
 def _with_loss(crane: Crane, item: LossSet, drawn: Draws, i: int, what: str) -> Crane:

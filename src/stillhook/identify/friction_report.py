@@ -34,8 +34,9 @@ CAPTIONS = {
 METHOD = (
     "Method: steady stretches of the logs, hoisting and lowering of about the same speed in pairs; half the difference of their pressure "
     "drops is the mean of both losses, with which the models are compared at both pressures and speeds (G.-A. Moslåt 2020, section 2.2 and "
-    "paper D). The intervals hold the scatter of the sensors; a gain error of pressure sensors or displacement makes friction wrong in the "
-    "same proportion and does not show here."
+    "paper D). The intervals hold the scatter that the points show. Not in them: a gain error of pressure sensors or displacement, which "
+    "makes the whole friction wrong in the same proportion and the system friction by more, and a wrong motor model, which moves the "
+    "parameters."
 )
 
 
@@ -64,7 +65,8 @@ def report(result: Friction, figures: Mapping[str, bytes], windows: Mapping[str,
         heading("What the data cannot tell"),
         _list(result),
         heading("Tests"),
-        table(("test", "use", "load", "displacement", "speeds", "pairs", "not used", "error RMS"), _tests(result)),
+        table(("test", "use", "load", "carried", "displacement", "speeds", "pairs", "not used", "error RMS"), _tests(result)),
+        paragraph("Carried: load by the pressures. Not used: stretches left out, see stretches.csv. Error: of nominal torque D_m dp_m."),
         bullets(_remarks(result)),
         *_held_out(result),
         heading("Our fit beside the thesis's"),
@@ -115,8 +117,9 @@ def _tests(result: Friction) -> Iterable[Sequence[str]]:
     for t in to_dict(result)["tests"]:
         speeds = f"{show(t['omega_m_min'], 'rotation', 3).split()[0]} to {show(t['omega_m_max'], 'rotation', 3)}"
         yield (
-            t["name"], "held out" if t["hold_out"] else "fitted", show(t["load"], "mass", 3), show(t["D_m"], "displacement", 4), speeds,
-            str(t["pairs"]), str(t["rejected"] + t["unpaired"]), f"{t['rms_percent']:.2f} %",
+            t["name"], "held out" if t["hold_out"] else "fitted", show(t["load"], "mass", 3),
+            show(t["load_carried"], "mass", 4), show(t["D_m"], "displacement", 4), speeds, str(t["pairs"]),
+            str(t["rejected"] + t["unpaired"]), f"{t['rms_percent']:.2f} %",
         )  # fmt: skip
 
 
@@ -134,7 +137,7 @@ def _remarks(result: Friction) -> Iterable[str]:
             yield from (f"test {m.test.name}: {text}" for text in texts[:MOST_ALIKE])
             if len(texts) > MOST_ALIKE:
                 yield f"test {m.test.name}: ... and {len(texts) - MOST_ALIKE} more of this kind (all of them in summary.json)"
-        yield from (f"test {m.test.name}: {note}" for note in m.notes)
+        yield from (f"test {m.test.name}: {n.text}" for n in m.notes)
 
 
 def _held_out(result: Friction) -> list[str]:

@@ -11,6 +11,7 @@ from stillhook.crane import Motor, Source, SourceKind, SystemFriction
 from stillhook.identify.friction_fit import predicted
 from stillhook.identify.friction_model import X_NAMES, Y_NAMES, motor_loss_at
 from stillhook.identify.from_tests import Friction, HeldOut, nominal_share
+from stillhook.identify.measure import carried
 from stillhook.identify.points import Points
 from stillhook.identify.uncertainty import correlation
 from stillhook.library.evidence import Evidence
@@ -31,11 +32,17 @@ def friction_set(result: Friction, name: str) -> FrictionSet:
     for n in fit.given:
         sources[n] = Source(text=f"taken from {result.like}: these tests cannot tell it", kind=SourceKind.ASSUMED)
     for n in fit.dropped:
-        sources[n] = Source(text=f"left out: {campaign.source} does not ask for it", kind=SourceKind.FITTED)
+        sources[n] = Source(text=_left_out(result, n), kind=SourceKind.FITTED)
     said = [s.text for s in result.statements]
     evidence = Evidence.fitted(fit.names, fit.covariance, dof=fit.dof, data=text, ranges=_ranges(seen), statements=said)
     title = f"System friction of {campaign.crane.name}, from {campaign.title}"
     return FrictionSet(name, title if "SYNTHETIC" in title else made + title, result.system, sources, evidence)
+
+
+def _left_out(result: Friction, name: str) -> str:
+    if name in result.design.used:
+        return f"left out: {result.campaign.source} does not ask for it"
+    return f"left out: the tests of {result.campaign.source} cannot tell it"
 
 
 def second_loop_sets(result: Friction) -> tuple[LossSet, FrictionSet]:
@@ -145,11 +152,12 @@ def _parameter(result: Friction, name: str) -> dict[str, Any]:
 def _test(result: Friction, i: int) -> dict[str, Any]:
     m, error = result.measured[i], nominal_share(result.measured[i].points, result.loss, result.fit.y)
     return {
-        "name": m.test.name, "load": m.test.load, "D_m": float(m.points.D_m.mean()), "T_d": float(m.points.T_d.mean()),
-        "hold_out": m.test.hold_out, "log": m.test.log.name, "pairs": len(m.points),
-        "stretches": len(m.steady.windows), "rejected": len(m.steady.rejected),
-        "unpaired": len(m.pairs.unpaired), "omega_m_min": float(m.points.omega.min()), "omega_m_max": float(m.points.omega.max()),
-        "rms_percent": float(np.sqrt(np.nanmean(error**2))), "notes": list(m.notes), "findings": [f.text for f in m.log.findings],
+        "name": m.test.name, "load": m.test.load, "load_carried": carried(result.campaign, m.test, m.points),
+        "D_m": float(m.points.D_m.mean()), "T_d": float(m.points.T_d.mean()), "hold_out": m.test.hold_out, "log": m.test.log.name,
+        "pairs": len(m.points), "stretches": len(m.steady.windows), "rejected": len(m.steady.rejected), "unpaired": len(m.pairs.unpaired),
+        "omega_m_min": float(m.points.omega.min()), "omega_m_max": float(m.points.omega.max()),
+        "rms_percent": float(np.sqrt(np.nanmean(error**2))), "notes": [n.text for n in m.notes],
+        "findings": [f.text for f in m.log.findings],
     }  # fmt: skip
 
 

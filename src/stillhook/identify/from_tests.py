@@ -32,6 +32,7 @@ from stillhook.identify.motor_refit import SecondLoop, second_loop
 from stillhook.identify.planner import Proposal, propose
 from stillhook.identify.points import Points, joined
 from stillhook.identify.uncertainty import Interval, bootstrap, posterior, profile_intervals, quantile_intervals
+from stillhook.io.log_limits import SET_VALUES
 from stillhook.physics.scalar import G
 from stillhook.units import parse
 
@@ -267,9 +268,9 @@ def _found_intervals(method: Intervals, points: Points, loss: Loss, fit: Frictio
 
 def _log_statements(measured: tuple[Measured, ...]) -> tuple[Statement, ...]:
     """What was noted about single tests while they were measured, and what was found in their logs."""
-    out = [Statement("test", False, f'test "{m.test.name}": {note}.') for m in measured for note in m.notes]
+    out = [Statement(n.code, n.severe, f'test "{m.test.name}": {n.text}.') for m in measured for n in m.notes]
     for m in measured:
-        found = m.log.findings
+        found = [f for f in m.log.findings if f.kind != "constant" or f.signal not in SET_VALUES]
         if found:
             kinds = Counter(f.kind for f in found)
             counts = f" ({', '.join(f'{n} {kind}' for kind, n in kinds.items())})" if len(found) > 1 else ""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
@@ -11,20 +12,28 @@ import numpy as np
 from stillhook.engine.pack import drum_record
 from stillhook.errors import IdentifyError, LogError, StillhookError
 from stillhook.identify.campaign import Campaign, CraneTest
+from stillhook.identify.diagnosis import Statement
 from stillhook.identify.pairs import Grid, Pairs, on_grid, pair_windows
 from stillhook.identify.points import FloatArray, Points
 from stillhook.identify.windows import Steady, Window, steady_windows
 from stillhook.io.log import Log, read_log
 from stillhook.physics.drum import wire_to_layer
+from stillhook.physics.scalar import G
 from stillhook.units import parse, show
 
 GRID = parse("25 rev/min", "rotation")
 """Speed grid of the thesis (eq. 2.8) [rad/s]."""
-LOAD_TOLERANCE = 0.08
-"""Difference between the stated load and the one that the pressures carry at which a test is called into question: more than the
-losses, which differ a little between hoisting and lowering, can make of it."""
-LEAST_LOAD = parse("5 t", "mass")  # below, the pressures are too low for that check
-D_TOLERANCE = 0.02  # of D_max, between the stated and the logged displacement; a closed servo holds it within one per cent
+LOAD_DOUBT, LOAD_WRONG = 0.03, 0.25
+"""Difference between the load that is stated and the one that the pressures carry, over the carried one, from which a test is called
+into question, and from which its friction must not be used. The mean of both directions knows the load to some tenths of a per cent."""
+LOAD_KNOWN = parse("3 t", "mass")
+"""What the weight of hook and wire may be off by: a smaller difference says nothing."""
+SPEED_DOUBT, SPEED_WRONG = 0.03, 0.25
+"""The same for the motor speed against the wire paid out; a wrong layer makes four per cent."""
+CELL_DOUBT = 0.1  # of the load: a load cell in a sheave has its own friction
+LEAST_TRAVEL = parse("0.2 m", "length")  # of wire in a stretch from which a speed can be told
+MOST_LOST = 0.5  # share of the stretches that are not used from which that is worth a word
+D_DOUBT, D_WRONG = 0.02, 0.25  # of D_max, between the stated and the logged displacement; a closed servo holds it within one per cent
 
 Progress = Callable[[float], None]
 
@@ -34,7 +43,7 @@ class Measured:
     """What one test gave: its log, steady stretches with rejects, pairs, the thesis's speed grid, and points for a fit.
 
     ``log`` with omega_m and dp_m among its signals whatever was logged; ``points`` one entry a pair; ``grid_points`` one entry a
-    grid speed (as the thesis fits); ``notes`` what a reader must know, one line each.
+    grid speed (as the thesis fits); ``notes`` what a reader must know.
     """
 
     test: CraneTest
@@ -44,7 +53,7 @@ class Measured:
     grid: Grid
     points: Points
     grid_points: Points
-    notes: tuple[str, ...]
+    notes: tuple[Statement, ...]
 
 
 def measure(campaign: Campaign, test: CraneTest, *, progress: Progress | None = None) -> Measured:
@@ -73,28 +82,55 @@ def _measure(campaign: Campaign, test: CraneTest, progress: Progress | None) -> 
     steady = steady_windows(whole, "omega_m", "dp_m", command=command, held=held, layer_limits=limits)
     pairs = pair_windows(steady.windows, text=_speed)
     if not pairs.pairs:
-        raise IdentifyError(
-            f"{log.source}: no hoisting and lowering stretch of one speed among {len(steady.windows)} steady ones "
-            f"({len(steady.rejected)} were rejected{_first_reason(steady)}). Hold each speed for 10 s or more, up and down."
-        )
-    notes: list[str] = []
+        raise IdentifyError(_no_pair(log, steady))
+    notes: list[Statement] = []
+    grid = _grid(steady.windows, notes)
     D_m = _displacement(campaign, test, pairs, notes)
     weight = campaign.weight(test)
-    T_d = np.array([weight * 0.5 * _diameter(campaign, p.up, p.down, d) for p in pairs.pairs])
-    grid = _grid(steady.windows, notes)
-    points = _points(campaign, test, pairs, D_m, T_d)
-    if len(np.unique(np.round(T_d, 3))) > 1:
-        notes.append("the wire changed its layer during the test; every pair has the drum torque of its own layer")
-    notes += _load_check(campaign, test, points)
+    diameters = np.array([_diameter(campaign, p.up, p.down, d) for p in pairs.pairs])
+    points = _points(campaign, test, pairs, D_m, weight * 0.5 * diameters)
+    if len(np.unique(np.round(diameters, 6))) > 1:
+        notes.append(_note("layers", "the wire changed its layer; every pair has the drum torque of its own layer"))
+    notes += _speed_check(campaign, whole, pairs, diameters) + _load_check(campaign, test, points) + _cell_check(weight, pairs)
+    lost = len(steady.rejected) + len(pairs.unpaired)
+    if lost > MOST_LOST * (lost + 2 * len(pairs.pairs)):
+        text = f"{lost} stretches are not used and {2 * len(pairs.pairs)} are; most often: {_commonest(steady, pairs)}"
+        notes.append(_note("few stretches", text))
     return Measured(test, whole, steady, pairs, grid, points, _grid_points(campaign, test, grid, points), tuple(notes))
 
 
-def _grid(windows: Sequence[Window], notes: list[str]) -> Grid:
+def _note(code: str, text: str, *, severe: bool = False) -> Statement:
+    return Statement(code, severe, text)
+
+
+def _no_pair(log: Log, steady: Steady) -> str:
+    """Why there is nothing to compare."""
+    if steady.windows and all(w.direction == steady.windows[0].direction for w in steady.windows):
+        which = "negative" if steady.windows[0].direction > 0 else "positive"
+        return (
+            f"{log.source}: all {len(steady.windows)} steady stretches run one way: the speed is never {which}. Is its sensor unsigned, or "
+            "was the winch only hoisted or only lowered? Friction needs both directions."
+        )
+    reason = f", most often: {_commonest(steady, None)}" if steady.rejected else ""
+    return (
+        f"{log.source}: no hoisting and lowering stretch of one speed among {len(steady.windows)} steady ones "
+        f"({len(steady.rejected)} were rejected{reason}). Hold each speed for 10 s or more, up and down."
+    )
+
+
+def _commonest(steady: Steady, pairs: Pairs | None) -> str:
+    """The reason that most stretches share, in the words of the first of them."""
+    every = [*steady.rejected, *(pairs.unpaired if pairs is not None else ())]
+    code = Counter(r.code for r in every).most_common(1)[0][0]
+    return next(r.reason for r in every if r.code == code)
+
+
+def _grid(windows: Sequence[Window], notes: list[Statement]) -> Grid:
     """The thesis's grid; an empty one, with a note, where a direction has fewer than two speeds."""
     try:
         return on_grid(windows, GRID, text=_speed)
     except IdentifyError as problem:
-        notes.append(f"not on the thesis's speed grid: {str(problem).rstrip('.')}")
+        notes.append(_note("grid", f"not on the thesis's speed grid: {str(problem).rstrip('.')}"))
         none, nothing = np.zeros(0), np.zeros((0, 0))
         return Grid(none, none, none, none, none, nothing, nothing, nothing)
 
@@ -158,17 +194,13 @@ def _inherited(log: Log) -> Mapping[str, np.ndarray]:
     return {"dp_m": np.any(pressures, axis=0), "omega_m": np.any(speeds[:1], axis=0)}
 
 
-def _first_reason(steady: Steady) -> str:
-    return f", the first because: {steady.rejected[0].reason}" if steady.rejected else ""
-
-
 def _diameter(campaign: Campaign, up: Window, down: Window, d: float | None) -> float:
     if d is not None:
         return d
     return 0.5 * (campaign.layer_diameter(up.others["s_w"]) + campaign.layer_diameter(down.others["s_w"]))
 
 
-def _displacement(campaign: Campaign, test: CraneTest, pairs: Pairs, notes: list[str]) -> FloatArray:
+def _displacement(campaign: Campaign, test: CraneTest, pairs: Pairs, notes: list[Statement]) -> FloatArray:
     """Displacement of one motor at every pair [m^3/rad]: the logged one where there is one, else the stated one."""
     logged: FloatArray | None = None
     for name, factor in (("D_m", 1.0), ("alpha_m", campaign.motor.D_max)):
@@ -186,9 +218,11 @@ def _displacement(campaign: Campaign, test: CraneTest, pairs: Pairs, notes: list
             f"displacement {show(worst, 'displacement')} in the log: the motors have above 0 up to "
             f"{show(campaign.motor.D_max, 'displacement')} each. Check unit and scale of the signal."
         )
-    if test.D_m is not None and abs(float(logged.mean()) - test.D_m) > D_TOLERANCE * campaign.motor.D_max:
+    off = abs(float(logged.mean()) - test.D_m) / campaign.motor.D_max if test.D_m is not None else 0.0
+    if test.D_m is not None and off > D_DOUBT:
         found, stated = show(float(logged.mean()), "displacement"), show(test.D_m, "displacement")
-        notes.append(f"displacement {found} a motor in the log, {stated} in the campaign file: the log's is used")
+        text = f"displacement {found} a motor in the log, {stated} in the campaign file: the log's is used"
+        notes.append(_note("displacement", text, severe=off > D_WRONG))
     return logged
 
 
@@ -233,14 +267,56 @@ def _grid_points(campaign: Campaign, test: CraneTest, grid: Grid, points: Points
     )  # fmt: skip
 
 
-def _load_check(campaign: Campaign, test: CraneTest, points: Points) -> list[str]:
+def carried(campaign: Campaign, test: CraneTest, points: Points) -> float:
+    """Load on the hook that the pressures of a test carry in the mean of both directions [kg]; NaN where nothing hangs."""
+    if not len(points) or float(points.T_d.min()) <= 0.0:
+        return math.nan
+    torque = points.count * points.D_m * points.dp_L * campaign.crane.i_hD
+    return float(np.mean(torque / points.T_d)) * campaign.weight(test) / G - campaign.crane.hook_mass
+
+
+def _load_check(campaign: Campaign, test: CraneTest, points: Points) -> list[Statement]:
     """A line where pressures and stated load do not belong together."""
-    torque = float(np.mean(points.count * points.D_m * points.dp_L)) * campaign.crane.i_hD
-    wanted = float(np.mean(points.T_d))
-    if test.load < LEAST_LOAD or abs(torque / wanted - 1.0) <= LOAD_TOLERANCE:
+    mass = carried(campaign, test, points)
+    off, whole = abs(mass - test.load), abs(mass + campaign.crane.hook_mass)
+    if math.isnan(mass) or off <= max(LOAD_KNOWN, LOAD_DOUBT * whole):
         return []
-    carried = (test.load + campaign.crane.hook_mass) * torque / wanted - campaign.crane.hook_mass
-    return [
-        f"the pressures carry {show(carried, 'mass', 3)}, the campaign file says {show(test.load, 'mass', 3)}: check load, layer, "
-        "displacement, number of motors and gear ratio; friction is wrong in the same proportion"
-    ]
+    text = (
+        f"the pressures carry {show(mass, 'mass', 3)}, the campaign file says {show(test.load, 'mass', 3)}: check load, layer, "
+        "displacement, number of motors, gear ratio and the pressure sensors' gain and offset"
+    )
+    return [_note("load", text, severe=off > LOAD_WRONG * whole)]
+
+
+def _cell_check(weight: float, pairs: Pairs) -> list[Statement]:
+    """A line where the load cell, if it is logged, reads another load."""
+    if "F_w" not in pairs.pairs[0].up.others:
+        return []
+    force = float(np.mean([0.5 * (p.up.others["F_w"] + p.down.others["F_w"]) for p in pairs.pairs]))
+    if abs(force - weight) <= max(CELL_DOUBT * weight, LOAD_KNOWN * G):
+        return []
+    stated = show(weight, "force", 3)
+    text = f"the load cell reads {show(force, 'force', 3)} where load and hook weigh {stated}: check its unit and the load"
+    return [_note("load cell", text)]
+
+
+def _speed_check(campaign: Campaign, log: Log, pairs: Pairs, diameters: FloatArray) -> list[Statement]:
+    """A line where motor speed and wire paid out, if both are logged, do not belong together. Errors: LogError for a wrong unit."""
+    if "s_w" not in log.signals:
+        return []
+    ratios = []
+    for p, d in zip(pairs.pairs, diameters, strict=True):
+        for w in (p.up, p.down):
+            inside = (log.t >= w.start) & (log.t <= w.end) & np.isfinite(log.signals["s_w"])
+            t, s_w = log.t[inside], log.signals["s_w"][inside]
+            if len(t) > 1 and abs(s_w[-1] - s_w[0]) > LEAST_TRAVEL:
+                ratios.append(-w.speed * 0.5 * d / campaign.crane.i_hD / float(np.polyfit(t, s_w, 1)[0]))
+    if not ratios:
+        return []
+    ratio = float(np.median(ratios))
+    if abs(ratio - 1.0) <= SPEED_DOUBT:
+        return []
+    text = f"the motor speed is {ratio:.3g} times what the wire paid out says: check units of omega_m and s_w, gear ratio and layer"
+    if not 1.0 - SPEED_WRONG < ratio < 1.0 / (1.0 - SPEED_WRONG):
+        raise LogError(f"{log.source}: {text}.")
+    return [_note("speed", text)]

@@ -23,6 +23,8 @@ NARROW = 0.5
 trusted elsewhere: passive motors run at a third of theirs while the active ones run at full."""
 WORSE = 1.05  # cost on held-out tests after the loop over before, above which it has been overfitted
 BETTER = 0.95
+MATERIAL = 0.1
+"""Change of the error per held-out point that is too small to speak of [N m]: a thousandth of the friction."""
 
 
 @dataclass(frozen=True)
@@ -67,7 +69,7 @@ def second_loop(points: Points, loss: TorqueLoss, fit: FrictionFit, *, rounds: i
         refined, spread = _motor_fit(seen, system)
         system = fit_system(points, mj4(refined))
     first, second = _costs(points, mj4(loss), fit.y), _costs(points, mj4(refined), system.y)
-    verdict = _verdict(first, second)
+    verdict = _verdict(first, second, len(points.held_out()))
     return SecondLoop(refined, spread, system, first, second, rounds, verdict, _statements(points, loss, refined, first, second, verdict))
 
 
@@ -90,9 +92,12 @@ def _costs(points: Points, loss: Loss, y: Y) -> Costs:
     return Costs(cost(points.fitted(), loss, y), cost(held, loss, y), worst)
 
 
-def _verdict(first: Costs, second: Costs) -> str:
+def _verdict(first: Costs, second: Costs, count: int) -> str:
+    """What the held-out points (count of them) say of the loop."""
     if math.isnan(first.held_out):
         return "untested"
+    if abs(second.held_out - first.held_out) < count * MATERIAL**2:
+        return "no better"
     ratio = second.held_out / max(first.held_out, 1e-30)
     return "overfitted" if ratio > WORSE else "generalised" if ratio < BETTER else "no better"
 

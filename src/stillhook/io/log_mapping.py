@@ -60,6 +60,10 @@ def read_mapping(path: str | os.PathLike[str]) -> dict[str, Signal]:
     return mapping_from(table["signals"], file.name)
 
 
+APART = ("time", "p_a", "p_b", "omega_m", "u_p", "s_w", "F_w")
+"""Signals that cannot be one another: none of them may share a column."""
+
+
 def mapping_from(table: Mapping[str, Any], where: str) -> dict[str, Signal]:
     """Signals by name from the table `[signals]` of a mapping.
 
@@ -67,7 +71,14 @@ def mapping_from(table: Mapping[str, Any], where: str) -> dict[str, Signal]:
     """
     if not isinstance(table, Mapping) or not table:
         raise LogError(f'{where}: signals = {came(table)} names no signal. Write rows such as p_a = {{ column = "PT101", unit = "bar" }}.')
-    return {name: _signal(name, row, f"{where}: signals.{name}") for name, row in table.items()}
+    rows = {name: _signal(name, row, f"{where}: signals.{name}") for name, row in table.items()}
+    taken: dict[str, str] = {}
+    for name in (n for n in APART if n in rows):
+        column = rows[name].column
+        if column in taken:
+            raise LogError(f"{where}: signals.{name}: column {came(column)} is that of {taken[column]} already. Map another one.")
+        taken[column] = name
+    return rows
 
 
 def _signal(name: str, row: Any, where: str) -> Signal:

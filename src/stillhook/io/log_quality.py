@@ -14,6 +14,7 @@ from stillhook.io.log_types import BoolArray, Finding
 from stillhook.io.log_watch import Rail
 from stillhook.units import came
 
+MOST_MISSING = 0.5  # of the samples of a bin: with more of them missing its mean is not to be trusted
 MOST_IMPOSSIBLE = 0.01  # of the samples: more that cannot be are no spikes but another unit
 RAIL_HITS, RAIL_BINS = 20, 5  # samples and bins at an extreme, besides others: fewer are chance
 RAIL_LEVELS = 6  # other values around an extreme: with fewer the signal is coarse, and its extreme a value like others
@@ -134,13 +135,13 @@ def _missing(out: Checked, i: int, column: Column) -> None:
             f"{track.file}: {signal.name}: column {came(signal.column)} holds no number that can be read ({texts or 'all cells empty'}). "
             "Map another column or leave the signal out."
         )
-    bad = missing > 0
+    per_bin = max(1.0, track.every / track.spacing) if track.spacing > 0.0 else 1.0
     if not any(column.texts) and number > SLOWER * track.samples and _slower(out, i):
         return
-    out.doubtful[i] |= bad
+    out.doubtful[i] |= missing > MOST_MISSING * per_bin  # the mean of the others is good
     if number <= 0:
         return
-    where = np.flatnonzero(bad)
+    where = np.flatnonzero(missing > 0)
     out.findings.append(Finding(
         signal.name, "missing", float(out.bins.t[where[0]]), float(out.bins.t[where[-1]]), number, "left out",
         f"{signal.name}: {counted(number, 'sample')} missing ({texts or 'empty cells'}), first near {out.bins.t[where[0]]:.6g} s",

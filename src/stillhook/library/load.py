@@ -12,7 +12,7 @@ from stillhook.crane import Crane, Motor, Plant, Source, SourceKind, Spec, Syste
 from stillhook.errors import SpecError
 from stillhook.library.explain import explain
 from stillhook.library.files import LABELS, Leaf, Tree, file_tree, lay_over, library_tree, nearest, parsed, shelf, sources, tree, values
-from stillhook.library.sets import is_path, set_values
+from stillhook.library.sets import is_path, known_torques, set_values
 from stillhook.library.write import crane_tree
 from stillhook.units import came
 
@@ -112,7 +112,7 @@ def _over_base(below: Tree, own: Tree, label: str) -> Tree:
             base[circuit] = {**part, "motor": {k: v for k, v in motor.items() if k not in Motor.model_fields}}
     friction = base.get("friction")
     if isinstance(friction, dict) and _text_at(own, "friction", "library"):
-        base["friction"] = {k: v for k, v in friction.items() if k != "system"}
+        base["friction"] = {k: v for k, v in friction.items() if k not in ("system", "T_d_min", "T_d_max")}
     return lay_over(base, own, label)
 
 
@@ -140,8 +140,9 @@ def _with_library(fields: Tree, label: str, folder: Path | None = None) -> Tree:
             library_tree("pumps", leak, f"{label}: {circuit}.pump.leak")
     friction, library = out.get("friction"), _text_at(out, "friction", "library")
     if isinstance(friction, dict) and library and _to_be_read(library, friction.get("system"), SystemFriction, folder):
-        system = set_values("friction", library, f"{label}: friction.library", folder or Path())
-        out["friction"] = lay_over({"system": system}, friction, label, "friction")
+        place = f"{label}: friction.library"
+        system = set_values("friction", library, place, folder or Path())
+        out["friction"] = lay_over({"system": system, **known_torques(library, place, folder or Path())}, friction, label, "friction")
     return out
 
 

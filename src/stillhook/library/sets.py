@@ -14,11 +14,11 @@ from typing import Any, TypeVar
 
 from pydantic import ValidationError
 
-from stillhook.crane import Motor, Source, Spec, SystemFriction, TorqueLoss
+from stillhook.crane import Motor, Source, SourceKind, Spec, SystemFriction, TorqueLoss
 from stillhook.errors import SpecError
 from stillhook.library.evidence import RANGES, Evidence, evidence_of
 from stillhook.library.explain import explain
-from stillhook.library.files import EVIDENCE, Tree, library_table, nearest, parsed, shelf, sources, toml_text, tree, values
+from stillhook.library.files import EVIDENCE, Leaf, Tree, library_table, nearest, parsed, shelf, sources, toml_text, tree, values
 from stillhook.library.write import joined, leaf_tables, toml_value, written
 from stillhook.units import came
 
@@ -93,6 +93,16 @@ def set_values(shelf_name: str, name: str, where: str, folder: Path) -> Tree:
         check = _friction_set if shelf_name == FRICTION else _loss_set
         check(label, table, user=True)
     return _tree(label, table, user=is_path(name))
+
+
+def known_torques(name: str, where: str, folder: Path) -> Tree:
+    """Drum torques between which a friction set was identified, as T_d_min and T_d_max; empty where its file does not say."""
+    label, table = _table(FRICTION, name, where, folder)
+    evidence = evidence_of(table.get(EVIDENCE), Y_NAMES, label)
+    if evidence is None or evidence.T_d is None:
+        return {}
+    source = Source(text=f"range of the data of {label}", kind=SourceKind.FITTED)
+    return {f"T_d_{end}": Leaf(f"{T_d!r} N m", source) for end, T_d in zip(("min", "max"), evidence.T_d, strict=True)}
 
 
 def set_toml(item: FrictionSet | LossSet) -> str:
