@@ -26,7 +26,7 @@ D_mt = "2365 cm^3/rev"
 load = "77 t"
 layer = 6
 [[test]]
-log = "1.csv"
+log = "2.csv"
 D_m = "164 cm^3/rev"
 load = "0 t"
 s_w = "300 m"
@@ -37,7 +37,8 @@ end = "90 s"
 
 
 def written(folder: Path, text: str) -> Path:
-    (folder / "1.csv").write_text("t,A,B,n\n0,1,1,0\n")
+    for log in ("1.csv", "2.csv"):
+        (folder / log).write_text("t,A,B,n\n0,1,1,0\n")
     path = folder / "campaign.toml"
     path.write_text(text)
     return path
@@ -81,6 +82,7 @@ BAD = [
     (GOOD.replace("D_mt", "D_m"), 'campaign.toml: test "1": displacement of one motor 2365 cm^3/rev: allowed is above 0 up to 215 cm^3/rev. D_m is that of one motor'),
     (GOOD.replace('"2365 cm^3/rev"', '"2365 cm^3"'), 'campaign.toml: test "1": D_mt = "2365 cm^3": unit "cm^3" is not one of m^3/rad, cm^3/rev.'),
     (GOOD.replace('log = "1.csv"\nD_mt', 'log = "9.csv"\nD_mt'), 'campaign.toml: test "1": log = "9.csv": no such file beside the campaign file. Check the path.'),
+    (GOOD.replace('"2.csv"', '"1.csv"'), 'campaign.toml: test "2": log = "1.csv" is that of test "1" as well, and would count twice. Name another log, or'),
     (GOOD.replace('name = "1"', "name = 1"), "campaign.toml: test 1: name = 1: give a text, such as \"3\"."),
     (GOOD.replace('name = "1"', 'name = "2"'), 'campaign.toml: test: the name "2" comes twice. Give every test its own.'),
     (GOOD.replace("hold_out = true", 'hold_out = "yes"'), 'campaign.toml: test "2": hold_out = "yes": give true or false.'),

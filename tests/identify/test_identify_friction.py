@@ -1,5 +1,6 @@
 """The whole road: logs of a twin's tests, through the command line, to a set that a crane file takes and that is near the truth."""
 
+import dataclasses
 import json
 import math
 import shutil
@@ -13,7 +14,8 @@ from stillhook.cli import run
 from stillhook.identify.friction_model import Y_NAMES, Y
 from stillhook.identify.instruments import Instruments, noise_of
 from stillhook.library import system_friction
-from stillhook.library.sets import load_friction, load_losses
+from stillhook.library.evidence import Evidence
+from stillhook.library.sets import load_friction, load_losses, set_toml
 
 PARAMETERS = 0.02  # of each parameter from noise-free logs, as asked for
 PREDICTED = 0.2  # % of nominal torque from noise-free logs
@@ -179,6 +181,40 @@ def test_a_wrong_load_in_the_campaign_file_is_called_into_question(noisy, tmp_pa
     path = edited(noisy, tmp_path, lambda text: text.replace('load = "107 t"', 'load = "77 t"'))
     notes = [n for m in identify.friction(path, proposals=0).measured for n in m.notes]
     assert any(n.text.startswith("the pressures carry 107 t, the campaign file says 77 t") for n in notes)
+
+
+def test_a_speed_in_another_unit_is_refused_by_the_wire_that_was_paid_out(noisy, tmp_path, capsys):
+    """rad/s in the log, called rev/min in the mapping."""
+    wrong = lambda text: text.replace('column = "Motor speed", ', 'column = "Motor speed", scale = 0.1047198, ')
+    assert run(["identify", "friction", str(edited(noisy, tmp_path, wrong))]) == 2
+    assert "the motor speed is 0.105 times what the wire paid out says" in capsys.readouterr().err
+
+
+def test_a_grossly_wrong_load_forbids_the_set(noisy, tmp_path, capsys):
+    path = edited(noisy, tmp_path, lambda text: text.replace('load = "107 t"', 'load = "0 t"'))
+    assert run(["identify", "friction", str(path), "--out", str(tmp_path / "out")]) == 1
+    assert 'NOT USABLE: test "3": the pressures carry 107 t, the campaign file says 0 t' in capsys.readouterr().out
+    assert not (tmp_path / "out" / "friction.toml").exists()
+
+
+def test_an_uncertain_motor_loss_is_told(noisy, tmp_path):
+    found = load_losses("A6VM215")
+    evidence = Evidence.fitted(["X_4"], np.array([[4.0]]), dof=50.0, data="a map")
+    (tmp_path / "motor.toml").write_text(set_toml(dataclasses.replace(found, evidence=evidence)))
+    path = edited(noisy, tmp_path, lambda text: text.replace('motor = "A6VM215"', 'motor = "motor.toml"'))
+    said = [s.text for s in identify.friction(path, proposals=0).statements if s.code == "motor loss"]
+    assert len(said) == 1
+    assert "that moves Y_" in said[0]
+
+
+def test_a_set_says_so_when_a_lift_is_beyond_its_loads(noisy, tmp_path, capsys):
+    path = edited(noisy, tmp_path, lambda text: only(text, lambda t: '"0 t"' in t))
+    run(["identify", "friction", str(path), "--out", str(tmp_path)])
+    (tmp_path / "mine.toml").write_text('base = "nov-150t"\n[friction]\nlibrary = "friction.toml"\n')
+    crane = load_crane(tmp_path / "mine.toml")
+    lift = Scenario(load="100 t", s_w="100 m", tip="sine 1 m 12 s", duration="40 s", warm_up="10 s")
+    assert "system friction was identified from" in str(simulate(crane, lift).notes.item())
+    assert "system friction" not in str(simulate(crane, Scenario(load="0 t", s_w="0 m", duration="31 s")).notes.item())
 
 
 def test_swapped_pressures_are_refused_with_the_line_to_write(noisy, tmp_path, capsys):

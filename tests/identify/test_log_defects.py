@@ -76,11 +76,11 @@ def test_cells_that_are_no_numbers_are_counted_masked_and_quoted(tmp_path, stair
     (finding,) = told(log, "missing")
     assert (finding.signal, finding.count, finding.action) == ("p_a", 30, "left out")
     assert finding.text == 'p_a: 30 samples missing ("---", "Bad", "#N/A"), first near 30 s'
-    at = (log.t >= 30.0) & (log.t < 30.3 - 0.01)
+    at = (log.t > 30.05) & (log.t < 30.25)  # the bins before and after are half good
     assert log.doubtful["p_a"][at].all()
     assert np.isnan(log.signals["p_a"][300 + 1])
     assert not np.isnan(log.signals["p_b"]).any()
-    assert at.sum() <= log.doubtful["p_a"].sum() <= at.sum() + 1  # the bins at the ends hold good samples as well
+    assert at.sum() <= log.doubtful["p_a"].sum() <= at.sum() + 2
     good = np.isfinite(log.signals["p_a"])
     assert np.all(np.abs(log.signals["p_a"][good] - 145 * BAR) < 60 * BAR)
 

@@ -113,7 +113,17 @@ def test_a_motor_of_no_library_size_needs_a_lender(small):
     assert found.like is None
     with pytest.raises(IdentifyError, match=r"no motor of the library has 247\.2"):
         loss_set(replace(found, map=odd), "x")
-    assert loss_set(identify_motor(odd, like="A6VM280"), "x").motor.D_max == motor("A6VM280").D_max
+    lent = loss_set(identify_motor(odd, like="A6VM280"), "x")
+    assert lent.motor.D_max == odd.D_max
+    assert lent.motor.J == motor("A6VM280").J
+    assert "a motor of another size" in lent.sources["J"].text
+
+
+def test_a_map_in_another_unit_is_doubted(small):
+    """Pressures in MPa that are called bar: loss and nominal torque no longer belong together."""
+    wrong = replace(small, dp_m=0.1 * small.dp_m)
+    assert any("check the units" in note for note in identify_motor(wrong, like="A6VM215").notes)
+    assert not any("check the units" in note for note in identify_motor(small).notes)
 
 
 def test_wrong_requests_are_refused(small):

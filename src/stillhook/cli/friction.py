@@ -132,7 +132,7 @@ def _print(rows: list[dict[str, Any]], T_d: float, what: str) -> None:
 
 @app.command("draws")
 def draws(
-    sets: Annotated[list[str], typer.Argument(metavar="SET...", help="A friction set, a motor set, or both, each with [evidence].")],
+    sets: Annotated[list[str], typer.Argument(metavar="SET...", help="A friction set, a motor set, or both, each with evidence.")],
     crane: Annotated[str, typer.Option(help="Library crane, or path of a crane file.")] = "nov-150t",
     load: Annotated[str, typer.Option(help='Payload on the hook, such as "100 t".')] = "100 t",
     s_w: Annotated[str, typer.Option("--s-w", help='Wire paid out, such as "100 m".')] = "100 m",
@@ -160,11 +160,14 @@ def draws(
     with progress_bar(f"{n} draws") as bar:
         run = simulate([middle, *drawn], case, on_failure="mark", progress=bar)
     found, at_values = quantiles(run.isel(case=slice(1, None)), NAMES), {name: float(run[name][0]) for name in NAMES}
+    notes = [note for note in str(run.notes.values[0]).split("; ") if note]
     beyond = [str(s) for s in run.status.values[1:] if s != "ok"]
     if json:
-        print_json({"draws": n, "seed": seed, "at_values": at_values, "band_90": found, "beyond_limits": len(beyond)})
+        print_json({"draws": n, "seed": seed, "at_values": at_values, "band_90": found, "beyond_limits": len(beyond), "notes": notes})
     else:
         _print_draws(found, at_values, f"{n} draws of {' and '.join(sets)}, {machine.name}, {load}, {motion}, {mode}")
+        for note in notes:
+            print(f"note: {note}")
         if beyond:
             print(f"{len(beyond)} of {n} draws go beyond a limit: {', '.join(sorted(set(beyond)))}")
     raise typer.Exit(1 if beyond else 0)

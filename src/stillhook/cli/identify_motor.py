@@ -122,12 +122,20 @@ def example_map(
     out: Annotated[Path, typer.Argument(metavar="OUT.csv", help="File to write.")],
     motor: Annotated[str, typer.Option("--motor", help="Motor of the library whose published MJ4 loss it starts from.")] = "A6VM215",
     seed: Annotated[int, typer.Option(min=0, help="Draw of the losses that MJ4 lacks.")] = 0,
+    json: Json = False,
 ) -> None:
     """Write a SYNTHETIC supplier map to try `identify motor` on; no supplier's map is public.
 
     Example: stillhook identify example-map example.csv --motor A6VM280
     """
+    from stillhook.errors import SimulationError
     from stillhook.identify.synthetic_map import synthetic_map, write_map
 
+    if out.exists():
+        raise SimulationError(f"{out}: is there already, and may be a real map. Choose another name.")
     m = synthetic_map(motor, seed=seed)
-    print(f"written: {write_map(m, out)} ({len(m)} cells, {m.source})")
+    written = write_map(m, out)
+    if json:
+        print_json({"map": str(written), "cells": len(m)})
+    else:
+        print(f"written: {written} ({len(m)} cells, {m.source})")

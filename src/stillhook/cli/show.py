@@ -60,7 +60,9 @@ def print_table(header: Sequence[str], rows: Sequence[Sequence[str]], *, title: 
     table = Table(title=escape(title) or None, title_justify="left", title_style="bold", header_style="bold")
     for i, name in enumerate(header):
         free = name == "status"
-        table.add_column(escape(name), justify="left" if i < left or free else "right", no_wrap=not free)
+        text = i < left  # texts fold on a narrow terminal, so that numbers stay whole
+        folds = free or (text and left > 1)
+        table.add_column(escape(name), justify="left" if text or free else "right", no_wrap=not folds, overflow="fold")
     for row in rows:
         table.add_row(*(escape(cell) for cell in row))
     console = Console()

@@ -16,6 +16,7 @@ from stillhook.errors import IdentifyError, SpecError, StillhookError
 from stillhook.io.log_mapping import mapping_from
 from stillhook.io.log_types import Signal
 from stillhook.library import load_crane
+from stillhook.library.evidence import Evidence
 from stillhook.library.files import parsed, toml_text
 from stillhook.physics.drum import layer_diameter, layers_filled
 from stillhook.physics.scalar import G
@@ -62,6 +63,7 @@ class Campaign:
     motor: Motor
     motor_name: str
     motor_sources: Mapping[str, Source]
+    motor_evidence: Evidence | None
     u_p: float
     r_omega: float
     tests: tuple[CraneTest, ...]
@@ -117,7 +119,7 @@ def _campaign(data: Mapping[str, Any], file: Path) -> Campaign:
         if name not in data:
             raise IdentifyError(f"{name}: missing. A campaign needs crane and at least one [[test]].")
     crane = load_crane(_beside(_text(data, "crane", ""), file.parent))
-    motor, motor_name, motor_sources = _motor(data, crane, file.parent)
+    motor, motor_name, motor_sources, evidence = _motor(data, crane, file.parent)
     mapping = mapping_from(data["signals"], "signals") if "signals" in data else None
     synthetic = bool(data.get("synthetic")) or MARK in str(data.get("title", ""))
     accuracy = data.get("accuracy", {})
@@ -136,7 +138,7 @@ def _campaign(data: Mapping[str, Any], file: Path) -> Campaign:
         raise IdentifyError(f'test: the name "{twice}" comes twice. Give every test its own.')
     return Campaign(
         title=title, source=file.name, crane=crane, count=count, motor=motor, motor_name=motor_name,
-        motor_sources=motor_sources,
+        motor_sources=motor_sources, motor_evidence=evidence,
         u_p=_not_negative(accuracy, "p", "pressure"), r_omega=_share(accuracy), tests=tests, synthetic=synthetic,
     )  # fmt: skip
 
@@ -165,15 +167,15 @@ def _count(data: Mapping[str, Any], crane: Crane) -> int:
     return count
 
 
-def _motor(data: Mapping[str, Any], crane: Crane, folder: Path) -> tuple[Motor, str, Mapping[str, Source]]:
-    """The motor named in the file, or the crane's own, with the sources of its numbers."""
+def _motor(data: Mapping[str, Any], crane: Crane, folder: Path) -> tuple[Motor, str, Mapping[str, Source], Evidence | None]:
+    """The motor named in the file, or the crane's own, with the sources of its numbers and how well its loss is known."""
     from stillhook.library.sets import load_losses
 
     if "motor" not in data:
         place, own = "active.motor.", set(Motor.model_fields)
         named = {path.removeprefix(place): source for path, source in crane.sources.items() if path.startswith(place)}
         sources = {path: source for path, source in named.items() if path.split(".")[0] in own}
-        return crane.active.motor, crane.active.motor.type, sources
+        return crane.active.motor, crane.active.motor.type, sources, None
     name = _text(data, "motor", "")
     found = load_losses(_beside(name, folder))
     motor = found.motor
@@ -182,7 +184,7 @@ def _motor(data: Mapping[str, Any], crane: Crane, folder: Path) -> tuple[Motor, 
             f'motor = "{name}": {show(motor.D_max, "displacement")}, where "{crane.name}" has motors of '
             f"{show(crane.active.motor.D_max, 'displacement')}. Name a motor of that size."
         )
-    return motor, Path(name).stem if name.endswith(".toml") else name, found.sources
+    return motor, Path(name).stem if name.endswith(".toml") else name, found.sources, found.evidence
 
 
 def _test(

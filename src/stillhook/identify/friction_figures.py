@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 SIZE = (9.0, 5.0)
+MARK = "SYNTHETIC: simulated, measured on no crane"
 MARKERS = "osD^v<>pP*Xh"
 SPEED = "motor speed [rev/min]"
 
@@ -47,6 +48,9 @@ def figures(result: Friction) -> Mapping[str, Figure]:
             {"fitted model (MJ4)": result.loss, "supplier's map": result.mapped.loss},
             "System friction derived with the fitted motor model and with the supplier's map itself (as paper D figure 13)",
         )
+    if result.campaign.synthetic:
+        for figure in out.values():
+            figure.text(0.995, 0.005, MARK, ha="right", va="bottom", fontsize="x-small", color="#a00000")
     return out
 
 

@@ -190,6 +190,7 @@ def points_table(result: Friction, points: Points | None = None) -> polars.DataF
     rpm, bar = 60.0 / math.tau, 1e-5
     return pl.DataFrame(
         {
+            "campaign": [result.campaign.title] * len(p),
             "test": [p.names[i] for i in p.test],
             "held_out": p.hold_out,
             "omega_up [rev/min]": p.omega_up * rpm,

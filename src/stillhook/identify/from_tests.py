@@ -31,7 +31,7 @@ from stillhook.identify.measure import Measured, measure
 from stillhook.identify.motor_refit import SecondLoop, second_loop
 from stillhook.identify.planner import Proposal, propose
 from stillhook.identify.points import Points, joined
-from stillhook.identify.uncertainty import Interval, bootstrap, posterior, profile_intervals, quantile_intervals
+from stillhook.identify.uncertainty import Interval, bootstrap, posterior, profile_intervals, quantile_intervals, shift_by_motor
 from stillhook.io.log_limits import SET_VALUES
 from stillhook.physics.scalar import G
 from stillhook.units import parse
@@ -167,7 +167,7 @@ def friction(
     plan = design(points, swl, _like(like))
     fit = fit_system(points, loss, keep_Y_2=keep_Y_2, used=plan.used, given=plan.given)
     found = _found_intervals(method, points, loss, fit, seed)
-    statements = (*plan.statements, *judge(points, fit, found), *_log_statements(measured))
+    statements = (*plan.statements, *judge(points, fit, found), *_motor_statement(campaign, points, fit), *_log_statements(measured))
     second = second_loop(points, campaign.motor.loss, fit, rounds=loops) if loops else None
     mapped = with_map(points, loss_map, campaign.motor.D_max, fit) if loss_map is not None else None
     return Friction(
@@ -264,6 +264,24 @@ def _found_intervals(method: Intervals, points: Points, loss: Loss, fit: Frictio
         return profile_intervals(points, loss, fit)
     draw = bootstrap if method is Intervals.BOOTSTRAP else posterior
     return quantile_intervals(draw(points, loss, fit, seed=seed), fit)
+
+
+MOTOR_SHARE = 0.5
+"""Shift by the motor's loss over a parameter's own standard error from which it is worth a word."""
+
+
+def _motor_statement(campaign: Campaign, points: Points, fit: FrictionFit) -> tuple[Statement, ...]:
+    """How far the motor's own uncertainty moves what was found; silent where nothing says how well its loss is known."""
+    known = campaign.motor_evidence
+    if known is None or not fit.names:
+        return ()
+    shift = shift_by_motor(points, fit, known.names, known.matrix)
+    moved = [(n, float(s)) for n, s in zip(fit.names, shift, strict=True) if s > MOTOR_SHARE * fit.sd(n)]
+    if not moved:
+        return ()
+    texts = ", ".join(f"{n} by {s / fit.sd(n):.2g} of its own standard errors" for n, s in moved)
+    text = f"The motor loss is itself uncertain; that moves {texts}. It is not in the intervals, which hold for this motor loss."
+    return (Statement("motor loss", False, text),)
 
 
 def _log_statements(measured: tuple[Measured, ...]) -> tuple[Statement, ...]:

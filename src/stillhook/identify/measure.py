@@ -26,6 +26,7 @@ GRID = parse("25 rev/min", "rotation")
 LOAD_DOUBT, LOAD_WRONG = 0.03, 0.25
 """Difference between the load that is stated and the one that the pressures carry, over the carried one, from which a test is called
 into question, and from which its friction must not be used. The mean of both directions knows the load to some tenths of a per cent."""
+LOAD_MATTERS = parse("10 t", "mass")  # a hook block of another weight than the crane file's makes less
 LOAD_KNOWN = parse("3 t", "mass")
 """What the weight of hook and wire may be off by: a smaller difference says nothing."""
 SPEED_DOUBT, SPEED_WRONG = 0.03, 0.25
@@ -105,7 +106,8 @@ def _note(code: str, text: str, *, severe: bool = False) -> Statement:
 
 def _no_pair(log: Log, steady: Steady) -> str:
     """Why there is nothing to compare."""
-    if steady.windows and all(w.direction == steady.windows[0].direction for w in steady.windows):
+    seen = {w.direction for w in steady.windows} | {r.direction for r in steady.rejected if r.direction}
+    if steady.windows and len(seen) == 1:
         which = "negative" if steady.windows[0].direction > 0 else "positive"
         return (
             f"{log.source}: all {len(steady.windows)} steady stretches run one way: the speed is never {which}. Is its sensor unsigned, or "
@@ -282,10 +284,10 @@ def _load_check(campaign: Campaign, test: CraneTest, points: Points) -> list[Sta
     if math.isnan(mass) or off <= max(LOAD_KNOWN, LOAD_DOUBT * whole):
         return []
     text = (
-        f"the pressures carry {show(mass, 'mass', 3)}, the campaign file says {show(test.load, 'mass', 3)}: check load, layer, "
+        f"the pressures carry {show(mass, 'mass', 3)}, the campaign file says {show(test.load, 'mass', 3)}: check load, hook, layer, "
         "displacement, number of motors, gear ratio and the pressure sensors' gain and offset"
     )
-    return [_note("load", text, severe=off > LOAD_WRONG * whole)]
+    return [_note("load", text, severe=off > max(LOAD_MATTERS, LOAD_WRONG * whole))]
 
 
 def _cell_check(weight: float, pairs: Pairs) -> list[Statement]:

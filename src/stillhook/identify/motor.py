@@ -105,10 +105,10 @@ def identify_motor(
             raise IdentifyError(f"{m.source}: {len(m)} cells are too few for {needed.value}. Give more of the map.")
     fit, mj4 = ranking[chosen].fit, ranking[LossModel.MJ4].fit
     spread = spread_of_levels(m, mj4)
-    lender = like if like is not None else _same_size(m)
+    lender, others = like if like is not None else _same_size(m), borrowed(m)
     return MotorLoss(
         m, ranking, chosen, threshold, not_to_be_used(m, fit, threshold), not_to_be_used(m, mj4, threshold),
-        mj4.covariance if spread is None else spread, spread is not None, _notes(m, fit, mj4), borrowed(m),
+        mj4.covariance if spread is None else spread, spread is not None, (*_doubts(others), *_notes(m, fit, mj4)), others,
         compare_mapped(m, chosen), lender,
     )  # fmt: skip
 
@@ -124,6 +124,21 @@ def _same_size(m: LossMap) -> str | None:
     sizes = {name: abs(library_motor(name).D_max / m.D_max - 1.0) for name in library_motors()}
     name = min(sizes, key=lambda n: sizes[n])
     return name if sizes[name] < SAME_SIZE else None
+
+
+FAR = 0.05
+"""Error over nominal torque that the library's motors, carried over to this size, stay below on each other's maps by far (they differ by
+one per cent): a map that is farther from all of them has another kind of motor in it, or another unit than its heading says."""
+
+
+def _doubts(others: tuple[Borrowed, ...]) -> tuple[str, ...]:
+    near = min((o.scaled for o in others), default=0.0)
+    if near < FAR:
+        return ()
+    return (
+        f"no motor of the library, carried over to this size, comes nearer than {percent(near, 0)} of nominal torque, where similar motors "
+        "differ by about 1 %: check the units of pressure, speed, displacement and torque, and whether they are those of one motor",
+    )
 
 
 def _notes(m: LossMap, fit: LossFit, mj4: LossFit) -> tuple[str, ...]:
@@ -153,7 +168,13 @@ def loss_set(result: MotorLoss, name: str) -> LossSet:
     text = f"MJ4 fitted to {m.source} ({len(m)} cells{', SYNTHETIC, measured on no motor' if m.synthetic else ''})"
     sources = dict(lender.sources) | {f"loss.{n}": Source(text=text, kind=SourceKind.FITTED) for n in fit.names}
     loss = TorqueLoss.model_construct(None, **dict(zip(fit.names, map(float, fit.values), strict=True)))
-    motor = lender.motor.model_copy(update={"loss": loss})
+    own: dict[str, float] = {}
+    if abs(lender.motor.D_max / m.D_max - 1.0) > SAME_SIZE:
+        own = {"D_max": m.D_max}
+        other = Source(text=f"as {lender.title}, a motor of another size", kind=SourceKind.ASSUMED)
+        sources = {k: v if k.startswith("loss.") else other for k, v in sources.items()}
+        sources["D_max"] = Source(text=f"largest displacement of {m.source}", kind=SourceKind.FITTED)
+    motor = lender.motor.model_copy(update={"loss": loss, **own})
     return LossSet(name, f"{made}{lender.title}, torque loss fitted to {m.source}", motor, sources, _evidence(result, text))
 
 

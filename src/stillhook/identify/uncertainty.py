@@ -18,7 +18,7 @@ from stillhook.identify.friction_fit import (
     jacobian,
     sigma_of,
 )
-from stillhook.identify.friction_model import Y_LINEAR, Y_NAMES, Loss, Y, motor_loss_at, system_friction_at
+from stillhook.identify.friction_model import X_NAMES, Y_LINEAR, Y_NAMES, Loss, Y, motor_columns, motor_loss_at, system_friction_at
 from stillhook.identify.points import FloatArray, Points
 
 LEVEL = 0.95
@@ -114,7 +114,16 @@ def posterior(points: Points, loss: Loss, fit: FrictionFit, *, n: int = 4000, se
     walkers, rng = 4 * len(fit.names), np.random.default_rng(seed)
     blank = fit.y._asdict()
 
+    stopped: list[bool] = []
+
     def log_probability(x: FloatArray) -> float:
+        try:
+            return measured(x)
+        except KeyboardInterrupt:  # emcee would print a traceback of its own
+            stopped.append(True)
+            return -math.inf
+
+    def measured(x: FloatArray) -> float:
         y = Y(**{**blank, **dict(zip(fit.names, x, strict=True))})
         if np.any(x < 0.0) or not Y_4_LEAST <= y.Y_4 <= Y_4_MOST:
             return -math.inf
@@ -127,7 +136,9 @@ def posterior(points: Points, loss: Loss, fit: FrictionFit, *, n: int = 4000, se
     sampler = emcee.EnsembleSampler(walkers, len(start), log_probability)
     sampler.random_state = np.random.RandomState(seed).get_state()  # emcee's own kind of generator
     burn, kept = 400, max(1, -(-n // walkers))
-    sampler.run_mcmc(places, burn + 10 * kept, skip_initial_state_check=True)
+    for _ in sampler.sample(places, iterations=burn + 10 * kept, skip_initial_state_check=True):
+        if stopped:
+            raise KeyboardInterrupt
     flat = sampler.get_chain(discard=burn, thin=10, flat=True)[:n]
     return np.array([[dict(zip(fit.names, row, strict=True)).get(name, blank[name]) for name in Y_NAMES] for row in flat])
 
@@ -142,6 +153,19 @@ def correlation(fit: FrictionFit) -> FloatArray:
     """Shape (k, k): correlation of the free parameters."""
     sd = np.sqrt(np.diag(fit.covariance))
     return np.asarray(fit.covariance / np.outer(sd, sd))
+
+
+def shift_by_motor(points: Points, fit: FrictionFit, names: tuple[str, ...], matrix: FloatArray) -> FloatArray:
+    """Shape (k,): by how much the uncertainty of the motor's loss moves the free parameters (standard errors, SI).
+
+    Parameters: names and covariance matrix of the motor's own parameters X_1 to X_5. A wrong motor loss is not scatter: it shifts
+    the system friction at every point alike, so no number of points averages it out. To first order.
+    """
+    seen = points.fitted()
+    sigma = sigma_of(seen, fit.tau)[:, None]
+    moved = motor_columns(seen)[:, [X_NAMES.index(n) for n in names]] / sigma
+    G = fit.covariance @ (jacobian(seen, fit.y, fit.names) / sigma).T @ moved
+    return np.asarray(np.sqrt(np.maximum(np.einsum("ij,jk,ik->i", G, matrix, G), 0.0)))
 
 
 ALIKE = 0.02
