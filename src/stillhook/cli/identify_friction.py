@@ -84,7 +84,7 @@ def _variant(text: str) -> Any:
 
 def _print(result: Friction) -> None:
     from stillhook.identify.friction_model import Y_NAMES
-    from stillhook.identify.friction_report import MEANING, mapped_line, uncertainty_of, written
+    from stillhook.identify.friction_report import MEANING, mapped_line, tonnes, uncertainty_of, written
     from stillhook.identify.friction_result import to_dict
     from stillhook.units import show
 
@@ -92,10 +92,10 @@ def _print(result: Friction) -> None:
     mark = "SYNTHETIC " if result.campaign.synthetic and "SYNTHETIC" not in result.campaign.title else ""
     rows = []
     for t in data["tests"]:
-        use = "held out" if t["hold_out"] else "fitted"
+        use = "held" if t["hold_out"] else "fit"
         speeds = f"{show(t['omega_m_min'], 'rotation', 3).split()[0]} to {show(t['omega_m_max'], 'rotation', 3)}"
         rejected = str(t["rejected"] + t["unpaired"])
-        load, by_pressure, D_m = show(t["load"], "mass", 3), show(t["load_carried"], "mass", 4), show(t["D_m"], "displacement", 4)
+        load, by_pressure, D_m = show(t["load"], "mass", 3), tonnes(t["load_carried"]), show(t["D_m"], "displacement", 4)
         rows.append([t["name"], use, load, by_pressure, D_m, speeds, str(t["pairs"]), rejected, f"{t['rms_percent']:.2f} %"])
     header = ("test", "use", "load", "load by\npressures", "displacement\nof a motor", "motor speeds", "pairs", "not\nused", "error\n(RMS)")
     print_table(header, rows, title=f"{mark}{result.campaign.title}: {result.campaign.crane.name}", left=2)
@@ -109,7 +109,7 @@ def _print(result: Friction) -> None:
     print_table(("", "meaning", "value", "from (95 %)", "to"), rows, title="system friction per motor shaft (eq. 2.7)", left=2)
     for h in result.held_out:
         print(f'held-out test "{h.test}": {h.rms:.2f} % of nominal torque RMS, {h.worst:.2f} % at most, from 250 rev/min on')
-    print("not used: stretches left out, with reasons in stretches.csv (--out); error: model less measured, of nominal torque D_m dp_m")
+    print("use: fit, or held out of it; not used: stretches left out, with reasons in stretches.csv (--out); error: model less measured, of nominal torque D_m dp_m")
     c = data["thesis"]
     same = "the same by the complex method" if c["agree"] else f"{c['E_complex']:.5g} by the complex method, which got stuck"
     where = "on its 25 rev/min grid" if c["on_grid"] else "at the pairs (too few for its grid)"

@@ -49,6 +49,11 @@ def written(name: str, value: float | None, digits: int = 4) -> str:
     return show(value, KIND[name], digits) if KIND[name] else f"{value:.{digits - 1}e}" if value else "0"
 
 
+def tonnes(mass: float) -> str:
+    """A measured load, to a tenth of a tonne."""
+    return "-" if math.isnan(mass) else f"{mass / 1e3:.1f} t"
+
+
 def report(result: Friction, figures: Mapping[str, bytes], windows: Mapping[str, bytes] | None = None) -> str:
     """The page as text. figures PNG by stem (see `friction_figures.figures`); windows PNG of the logs by test name."""
     campaign = result.campaign
@@ -118,7 +123,7 @@ def _tests(result: Friction) -> Iterable[Sequence[str]]:
         speeds = f"{show(t['omega_m_min'], 'rotation', 3).split()[0]} to {show(t['omega_m_max'], 'rotation', 3)}"
         yield (
             t["name"], "held out" if t["hold_out"] else "fitted", show(t["load"], "mass", 3),
-            show(t["load_carried"], "mass", 4), show(t["D_m"], "displacement", 4), speeds, str(t["pairs"]),
+            tonnes(t["load_carried"]), show(t["D_m"], "displacement", 4), speeds, str(t["pairs"]),
             str(t["rejected"] + t["unpaired"]), f"{t['rms_percent']:.2f} %",
         )  # fmt: skip
 

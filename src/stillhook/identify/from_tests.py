@@ -27,6 +27,7 @@ from stillhook.identify.friction_fit import (
     predicted,
 )
 from stillhook.identify.friction_model import Y_LINEAR, Y_NAMES, Loss, Y, mj4, motor_loss_at, system_friction_at
+from stillhook.identify.friction_model import system_friction as friction_curve
 from stillhook.identify.measure import Measured, measure
 from stillhook.identify.motor_refit import SecondLoop, second_loop
 from stillhook.identify.planner import Proposal, propose
@@ -34,7 +35,7 @@ from stillhook.identify.points import Points, joined
 from stillhook.identify.uncertainty import Interval, bootstrap, posterior, profile_intervals, quantile_intervals, shift_by_motor
 from stillhook.io.log_limits import SET_VALUES
 from stillhook.physics.scalar import G
-from stillhook.units import parse
+from stillhook.units import parse, show
 
 JUDGED_FROM = parse("250 rev/min", "rotation")
 """Speed from which the thesis claims 1 % of the nominal torque (paper D, conclusions) [rad/s]."""
@@ -167,7 +168,8 @@ def friction(
     plan = design(points, swl, _like(like))
     fit = fit_system(points, loss, keep_Y_2=keep_Y_2, used=plan.used, given=plan.given)
     found = _found_intervals(method, points, loss, fit, seed)
-    statements = (*plan.statements, *judge(points, fit, found), *_motor_statement(campaign, points, fit), *_log_statements(measured))
+    statements = (*plan.statements, *judge(points, fit, found), *_motor_statement(campaign, points, fit), *_unlike(points, fit.y))
+    statements += _log_statements(measured)
     second = second_loop(points, campaign.motor.loss, fit, rounds=loops) if loops else None
     mapped = with_map(points, loss_map, campaign.motor.D_max, fit) if loss_map is not None else None
     return Friction(
@@ -264,6 +266,30 @@ def _found_intervals(method: Intervals, points: Points, loss: Loss, fit: Frictio
         return profile_intervals(points, loss, fit)
     draw = bootstrap if method is Intervals.BOOTSTRAP else posterior
     return quantile_intervals(draw(points, loss, fit, seed=seed), fit)
+
+
+UNLIKE = 2.5
+"""Factor beyond the published winches' system friction from which a result is called unusual: they differ by two among themselves."""
+UNLIKE_SPEED = parse("500 rev/min", "rotation")  # where break-away friction has faded and viscous friction is small
+
+
+def _unlike(points: Points, y: Y) -> tuple[Statement, ...]:
+    """A word where the friction is far from that of every winch in the library, as a wrong unit, scale or motor model makes it."""
+    from stillhook.library import frictions
+    from stillhook.library import system_friction as published
+
+    seen = points.fitted()
+    T_d, omega = np.array([float(seen.T_d.max())]), np.array([UNLIKE_SPEED])
+    ours = float(friction_curve(omega, T_d, y)[0])
+    others = [float(friction_curve(omega, T_d, Y.of(published(name)))[0]) for name in frictions()]
+    if min(others) / UNLIKE <= ours <= max(others) * UNLIKE:
+        return ()
+    text = (
+        f"System friction of {show(ours, 'torque', 3)} a motor at 500 rev/min and {show(float(T_d[0]), 'drum_torque', 3)}: published "
+        f"winches have {show(min(others), 'torque', 3)} to {show(max(others), 'torque', 3)} there. Check units and scales, number of "
+        "motors and motor loss."
+    )
+    return (Statement("unusual", False, text),)
 
 
 MOTOR_SHARE = 0.5
