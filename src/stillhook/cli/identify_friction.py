@@ -109,7 +109,8 @@ def _print(result: Friction) -> None:
     print_table(("", "meaning", "value", "from (95 %)", "to"), rows, title="system friction per motor shaft (eq. 2.7)", left=2)
     for h in result.held_out:
         print(f'held-out test "{h.test}": {h.rms:.2f} % of nominal torque RMS, {h.worst:.2f} % at most, from 250 rev/min on')
-    print("use: fit, or held out of it; not used: stretches left out, with reasons in stretches.csv (--out); error: model less measured, of nominal torque D_m dp_m")
+    print("use: fit, or held out of it; not used: stretches left out, with reasons in stretches.csv (--out)")
+    print("error: model less measured, of the nominal torque D_m dp_m")
     c = data["thesis"]
     same = "the same by the complex method" if c["agree"] else f"{c['E_complex']:.5g} by the complex method, which got stuck"
     where = "on its 25 rev/min grid" if c["on_grid"] else "at the pairs (too few for its grid)"
