@@ -17,6 +17,7 @@ RESOLUTION = 120
 """Of pictures [dots per inch]."""
 STYLE = """body{font:15px/1.5 system-ui,sans-serif;max-width:64em;margin:2em auto;padding:0 1em;color:#222}
 h1{font-size:1.5em}h2{font-size:1.2em;margin-top:2em}table{border-collapse:collapse;font-size:.9em;margin:1em 0}
+td{white-space:nowrap}td:last-child{white-space:normal}
 td,th{padding:.25em .7em;border-bottom:1px solid #ddd;text-align:right;vertical-align:top}td:first-child,th:first-child{text-align:left}
 img{max-width:100%}figcaption{font-size:.85em;color:#555}figure{margin:1.5em 0}tr.chosen td{font-weight:600}
 .synthetic{background:#fff3cd;padding:.6em 1em}.no{color:#a00;font-weight:600}"""
