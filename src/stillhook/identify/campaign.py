@@ -121,7 +121,10 @@ def _campaign(data: Mapping[str, Any], file: Path) -> Campaign:
     crane = load_crane(_beside(_text(data, "crane", ""), file.parent))
     motor, motor_name, motor_sources, evidence = _motor(data, crane, file.parent)
     mapping = mapping_from(data["signals"], "signals") if "signals" in data else None
-    synthetic = bool(data.get("synthetic")) or MARK in str(data.get("title", ""))
+    marked = data.get("synthetic", False)
+    if not isinstance(marked, bool):
+        raise IdentifyError(f"synthetic = {came(marked)}: give true or false.")
+    synthetic = marked or MARK in str(data.get("title", ""))
     accuracy = data.get("accuracy", {})
     if not isinstance(accuracy, Mapping):
         raise IdentifyError("accuracy: give a table [accuracy] with p and omega_m.")
@@ -205,14 +208,14 @@ def _test(
     if not 0.0 <= load <= 1.5 * crane.SWL:
         swl = show(crane.SWL, "mass")
         raise IdentifyError(f'{place}load {show(load, "mass")}: "{crane.name}" is made for 0 t to {swl}. Check the load.')
-    own = mapping_from({**row["signals"]}, f"{place}signals") if "signals" in row else mapping
+    own = mapping_from(row["signals"], f"{place}signals") if "signals" in row else mapping
     hold_out = row.get("hold_out", False)
     if not isinstance(hold_out, bool):
         raise IdentifyError(f"{place}hold_out = {came(hold_out)}: give true or false.")
     start, end = (parse(row[k], "time", f"{place}{k}") if k in row else v for k, v in (("start", -math.inf), ("end", math.inf)))
     return CraneTest(
         name=name, log=log, load=load, D_m=_displacement(row, place, motor, count), layer=_layer(row, place, crane),
-        s_w=parse(row["s_w"], "length", f"{place}s_w") if "s_w" in row else None, hold_out=hold_out, mapping=own, start=start, end=end,
+        s_w=_wire_out(row, place, crane), hold_out=hold_out, mapping=own, start=start, end=end,
     )  # fmt: skip
 
 
@@ -231,6 +234,15 @@ def _displacement(row: Mapping[str, Any], place: str, motor: Motor, count: int) 
             "D_m is that of one motor, D_mt that of all together."
         )
     return D_m
+
+
+def _wire_out(row: Mapping[str, Any], place: str, crane: Crane) -> float | None:
+    if "s_w" not in row:
+        return None
+    s_w, L_full = parse(row["s_w"], "length", f"{place}s_w"), drum_record(crane).L_full
+    if not 0.0 <= s_w <= L_full:
+        raise IdentifyError(f'{place}s_w = {came(row["s_w"])}: "{crane.name}" has 0 m to {show(L_full, "length")} of wire.')
+    return s_w
 
 
 def _layer(row: Mapping[str, Any], place: str, crane: Crane) -> int | None:

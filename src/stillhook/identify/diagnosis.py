@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stillhook.identify.friction_fit import FrictionFit, sigma_of
+from stillhook.identify.friction_fit import Y_4_MOST, FrictionFit, sigma_of
 from stillhook.identify.friction_model import Y_LINEAR
 from stillhook.identify.points import Points
 from stillhook.identify.uncertainty import Interval, blind_directions, correlation
@@ -44,11 +44,12 @@ class Statement:
 @dataclass(frozen=True)
 class Design:
     """What can be asked of a campaign: ``used`` linear parameters that may be free, ``given`` ones that come from elsewhere [SI],
-    and why."""
+    and why; ``keep_Y_2`` true where Y_2 stands for more than itself."""
 
     used: tuple[str, ...]
     given: Mapping[str, float]
     statements: tuple[Statement, ...]
+    keep_Y_2: bool | None = None
 
 
 def design(points: Points, SWL_torque: float, like: Mapping[str, float] | None = None) -> Design:
@@ -59,7 +60,7 @@ def design(points: Points, SWL_torque: float, like: Mapping[str, float] | None =
     """
     seen, used, given, out = points.fitted(), list(Y_LINEAR), dict[str, float](), []
     low, high = float(seen.T_d.min()), float(seen.T_d.max())
-    if high < ONE_LOAD * low:
+    if high <= ONE_LOAD * low:
         light = high < LIGHT * SWL_torque
         lost, kept = (("Y_1", "Y_6"), ("Y_3", "Y_2")) if light else (("Y_3", "Y_2"), ("Y_1", "Y_6"))
         for name in lost:
@@ -95,13 +96,14 @@ def design(points: Points, SWL_torque: float, like: Mapping[str, float] | None =
             "motor loss and system friction is right cannot be checked. Repeat a load at two thirds of it."
         )
         out.append(Statement("one displacement", False, text))
-    return Design(tuple(used), given, tuple(out))
+    constant = "Y_2" in used and "Y_6" not in used and "Y_6" not in given
+    return Design(tuple(used), given, tuple(out), True if constant else None)
 
 
 def judge(points: Points, fit: FrictionFit, intervals: Sequence[Interval]) -> tuple[Statement, ...]:
     """What the fit itself shows: bounds, open or useless intervals, parameters bound together, outliers, what the model leaves over."""
     seen = points.fitted()
-    out = [*_bounds(fit), *_intervals(intervals), *_together(points, fit)]
+    out = [*_nothing(fit), *_bounds(fit), *_intervals(intervals), *_together(points, fit)]
     sigma = sigma_of(seen, fit.tau)
     far = np.flatnonzero(np.abs(fit.residual) > OUTLIER * sigma)
     if len(far):
@@ -110,6 +112,16 @@ def judge(points: Points, fit: FrictionFit, intervals: Sequence[Interval]) -> tu
         text = f"{len(far)} pairs lie more than {OUTLIER:g} standard uncertainties off: {places}{more}. Look at their stretches."
         out.append(Statement("outliers", False, text))
     return (*out, *_left_over(seen, fit))
+
+
+def _nothing(fit: FrictionFit) -> list[Statement]:
+    if any(getattr(fit.y, n) > 0.0 for n in Y_LINEAR):
+        return []
+    text = (
+        "No system friction is left: the motor loss alone is more than what was measured. Check the motor loss, units and scales, "
+        "and the number of motors."
+    )
+    return [Statement("nothing left", True, text)]
 
 
 def _bounds(fit: FrictionFit) -> list[Statement]:
@@ -123,7 +135,7 @@ def _bounds(fit: FrictionFit) -> list[Statement]:
 
 
 def _intervals(intervals: Sequence[Interval]) -> list[Statement]:
-    open_ = [i.name for i in intervals if math.isinf(i.high) or (i.name == "Y_4" and i.high > 10.0 * i.value)]
+    open_ = [i.name for i in intervals if math.isinf(i.high) or (i.name == "Y_4" and i.high >= min(10.0 * i.value, 0.999 * Y_4_MOST))]
     zero = [i.name for i in intervals if i.low <= 0.0 and i.name not in open_]
     out = []
     if open_:
@@ -139,11 +151,10 @@ def _together(points: Points, fit: FrictionFit) -> list[Statement]:
     blind = [names for names in blind_directions(points, fit) if len(names) > 1]
     out = [Statement("cannot be told apart", False, f"{' and '.join(names)} {rest}") for names in blind]
     r = correlation(fit)
-    for i, a in enumerate(fit.names):
-        for j in range(i):
-            if abs(r[i, j]) > BOUND_TOGETHER and not out:
-                text = f"{fit.names[j]} and {a} are bound together (correlation {r[i, j]:.2f}): trust their sum, not each."
-                out.append(Statement("bound together", False, text))
+    bound = [f"{fit.names[j]} and {a} ({r[i, j]:.2f})" for i, a in enumerate(fit.names) for j in range(i) if abs(r[i, j]) > BOUND_TOGETHER]
+    if bound and not out:
+        text = f"Bound together (correlation): {', '.join(bound)}. Trust what they add up to in the friction, not each."
+        out.append(Statement("bound together", False, text))
     return out
 
 

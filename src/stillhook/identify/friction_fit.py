@@ -145,7 +145,7 @@ def fit_system(
     """
     seen, given = points.fitted(), dict(given or {})
     used = tuple(n for n in used if n not in given)
-    wanted = len(used) + 2
+    wanted = len(_free(tuple(n for n in used if n != "Y_2" or keep_Y_2 is not False), given)) + 1
     if len(seen) < wanted:
         raise IdentifyError(f"{len(seen)} measured points for {wanted - 1} parameters: at least {wanted} are needed. Add steps or tests.")
     target = Target(seen, seen.T_f - motor_loss_at(seen, loss))
@@ -220,6 +220,7 @@ def jacobian(points: Points, y: Y, names: tuple[str, ...]) -> FloatArray:
 def covariance(J: FloatArray) -> FloatArray:
     """Inverse of J'J by its singular values; a direction that the data do not see gets a very large variance, not an error."""
     size = np.linalg.norm(J, axis=0)
+    size[size == 0.0] = 1.0  # a parameter without any effect: its direction is blind
     _, s, V = np.linalg.svd(J / size, full_matrices=False)
     half = (V / np.maximum(s, BLIND)[:, None]) / size
     return np.asarray(half.T @ half)

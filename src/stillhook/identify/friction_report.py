@@ -8,6 +8,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from stillhook.identify.friction_model import Y_NAMES, Y
 from stillhook.identify.friction_result import to_dict
 from stillhook.identify.from_tests import JUDGED_FROM, Friction
+from stillhook.identify.planner import ANYTHING
 from stillhook.identify.uncertainty import correlation
 from stillhook.io.page import bullets, heading, page, paragraph, picture, table
 from stillhook.units import number, show
@@ -198,10 +199,6 @@ def mapped_line(result: Friction) -> str:
         f"Residual {show(m.rms_model, 'torque', 3)} a motor (RMS) with the fitted model, {show(m.rms_map, 'torque', 3)} with the map "
         f"{m.source} itself; {m.outside:.0%} of the points lie outside the map, where its edge is held."
     )
-
-
-ANYTHING = 1e3
-"""Uncertainty of a friction torque that means that nothing is known [N m]: ten times the friction of any motor here."""
 
 
 def uncertainty_of(sd: float) -> str:

@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stillhook.crane import Motor, Source, SourceKind, SystemFriction
-from stillhook.identify.friction_fit import predicted
+from stillhook.identify.friction_fit import FrictionFit, predicted
 from stillhook.identify.friction_model import X_NAMES, Y_NAMES, motor_loss_at
 from stillhook.identify.from_tests import Friction, HeldOut, nominal_share
 from stillhook.identify.measure import carried
+from stillhook.identify.planner import ANYTHING
 from stillhook.identify.points import Points
 from stillhook.identify.uncertainty import correlation
 from stillhook.library.evidence import Evidence
@@ -28,15 +29,21 @@ def friction_set(result: Friction, name: str) -> FrictionSet:
     made = "SYNTHETIC " if campaign.synthetic else ""
     what = f"{len(np.unique(seen.test))} tests, {len(seen)} pairs"
     text = f"identified from {made}campaign {campaign.source} ({what}), motor loss {campaign.motor_name}"
-    sources = {n: Source(text=text, kind=SourceKind.FITTED) for n in Y_NAMES}
-    for n in fit.given:
-        sources[n] = Source(text=f"taken from {result.like}: these tests cannot tell it", kind=SourceKind.ASSUMED)
-    for n in fit.dropped:
-        sources[n] = Source(text=_left_out(result, n), kind=SourceKind.FITTED)
+    sources = _sources(result, fit, text)
     said = [s.text for s in result.statements]
     evidence = Evidence.fitted(fit.names, fit.covariance, dof=fit.dof, data=text, ranges=_ranges(seen), statements=said)
     title = f"System friction of {campaign.crane.name}, from {campaign.title}"
     return FrictionSet(name, title if "SYNTHETIC" in title else made + title, result.system, sources, evidence)
+
+
+def _sources(result: Friction, fit: FrictionFit, text: str) -> dict[str, Source]:
+    """Where each parameter of a fit is from; text says it of the fitted ones."""
+    out = {n: Source(text=text, kind=SourceKind.FITTED) for n in Y_NAMES}
+    for n in fit.given:
+        out[n] = Source(text=f"taken from {result.like}: these tests cannot tell it", kind=SourceKind.ASSUMED)
+    for n in fit.dropped:
+        out[n] = Source(text=_left_out(result, n), kind=SourceKind.FITTED)
+    return out
 
 
 def _left_out(result: Friction, name: str) -> str:
@@ -73,7 +80,7 @@ def second_loop_sets(result: Friction) -> tuple[LossSet, FrictionSet]:
     friction_title = f"{made}System friction of {campaign.crane.name} with its refined motor loss, from {campaign.title}"
     return (
         LossSet("second-loop-motor", title, motor, sources, of_motor),
-        FrictionSet("second-loop-friction", friction_title, system, dict.fromkeys(Y_NAMES, fitted), of_system),
+        FrictionSet("second-loop-friction", friction_title, system, _sources(result, loop.system, text), of_system),
     )
 
 
@@ -127,9 +134,16 @@ def to_dict(result: Friction) -> dict[str, Any]:
         "held_out": [_held(held) for held in result.held_out],
         "second_loop": _second(result),
         "map": _mapped(result),
-        "proposals": [{"load": p.load, "D_m": p.D_m, "sd_before": p.sd_before, "sd_after": p.sd_after} for p in result.proposals],
+        "proposals": [
+            {"load": p.load, "D_m": p.D_m, "sd_before": _known(p.sd_before), "sd_after": _known(p.sd_after)} for p in result.proposals
+        ],
         "statements": [{"code": s.code, "severe": s.severe, "text": s.text} for s in result.statements],
     }
+
+
+def _known(sd: float) -> float | None:
+    """A standard error of a friction torque, None where nothing is known."""
+    return sd if sd < ANYTHING else None
 
 
 def _held(h: HeldOut) -> dict[str, Any]:

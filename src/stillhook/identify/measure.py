@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -34,6 +34,8 @@ SPEED_DOUBT, SPEED_WRONG = 0.03, 0.25
 CELL_DOUBT = 0.1  # of the load: a load cell in a sheave has its own friction
 LEAST_TRAVEL = parse("0.2 m", "length")  # of wire in a stretch from which a speed can be told
 MOST_LOST = 0.5  # share of the stretches that are not used from which that is worth a word
+WIRE_ROOM = parse("20 m", "length")  # by which a wire counter's zero may be off
+SAME_SPEED = 1.05  # ratio of speeds that are one where the slope of friction over speed is taken
 D_DOUBT, D_WRONG = 0.02, 0.25  # of D_max, between the stated and the logged displacement; a closed servo holds it within one per cent
 
 Progress = Callable[[float], None]
@@ -71,7 +73,10 @@ def measure(campaign: Campaign, test: CraneTest, *, progress: Progress | None = 
 
 
 def _measure(campaign: Campaign, test: CraneTest, progress: Progress | None) -> Measured:
+    notes: list[Statement] = []
     log = _cut(read_log(test.log, test.mapping, progress=progress), test)
+    if campaign.diameter(test) is None and "s_w" in log.signals:
+        log = _with_whole_wire(campaign, log, notes)
     dp_m = pressure_drop(log)
     omega_m, d = shaft_speed(campaign, test, log)
     signals = {**log.signals, "omega_m": omega_m, "dp_m": dp_m}
@@ -84,7 +89,6 @@ def _measure(campaign: Campaign, test: CraneTest, progress: Progress | None) -> 
     pairs = pair_windows(steady.windows, text=_speed)
     if not pairs.pairs:
         raise IdentifyError(_no_pair(log, steady))
-    notes: list[Statement] = []
     grid = _grid(steady.windows, notes)
     D_m = _displacement(campaign, test, pairs, notes)
     weight = campaign.weight(test)
@@ -98,6 +102,27 @@ def _measure(campaign: Campaign, test: CraneTest, progress: Progress | None) -> 
         text = f"{lost} stretches are not used and {2 * len(pairs.pairs)} are; most often: {_commonest(steady, pairs)}"
         notes.append(_note("few stretches", text))
     return Measured(test, whole, steady, pairs, grid, points, _grid_points(campaign, test, grid, points), tuple(notes))
+
+
+def _with_whole_wire(campaign: Campaign, log: Log, notes: list[Statement]) -> Log:
+    """The log with holes in the wire paid out filled by straight lines: it tells the layer, and moves steadily.
+
+    Errors: LogError where the wire is not on the drum.
+    """
+    s_w = log.signals["s_w"]
+    good = np.isfinite(s_w)
+    L_full = drum_record(campaign.crane).L_full
+    low, high = float(s_w[good].min()), float(s_w[good].max())
+    if low < -WIRE_ROOM or high > L_full + WIRE_ROOM:
+        raise LogError(
+            f"{log.source}: s_w goes from {show(low, 'length')} to {show(high, 'length')}, the drum holds 0 m to {show(L_full, 'length')}. "
+            "Check its unit, sign and zero, or give the layer."
+        )
+    if good.all():
+        return log
+    share = float(np.mean(~good))
+    notes.append(_note("wire", f"s_w is missing in {share:.1%} of the log: filled by straight lines, for the layer"))
+    return replace(log, signals={**log.signals, "s_w": np.interp(log.t, log.t[good], s_w[good])})
 
 
 def _note(code: str, text: str, *, severe: bool = False) -> Statement:
@@ -184,7 +209,7 @@ def _cut(log: Log, test: CraneTest) -> Log:
         raise IdentifyError(f"start, end: nothing of the log {log.source} ({log.t[-1]:.1f} s long) lies between them. Change them.")
     return Log(
         log.source, log.t[keep], {k: v[keep] for k, v in log.signals.items()}, {k: v[keep] for k, v in log.doubtful.items()},
-        log.gaps, log.findings, log.rate, log.samples,
+        log.gaps, tuple(f for f in log.findings if not (f.end < test.start or f.start > test.end)), log.rate, log.samples,
     )  # fmt: skip
 
 
@@ -248,10 +273,13 @@ def _points(campaign: Campaign, test: CraneTest, pairs: Pairs, D_m: FloatArray, 
 def _slope(omega: FloatArray, dp: FloatArray) -> FloatArray:
     """Slope of the measured friction over speed [Pa s/rad], by which a speed's uncertainty becomes one of pressure."""
     order = np.argsort(omega)
-    x, first = np.unique(omega[order], return_index=True)
-    if len(x) < 3:
-        return np.zeros_like(omega)
-    return np.asarray(np.interp(omega, x, np.gradient(dp[order][first], x)))
+    first = [0]
+    for i, x in enumerate(omega[order]):
+        if x > SAME_SPEED * omega[order][first[-1]]:
+            first.append(i)
+    count = np.diff([*first, len(order)])
+    x, y = (np.add.reduceat(values[order], first) / count for values in (omega, dp))
+    return np.zeros_like(omega) if len(x) < 3 else np.asarray(np.interp(omega, x, np.gradient(y, x)))
 
 
 def _grid_points(campaign: Campaign, test: CraneTest, grid: Grid, points: Points) -> Points:
@@ -292,10 +320,9 @@ def _load_check(campaign: Campaign, test: CraneTest, points: Points) -> list[Sta
 
 def _cell_check(weight: float, pairs: Pairs) -> list[Statement]:
     """A line where the load cell, if it is logged, reads another load."""
-    if "F_w" not in pairs.pairs[0].up.others:
-        return []
-    force = float(np.mean([0.5 * (p.up.others["F_w"] + p.down.others["F_w"]) for p in pairs.pairs]))
-    if abs(force - weight) <= max(CELL_DOUBT * weight, LOAD_KNOWN * G):
+    read = [0.5 * (p.up.others["F_w"] + p.down.others["F_w"]) for p in pairs.pairs if "F_w" in p.up.others and "F_w" in p.down.others]
+    force = float(np.mean(read)) if read else math.nan
+    if math.isnan(force) or abs(force - weight) <= max(CELL_DOUBT * weight, LOAD_KNOWN * G):
         return []
     stated = show(weight, "force", 3)
     text = f"the load cell reads {show(force, 'force', 3)} where load and hook weigh {stated}: check its unit and the load"

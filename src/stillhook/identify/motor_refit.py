@@ -14,7 +14,7 @@ import numpy as np
 from stillhook.crane import TorqueLoss
 from stillhook.errors import IdentifyError
 from stillhook.identify.friction_fit import FrictionFit, cost, covariance, fit_system, predicted, sigma_of
-from stillhook.identify.friction_model import X_NAMES, Loss, Y, mj4, motor_columns, system_friction_at
+from stillhook.identify.friction_model import X_NAMES, Y_LINEAR, Loss, Y, mj4, motor_columns, system_friction_at
 from stillhook.identify.points import FloatArray, Points
 from stillhook.units import show
 
@@ -67,7 +67,8 @@ def second_loop(points: Points, loss: TorqueLoss, fit: FrictionFit, *, rounds: i
     refined, system, spread = loss, fit, np.zeros((len(X_NAMES), len(X_NAMES)))
     for _ in range(rounds):
         refined, spread = _motor_fit(seen, system)
-        system = fit_system(points, mj4(refined))
+        used = tuple(n for n in Y_LINEAR if n in fit.names)
+        system = fit_system(points, mj4(refined), used=used, keep_Y_2="Y_2" in fit.names, given=fit.given)
     first, second = _costs(points, mj4(loss), fit.y), _costs(points, mj4(refined), system.y)
     verdict = _verdict(first, second, len(points.held_out()))
     return SecondLoop(refined, spread, system, first, second, rounds, verdict, _statements(points, loss, refined, first, second, verdict))

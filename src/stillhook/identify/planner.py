@@ -28,6 +28,8 @@ SHARES = (0.0, 0.25, 0.5, 0.75, 1.0)
 DISPLACEMENTS = (1.0, 0.8, 0.65, 0.5)
 LEAST_SD = 5.0e3
 """Scatter assumed for a new pair where the campaign shows less [Pa]: 0.05 bar, what a good sensor repeats."""
+ANYTHING = 1e3
+"""Uncertainty of a friction torque that means that nothing is known [N m]: ten times the friction of any motor here."""
 UNKNOWN = 1e-12
 """Share of the prior information that stands for knowing nothing about a parameter (keeps the matrix invertible)."""
 
@@ -50,15 +52,15 @@ def propose(campaign: Campaign, points: Points, loss: Loss, fit: FrictionFit, *,
     relief pressure allows. Errors: IdentifyError where no candidate can be run.
     """
     names = _names(fit)
-    sigma = max(fit.tau, LEAST_SD, float(np.median(points.u_dp)))
+    sigma = max(float(np.sqrt(fit.tau**2 + np.median(points.u_dp) ** 2)), LEAST_SD)
     d = _diameter(campaign, points)
     range_ = _stack([_staircase(campaign, loss, fit, s * campaign.crane.SWL, campaign.motor.D_max, d, sigma) for s in SHARES])
     goal = jacobian(range_, _seen_by(fit), names)
-    known = _information(points.fitted(), fit, names, sigma)
+    known = _information(points.fitted(), fit, names, fit.tau)
     candidates = _candidates(campaign, loss, fit, d, sigma)
     if not candidates:
         raise IdentifyError("No staircase can be proposed: even the empty hook is beyond the relief pressure at every displacement.")
-    worth = [_information(c, fit, names, sigma) for *_, c in candidates]
+    worth = [_information(c, fit, names, 0.0) for *_, c in candidates]
     out: list[Proposal] = []
     taken: set[int] = set()
     for _ in range(min(n, len(candidates))):
@@ -82,8 +84,8 @@ def _seen_by(fit: FrictionFit) -> Y:
     return y._replace(Y_3=max(y.Y_3, 0.1)) if y.Y_1 <= 0.0 and y.Y_3 <= 0.0 else y
 
 
-def _information(points: Points, fit: FrictionFit, names: tuple[str, ...], sigma: float) -> FloatArray:
-    J = jacobian(points, _seen_by(fit), names) / sigma_of(points, sigma)[:, None]
+def _information(points: Points, fit: FrictionFit, names: tuple[str, ...], tau: float) -> FloatArray:
+    J = jacobian(points, _seen_by(fit), names) / sigma_of(points, tau)[:, None]
     return np.asarray(J.T @ J)
 
 

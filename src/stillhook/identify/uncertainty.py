@@ -84,7 +84,7 @@ def _end(excess: Callable[[float], float], value: float, step: float, bound: flo
                 return bound
             at = bound
         if excess(at) > 0.0:
-            return float(brentq(excess, *sorted((inside, at)), xtol=1e-4 * abs(step), rtol=1e-9))
+            return float(brentq(excess, *sorted((inside, at)), xtol=1e-6 * abs(at - inside), rtol=1e-9))
         inside, factor = at, 2.0 * factor
     return math.copysign(math.inf, step)
 
@@ -180,6 +180,8 @@ def blind_directions(points: Points, fit: FrictionFit) -> tuple[tuple[str, ...],
     """
     seen = points.fitted()
     J = jacobian(seen, fit.y, fit.names) / sigma_of(seen, fit.tau)[:, None]
-    _, s, V = np.linalg.svd(J / np.linalg.norm(J, axis=0), full_matrices=False)
+    size = np.linalg.norm(J, axis=0)
+    size[size == 0.0] = 1.0
+    _, s, V = np.linalg.svd(J / size, full_matrices=False)
     blind = [row for value, row in zip(s, V, strict=True) if value < ALIKE]
     return tuple(tuple(n for n, v in zip(fit.names, row, strict=True) if abs(v) > SHARE) for row in blind)
