@@ -50,6 +50,25 @@ def test_one_load_still_predicts_that_load():
     assert np.max(error) < 0.002
 
 
+def test_a_hook_that_weighs_nothing_has_no_friction_in_proportion_to_it():
+    points = dataclasses.replace(stage(Y, EMPTY), T_d=np.zeros(len(stage(Y, EMPTY))))
+    plan = design(points, SWL)
+    assert plan.used == ("Y_2", "Y_3", "Y_5")
+    assert plan.keep_Y_2 is True
+    fit = fit_system(points, LOSS, used=plan.used, keep_Y_2=plan.keep_Y_2)
+    assert np.all(np.isfinite(fit.covariance))
+    assert np.max(np.abs(fit.residual)) < 0.5
+
+
+def test_friction_below_the_motors_own_loss_is_no_result():
+    points = stage(Y, rng=np.random.default_rng(1))
+    less = dataclasses.replace(points, dp_up=0.1 * points.dp_up, dp_down=0.1 * points.dp_down)
+    fit = fit_system(less, LOSS)
+    said = [s for s in judge(less, fit, profile_intervals(less, LOSS, fit)) if s.code == "nothing left"]
+    assert len(said) == 1
+    assert said[0].severe
+
+
 def test_no_low_speed_forbids_the_set_unless_another_winch_fills_in():
     fast = [n for n in STAIR if n >= 250]
     points = stage(Y, CRANE_2, fast)

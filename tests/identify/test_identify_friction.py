@@ -217,6 +217,44 @@ def test_a_set_says_so_when_a_lift_is_beyond_its_loads(noisy, tmp_path, capsys):
     assert "system friction" not in str(simulate(crane, Scenario(load="0 t", s_w="0 m", duration="31 s")).notes.item())
 
 
+def test_a_staircase_run_twice_gives_pairs_of_the_same_weight(noisy, tmp_path):
+    """Nearly equal speeds must not make a steep slope of friction over speed, by which a speed's uncertainty would swamp the pressure's."""
+    shutil.copytree(noisy.folder, tmp_path / "c")
+    log = tmp_path / "c" / "logs" / "2.csv"
+    head = [line for line in log.read_text().splitlines() if not line[0].isdigit()]
+    rows = [line.split(",") for line in log.read_text().splitlines() if line[0].isdigit()]
+    end = float(rows[-1][0]) + 0.01
+    again = [[f"{float(row[0]) + end:.2f}", *row[1:]] for row in rows]
+    log.write_text("\n".join([*head, *(",".join(row) for row in (*rows, *again))]) + "\n")
+    path = tmp_path / "c" / "campaign.toml"
+    points = identify.friction(edited_in_place(path, lambda text: only(text, lambda t: '"2"' in t or '"5"' in t)), proposals=0).points
+    twice, once = (points.u_dp[points.test == k] for k in (0, 1))
+    assert len(twice) > 1.5 * len(once)
+    assert twice.max() < 3.0 * np.median(once)
+
+
+def edited_in_place(path: Path, change) -> Path:
+    path.write_text(change(path.read_text()))
+    return path
+
+
+def test_holes_in_the_wire_counter_are_filled_and_told(noisy, tmp_path):
+    shutil.copytree(noisy.folder, tmp_path / "c")
+    log = tmp_path / "c" / "logs" / "2.csv"
+    head, *rows = log.read_text().splitlines()
+    at = rows[0].split(",").index("Wire paid out")
+    for i in range(10_000, 14_000):
+        cells = rows[i].split(",")
+        cells[at] = ""
+        rows[i] = ",".join(cells)
+    log.write_text("\n".join([head, *rows]) + "\n")
+    path = tmp_path / "c" / "campaign.toml"
+    path.write_text(path.read_text().replace("layer = 11\n", ""))
+    found = identify.friction(path, proposals=0)
+    assert any(s.code == "wire" and "s_w is missing in" in s.text for s in found.statements)
+    assert max(h.worst for h in found.held_out) < CLAIM
+
+
 def test_swapped_pressures_are_refused_with_the_line_to_write(noisy, tmp_path, capsys):
     swap = lambda text: text.replace('"PT A"', '"x"').replace('"PT B"', '"PT A"').replace('"x"', '"PT B"')
     path = edited(noisy, tmp_path, swap)

@@ -65,6 +65,18 @@ def test_refined_parameters_are_never_negative_and_belong_to_the_cost():
     assert cost(points.fitted(), mj4(loop.loss), loop.system.y) == pytest.approx(loop.second.fitted)
 
 
+def test_the_loop_keeps_what_the_first_fit_was_given_and_left_out():
+    like = truth("crane-2")._asdict()
+    fast = [n for n in STAIR if n >= 250]
+    points = stage(truth("crane-2"), CRANE_2, fast, rng=np.random.default_rng(3))
+    given = {n: like[n] for n in ("Y_1", "Y_3", "Y_4")}
+    first = fit_system(points, LOSS, given=given, keep_Y_2=False)
+    loop = second_loop(points, SUPPLIER, first)
+    assert loop.system.given == given
+    assert loop.system.names == first.names
+    assert loop.system.y.Y_4 == like["Y_4"]
+
+
 def test_a_motor_model_that_is_right_stays_what_it_is():
     points = stage(truth("crane-2"))
     loop = second_loop(points, SUPPLIER, fit_system(points, LOSS))

@@ -91,7 +91,8 @@ def _information(points: Points, fit: FrictionFit, names: tuple[str, ...], tau: 
 
 def _rms(goal: FloatArray, information: FloatArray) -> float:
     """Root mean square of the predicted standard errors."""
-    size = np.sqrt(np.maximum(np.diag(information), 1e-300))
+    size = np.sqrt(np.diag(information))
+    size[size == 0.0] = 1.0  # nothing is known of it: UNKNOWN alone stands there
     scaled = information / np.outer(size, size) + UNKNOWN * np.eye(len(size))
     half = np.linalg.solve(scaled, (goal / size).T)
     return math.sqrt(float(np.mean(np.sum((goal / size).T * half, axis=0))))
