@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections import Counter
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from enum import StrEnum
@@ -27,15 +26,14 @@ from stillhook.identify.friction_fit import (
     predicted,
 )
 from stillhook.identify.friction_model import Y_LINEAR, Y_NAMES, Loss, Y, mj4, motor_loss_at, system_friction_at
-from stillhook.identify.friction_model import system_friction as friction_curve
 from stillhook.identify.measure import Measured, measure
 from stillhook.identify.motor_refit import SecondLoop, second_loop
 from stillhook.identify.planner import Proposal, propose
 from stillhook.identify.points import Points, joined
-from stillhook.identify.uncertainty import Interval, bootstrap, posterior, profile_intervals, quantile_intervals, shift_by_motor
-from stillhook.io.log_limits import SET_VALUES
+from stillhook.identify.remarks import log_statements, motor_statement, unlike
+from stillhook.identify.uncertainty import Interval, bootstrap, posterior, profile_intervals, quantile_intervals
 from stillhook.physics.scalar import G
-from stillhook.units import parse, show
+from stillhook.units import parse
 
 JUDGED_FROM = parse("250 rev/min", "rotation")
 """Speed from which the thesis claims 1 % of the nominal torque (paper D, conclusions) [rad/s]."""
@@ -172,8 +170,8 @@ def friction(
     found = profile if method is Intervals.PROFILE else _sampled_intervals(method, points, loss, fit, seed)
     held = held_out_errors(points, loss, fit.y)
     statements = (
-        *plan.statements, *judge(points, fit, profile), *_beyond_claim(held), *_motor_statement(campaign, points, fit),
-        *_unlike(points, fit.y), *_log_statements(measured),
+        *plan.statements, *judge(points, fit, profile), *_beyond_claim(held), *motor_statement(campaign, points, fit),
+        *unlike(points, fit.y), *log_statements(measured),
     )  # fmt: skip
     second = second_loop(points, campaign.motor.loss, fit, rounds=loops) if loops else None
     mapped = with_map(points, loss_map, campaign.motor.D_max, fit) if loss_map is not None else None
@@ -291,68 +289,6 @@ def _beyond_claim(held: tuple[HeldOut, ...]) -> tuple[Statement, ...]:
 def _sampled_intervals(method: Intervals, points: Points, loss: Loss, fit: FrictionFit, seed: int) -> tuple[Interval, ...]:
     draw = bootstrap if method is Intervals.BOOTSTRAP else posterior
     return quantile_intervals(draw(points, loss, fit, seed=seed), fit)
-
-
-UNLIKE = 2.5
-"""Factor beyond the published winches' system friction from which a result is called unusual: they differ by two among themselves."""
-UNLIKE_SPEED = parse("500 rev/min", "rotation")  # where break-away friction has faded and viscous friction is small
-
-
-def _unlike(points: Points, y: Y) -> tuple[Statement, ...]:
-    """A word where the friction is far from that of every winch in the library, as a wrong unit, scale or motor model makes it."""
-    from stillhook.library import frictions
-    from stillhook.library import system_friction as published
-
-    seen = points.fitted()
-    T_d, omega = np.array([float(seen.T_d.max())]), np.array([UNLIKE_SPEED])
-    ours = float(friction_curve(omega, T_d, y)[0])
-    others = [float(friction_curve(omega, T_d, Y.of(published(name)))[0]) for name in frictions()]
-    if min(others) / UNLIKE <= ours <= max(others) * UNLIKE:
-        return ()
-    text = (
-        f"System friction of {show(ours, 'torque', 3)} a motor at 500 rev/min and {show(float(T_d[0]), 'drum_torque', 3)}: published "
-        f"winches have {show(min(others), 'torque', 3)} to {show(max(others), 'torque', 3)} there. Check units and scales, number of "
-        "motors and motor loss."
-    )
-    return (Statement("unusual", False, text),)
-
-
-MOTOR_SHARE = 0.5
-"""Shift by the motor's loss over a parameter's own standard error from which it is worth a word."""
-
-
-def _motor_statement(campaign: Campaign, points: Points, fit: FrictionFit) -> tuple[Statement, ...]:
-    """How far the motor's own uncertainty moves what was found; silent where nothing says how well its loss is known."""
-    known = campaign.motor_evidence
-    if known is None:
-        return ()
-    shift = shift_by_motor(points, fit, known.names, known.matrix)
-    moved = [(n, float(s)) for n, s in zip(fit.names, shift, strict=True) if s > MOTOR_SHARE * fit.sd(n)]
-    if not moved:
-        return ()
-    texts = ", ".join(f"{n} by {s / fit.sd(n):.2g} of its own standard errors" for n, s in moved)
-    text = f"The motor loss is itself uncertain; that moves {texts}. It is not in the intervals, which hold for this motor loss."
-    return (Statement("motor loss", False, text),)
-
-
-def _log_statements(measured: tuple[Measured, ...]) -> tuple[Statement, ...]:
-    """What was noted about single tests while they were measured, and what was found in their logs."""
-    out = [Statement(n.code, n.severe, f'test "{m.test.name}": {n.text}.') for m in measured for n in m.notes]
-    for m in measured:
-        found = [f for f in m.log.findings if f.kind != "constant" or f.signal not in SET_VALUES]
-        if found:
-            kinds = Counter(f.kind for f in found)
-            counts = f" ({', '.join(f'{n} {kind}' for kind, n in kinds.items())})" if len(found) > 1 else ""
-            more = "; the report lists the others" if len(found) > 1 else ""
-            out.append(Statement("log", False, f'test "{m.test.name}": found in {m.log.source}{counts}: {found[0].text}{more}.'))
-    return tuple(out)
-
-
-def band(points: Points, fit: FrictionFit, factor: float) -> np.ndarray:
-    """Half width of the predicted friction's interval at the points [N m]; factor from `uncertainty.t_factor`."""
-    from stillhook.identify.friction_fit import predicted_sd
-
-    return factor * predicted_sd(points, fit)
 
 
 def nominal_share(points: Points, loss: Loss, y: Y) -> np.ndarray:
