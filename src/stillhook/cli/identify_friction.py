@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -41,14 +41,17 @@ def friction(
 
     Example: stillhook identify friction my-tests/campaign.toml --out results
     """
+    from stillhook.identify.choices import choice
+    from stillhook.identify.complex_method import Variant
     from stillhook.identify.from_tests import friction as identify
     from stillhook.io.results import check_folder
 
     if out is not None:
         check_folder(out, (SET, REPORT, NUMBERS, POINTS, STRETCHES))
+    method = choice(Variant, variant, "--variant")
     with progress_bar("reading the logs") as bar:
         result = identify(
-            campaign, like=like, keep_Y_2=_kept(keep_Y_2), intervals=intervals, loops=loops, loss_map=loss_map, variant=_variant(variant),
+            campaign, like=like, keep_Y_2=_kept(keep_Y_2), intervals=intervals, loops=loops, loss_map=loss_map, variant=method,
             proposals=proposals, seed=seed, progress=bar,
         )  # fmt: skip
     if json:
@@ -73,30 +76,14 @@ def _kept(text: str) -> bool | None:
     return choices[text]
 
 
-def _variant(text: str) -> Any:
-    from stillhook.errors import IdentifyError
-    from stillhook.identify.complex_method import Variant
-
-    if text not in tuple(Variant):
-        raise IdentifyError(f'--variant = "{text}": not one of {", ".join(Variant)}.')
-    return Variant(text)
-
-
 def _print(result: Friction) -> None:
     from stillhook.identify.friction_model import Y_NAMES
-    from stillhook.identify.friction_report import MEANING, mapped_line, tonnes, uncertainty_of, written
+    from stillhook.identify.friction_report import MEANING, mapped_line, proposal_cells, test_cells, written
     from stillhook.identify.friction_result import to_dict
-    from stillhook.units import show
 
     data = to_dict(result)
     mark = "SYNTHETIC " if result.campaign.synthetic and "SYNTHETIC" not in result.campaign.title else ""
-    rows = []
-    for t in data["tests"]:
-        use = "held" if t["hold_out"] else "fit"
-        speeds = f"{show(t['omega_m_min'], 'rotation', 3).split()[0]} to {show(t['omega_m_max'], 'rotation', 3)}"
-        rejected = str(t["rejected"] + t["unpaired"])
-        load, by_pressure, D_m = show(t["load"], "mass", 3), tonnes(t["load_carried"]), show(t["D_m"], "displacement", 4)
-        rows.append([t["name"], use, load, by_pressure, D_m, speeds, str(t["pairs"]), rejected, f"{t['rms_percent']:.2f} %"])
+    rows = [[t["name"], "held" if t["hold_out"] else "fit", *test_cells(t)] for t in data["tests"]]
     header = ("test", "use", "load", "load by\npressures", "displacement\nof a motor", "motor speeds", "pairs", "not\nused", "error\n(RMS)")
     print_table(header, rows, title=f"{mark}{result.campaign.title}: {result.campaign.crane.name}", left=2)
     found = {i.name: i for i in result.intervals}
@@ -123,10 +110,8 @@ def _print(result: Friction) -> None:
         print(mapped_line(result))
     for s in result.statements:
         print(f"{'NOT USABLE: ' if s.severe else 'note: '}{s.text}")
-    for p in result.proposals:
-        change = f"{uncertainty_of(p.sd_before)} to {uncertainty_of(p.sd_after)}"
-        where = f"{show(p.load, 'mass', 3)} at {show(p.D_m, 'displacement', 3)} a motor"
-        print(f"test next: {where}; uncertainty of the predicted friction {change} a motor")
+    for load, D_m, change in map(proposal_cells, result.proposals):
+        print(f"test next: {load} at {D_m} a motor; uncertainty of the predicted friction {change} a motor")
 
 
 def _write(result: Friction, out: Path) -> list[str]:
@@ -134,13 +119,15 @@ def _write(result: Friction, out: Path) -> list[str]:
     from stillhook.identify.friction_figures import figures
     from stillhook.identify.friction_report import report
     from stillhook.identify.friction_result import friction_set, points_table, second_loop_sets, stretches_table, to_dict
-    from stillhook.io.figures import save_figure
+    from stillhook.io.page import png
     from stillhook.io.results import save_json, whole_folder
     from stillhook.library.sets import set_toml
 
     with whole_folder(out) as part:
-        pictures = {stem: save_figure(figure, part / f"{stem}.png").read_bytes() for stem, figure in figures(result).items()}
-        logs = {m.test.name: _png(_log_figure(m)) for m in result.measured}
+        pictures = {stem: png(figure) for stem, figure in figures(result).items()}
+        for stem, data in pictures.items():
+            (part / f"{stem}.png").write_bytes(data)
+        logs = {m.test.name: png(_log_figure(m), LOG_DPI) for m in result.measured}
         (part / REPORT).write_text(report(result, pictures, logs), encoding="utf-8")
         save_json(to_dict(result), part / NUMBERS)
         points_table(result).write_csv(part / POINTS)
@@ -152,14 +139,6 @@ def _write(result: Friction, out: Path) -> list[str]:
         else:
             say(f"{SET} is not written: the data cannot tell what a winch model needs.")
         return sorted(p.name for p in part.iterdir())
-
-
-def _png(figure: Figure) -> bytes:
-    import io
-
-    memory = io.BytesIO()
-    figure.savefig(memory, format="png", dpi=LOG_DPI)
-    return memory.getvalue()
 
 
 def _log_figure(m: Measured) -> Figure:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import math
 import os
 from collections.abc import Mapping
@@ -17,7 +16,7 @@ from stillhook.io.log_mapping import mapping_from
 from stillhook.io.log_types import Signal
 from stillhook.library import load_crane
 from stillhook.library.evidence import Evidence
-from stillhook.library.files import parsed, toml_text
+from stillhook.library.files import nearest, parsed, toml_text
 from stillhook.physics.drum import layer_diameter, layers_filled
 from stillhook.physics.scalar import G
 from stillhook.units import came, parse, show
@@ -260,9 +259,7 @@ def _layer(row: Mapping[str, Any], place: str, crane: Crane) -> int | None:
 def _known(table: Mapping[str, Any], allowed: tuple[str, ...], place: str) -> None:
     for key in table:
         if key not in allowed:
-            close = difflib.get_close_matches(key, allowed, n=1)
-            hint = f' Did you mean "{close[0]}"?' if close else ""
-            raise IdentifyError(f"{place}{came(key)[1:-1]}: unknown field. Allowed: {', '.join(allowed)}.{hint}")
+            raise IdentifyError(f"{place}{came(key)[1:-1]}: unknown field. Allowed: {', '.join(allowed)}{nearest(key, allowed)}")
 
 
 def _text(data: Mapping[str, Any], key: str, place: str) -> str:

@@ -55,10 +55,10 @@ class FrictionFit:
 
     def sd(self, name: str) -> float:
         """Standard error of a free parameter in SI, NaN for one that was left out."""
-        return math.sqrt(self.covariance[i, i]) if (i := self._index(name)) is not None else math.nan
-
-    def _index(self, name: str) -> int | None:
-        return self.names.index(name) if name in self.names else None
+        if name not in self.names:
+            return math.nan
+        i = self.names.index(name)
+        return math.sqrt(self.covariance[i, i])
 
 
 class Target:
@@ -217,11 +217,17 @@ def jacobian(points: Points, y: Y, names: tuple[str, ...]) -> FloatArray:
     return np.column_stack([system_slope(points, y) if n == "Y_4" else linear[:, Y_LINEAR.index(n)] for n in names])
 
 
-def covariance(J: FloatArray) -> FloatArray:
-    """Inverse of J'J by its singular values; a direction that the data do not see gets a very large variance, not an error."""
+def scaled_directions(J: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Sizes of the columns of J, and singular values and right singular vectors (rows) of J with its columns scaled to unit size."""
     size = np.linalg.norm(J, axis=0)
     size[size == 0.0] = 1.0  # a parameter without any effect: its direction is blind
     _, s, V = np.linalg.svd(J / size, full_matrices=False)
+    return size, s, V
+
+
+def covariance(J: FloatArray) -> FloatArray:
+    """Inverse of J'J by its singular values; a direction that the data do not see gets a very large variance, not an error."""
+    size, s, V = scaled_directions(J)
     half = (V / np.maximum(s, BLIND)[:, None]) / size
     return np.asarray(half.T @ half)
 

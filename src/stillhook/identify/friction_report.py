@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
 
 from stillhook.identify.friction_model import Y_NAMES, Y
-from stillhook.identify.friction_result import to_dict
+from stillhook.identify.friction_result import test_rows
 from stillhook.identify.from_tests import JUDGED_FROM, Friction
-from stillhook.identify.planner import ANYTHING
+from stillhook.identify.planner import ANYTHING, Proposal
 from stillhook.identify.uncertainty import correlation
 from stillhook.io.page import bullets, heading, page, paragraph, picture, table
 from stillhook.units import number, show
@@ -119,14 +120,18 @@ def _list(result: Friction) -> str:
     return "".join(severe) + bullets(s.text for s in result.statements if not s.severe)
 
 
+def test_cells(t: Mapping[str, Any]) -> Sequence[str]:
+    """Load, load by the pressures, displacement, speeds, pairs, stretches not used and error of a test, from its row of numbers."""
+    speeds = f"{show(t['omega_m_min'], 'rotation', 3).split()[0]} to {show(t['omega_m_max'], 'rotation', 3)}"
+    return (
+        show(t["load"], "mass", 3), tonnes(t["load_carried"]), show(t["D_m"], "displacement", 4), speeds, str(t["pairs"]),
+        str(t["rejected"] + t["unpaired"]), f"{t['rms_percent']:.2f} %",
+    )  # fmt: skip
+
+
 def _tests(result: Friction) -> Iterable[Sequence[str]]:
-    for t in to_dict(result)["tests"]:
-        speeds = f"{show(t['omega_m_min'], 'rotation', 3).split()[0]} to {show(t['omega_m_max'], 'rotation', 3)}"
-        yield (
-            t["name"], "held out" if t["hold_out"] else "fitted", show(t["load"], "mass", 3),
-            tonnes(t["load_carried"]), show(t["D_m"], "displacement", 4), speeds, str(t["pairs"]),
-            str(t["rejected"] + t["unpaired"]), f"{t['rms_percent']:.2f} %",
-        )  # fmt: skip
+    for t in test_rows(result):
+        yield t["name"], "held out" if t["hold_out"] else "fitted", *test_cells(t)
 
 
 MOST_ALIKE = 2
@@ -206,7 +211,12 @@ def uncertainty_of(sd: float) -> str:
     return show(sd, "torque", 2) if sd < ANYTHING else "unknown"
 
 
+def proposal_cells(p: Proposal) -> tuple[str, str, str]:
+    """Load, displacement of one motor, and what the uncertainty of the predicted friction becomes."""
+    change = f"{uncertainty_of(p.sd_before)} to {uncertainty_of(p.sd_after)}"
+    return show(p.load, "mass", 3), show(p.D_m, "displacement", 3), change
+
+
 def _proposals(result: Friction) -> Iterable[Sequence[str]]:
-    for p in result.proposals:
-        change = f"{uncertainty_of(p.sd_before)} to {uncertainty_of(p.sd_after)} per motor"
-        yield show(p.load, "mass", 3), show(p.D_m, "displacement", 3), change
+    for load, D_m, change in map(proposal_cells, result.proposals):
+        yield load, D_m, f"{change} per motor"

@@ -11,7 +11,7 @@ from stillhook.crane import Motor, Source, SourceKind, SystemFriction
 from stillhook.identify.friction_fit import FrictionFit, predicted
 from stillhook.identify.friction_model import X_NAMES, Y_NAMES, motor_loss_at
 from stillhook.identify.from_tests import Friction, HeldOut, nominal_share
-from stillhook.identify.measure import carried
+from stillhook.identify.measure import Measured, carried
 from stillhook.identify.planner import ANYTHING
 from stillhook.identify.points import Points
 from stillhook.identify.uncertainty import correlation
@@ -130,7 +130,7 @@ def to_dict(result: Friction) -> dict[str, Any]:
             "agree": check.agree,
             "on_grid": check.on_grid,
         },
-        "tests": [_test(result, i) for i in range(len(result.measured))],
+        "tests": test_rows(result),
         "held_out": [_held(held) for held in result.held_out],
         "second_loop": _second(result),
         "map": _mapped(result),
@@ -163,8 +163,13 @@ def _parameter(result: Friction, name: str) -> dict[str, Any]:
     }
 
 
-def _test(result: Friction, i: int) -> dict[str, Any]:
-    m, error = result.measured[i], nominal_share(result.measured[i].points, result.loss, result.fit.y)
+def test_rows(result: Friction) -> list[dict[str, Any]]:
+    """What each test gave, SI, errors in % of nominal torque."""
+    return [_test(result, m) for m in result.measured]
+
+
+def _test(result: Friction, m: Measured) -> dict[str, Any]:
+    error = nominal_share(m.points, result.loss, result.fit.y)
     return {
         "name": m.test.name, "load": m.test.load, "load_carried": carried(result.campaign, m.test, m.points),
         "D_m": float(m.points.D_m.mean()), "T_d": float(m.points.T_d.mean()), "hold_out": m.test.hold_out, "log": m.test.log.name,
@@ -196,11 +201,11 @@ def _mapped(result: Friction) -> dict[str, Any] | None:
     return {"source": m.source, "rms_model": m.rms_model, "rms_map": m.rms_map, "outside": m.outside, "system": m.fit.y._asdict()}
 
 
-def points_table(result: Friction, points: Points | None = None) -> polars.DataFrame:
+def points_table(result: Friction) -> polars.DataFrame:
     """Every pair in display units, units in the headings: what was measured, what the models make of it."""
     import polars as pl
 
-    p = result.points if points is None else points
+    p = result.points
     rpm, bar = 60.0 / math.tau, 1e-5
     return pl.DataFrame(
         {

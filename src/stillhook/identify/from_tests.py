@@ -13,6 +13,7 @@ import numpy as np
 from stillhook.crane import SystemFriction
 from stillhook.errors import IdentifyError
 from stillhook.identify.campaign import Campaign, load_campaign
+from stillhook.identify.choices import choice
 from stillhook.identify.complex_method import Found, Variant, complex_method
 from stillhook.identify.diagnosis import Design, Statement, design, judge
 from stillhook.identify.friction_fit import (
@@ -156,7 +157,7 @@ def friction(
     Errors: LogError, IdentifyError, SpecError, UnitError of one line.
     """
     campaign = source if isinstance(source, Campaign) else load_campaign(source)
-    method, variant = _intervals_of(intervals), _variant_of(variant)
+    method, variant = choice(Intervals, intervals, "intervals"), choice(Variant, variant, "variant")
     measured = _measured(campaign, progress)
     points, grid = joined([m.points for m in measured]), joined([m.grid_points for m in measured])
     if not len(points.fitted()):
@@ -250,20 +251,6 @@ def _lever(campaign: Campaign, points: Points) -> float:
     weight = np.array([campaign.weight(t) for t in campaign.tests])[points.test]
     hanging = weight > 0.0
     return float(np.mean(points.T_d[hanging] / weight[hanging])) if hanging.any() else 0.5 * campaign.crane.drum.d_max
-
-
-def _intervals_of(text: Intervals | str) -> Intervals:
-    try:
-        return Intervals(text)
-    except ValueError:
-        raise IdentifyError(f'intervals = "{text}": not one of {", ".join(Intervals)}.') from None
-
-
-def _variant_of(text: Variant | str) -> Variant:
-    try:
-        return Variant(text)
-    except ValueError:
-        raise IdentifyError(f'variant = "{text}": not one of {", ".join(Variant)}.') from None
 
 
 def _like(name: str | None) -> Mapping[str, float] | None:

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from stillhook.crane import Crane
 from stillhook.errors import IdentifyError
+from stillhook.identify.choices import choice
 from stillhook.physics.scalar import G
 from stillhook.units import came, from_display
 
@@ -119,10 +120,7 @@ class Instruments:
 
 def noise_of(text: Noise | str) -> Noise:
     """The noise of this name. Errors: IdentifyError naming those there are."""
-    try:
-        return Noise(text)
-    except ValueError:
-        raise IdentifyError(f"noise = {came(text)}: not one of {', '.join(Noise)}.") from None
+    return choice(Noise, text, "noise")
 
 
 def _typical(crane: Crane, fastest: float) -> dict[str, Sensor]:

@@ -81,7 +81,7 @@ def _measure(campaign: Campaign, test: CraneTest, progress: Progress | None) -> 
     omega_m, d = shaft_speed(campaign, test, log)
     signals = {**log.signals, "omega_m": omega_m, "dp_m": dp_m}
     doubtful = {**log.doubtful, **_inherited(log)}
-    whole = Log(log.source, log.t, signals, doubtful, log.gaps, log.findings, log.rate, log.samples)
+    whole = replace(log, signals=signals, doubtful=doubtful)
     held = [n for n in ("alpha_m", "D_m") if n in log.signals]
     command = "u_p" if "u_p" in log.signals else None
     limits = layer_limits(campaign) if "s_w" in log.signals else ()
@@ -207,10 +207,9 @@ def _cut(log: Log, test: CraneTest) -> Log:
     keep = (log.t >= test.start) & (log.t <= test.end)
     if not keep.any():
         raise IdentifyError(f"start, end: nothing of the log {log.source} ({log.t[-1]:.1f} s long) lies between them. Change them.")
-    return Log(
-        log.source, log.t[keep], {k: v[keep] for k, v in log.signals.items()}, {k: v[keep] for k, v in log.doubtful.items()},
-        log.gaps, tuple(f for f in log.findings if not (f.end < test.start or f.start > test.end)), log.rate, log.samples,
-    )  # fmt: skip
+    signals, doubtful = {k: v[keep] for k, v in log.signals.items()}, {k: v[keep] for k, v in log.doubtful.items()}
+    findings = tuple(f for f in log.findings if not (f.end < test.start or f.start > test.end))
+    return replace(log, t=log.t[keep], signals=signals, doubtful=doubtful, findings=findings)
 
 
 def _inherited(log: Log) -> Mapping[str, np.ndarray]:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from stillhook.crane import Source, SourceKind, TorqueLoss
 from stillhook.errors import IdentifyError
+from stillhook.identify.choices import choice
 from stillhook.identify.loss_against_map import Compared, compare_mapped
 from stillhook.identify.loss_fit import LossFit, cannot_tell, spread_of_levels
 from stillhook.identify.loss_map import AXES, LossMap
@@ -29,7 +30,7 @@ from stillhook.library import motor as library_motor
 from stillhook.library import motors as library_motors
 from stillhook.library.evidence import Evidence
 from stillhook.library.sets import LossSet, load_losses
-from stillhook.units import came, show
+from stillhook.units import show
 
 FloatArray = NDArray[np.float64]
 
@@ -94,7 +95,7 @@ def identify_motor(
     """
     if not 0.0 < threshold < 1.0:
         raise IdentifyError(f"threshold = {threshold:g}: give a part of the nominal torque between 0 and 1, such as 0.01.")
-    chosen = None if model is None else _model(model)
+    chosen = None if model is None else choice(LossModel, model, "model")
     if like is not None:
         load_losses(like)
     ranking = rank_losses(m)
@@ -111,13 +112,6 @@ def identify_motor(
         mj4.covariance if spread is None else spread, spread is not None, (*_doubts(others), *_notes(m, fit, mj4)), others,
         compare_mapped(m, chosen), lender,
     )  # fmt: skip
-
-
-def _model(model: LossModel | str) -> LossModel:
-    try:
-        return LossModel(model)
-    except ValueError:
-        raise IdentifyError(f"model = {came(model)}: not one of {', '.join(LossModel)}.") from None
 
 
 def _same_size(m: LossMap) -> str | None:

@@ -8,16 +8,16 @@ is taken, then the next best with it, and so on.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import numpy as np
 
+from stillhook.engine.pack import drum_record
 from stillhook.errors import IdentifyError
 from stillhook.identify.campaign import Campaign
 from stillhook.identify.friction_fit import FrictionFit, jacobian, sigma_of
 from stillhook.identify.friction_model import Y_NAMES, Loss, Y, system_friction
-from stillhook.identify.points import FloatArray, Points
+from stillhook.identify.points import FloatArray, Points, joined
 from stillhook.physics.drum import layer_diameter
 from stillhook.physics.scalar import G
 from stillhook.units import parse
@@ -54,7 +54,7 @@ def propose(campaign: Campaign, points: Points, loss: Loss, fit: FrictionFit, *,
     names = _names(fit)
     sigma = max(float(np.sqrt(fit.tau**2 + np.median(points.u_dp) ** 2)), LEAST_SD)
     d = _diameter(campaign, points)
-    range_ = _stack([_staircase(campaign, loss, fit, s * campaign.crane.SWL, campaign.motor.D_max, d, sigma) for s in SHARES])
+    range_ = joined([_staircase(campaign, loss, fit, s * campaign.crane.SWL, campaign.motor.D_max, d, sigma) for s in SHARES])
     goal = jacobian(range_, _seen_by(fit), names)
     known = _information(points.fitted(), fit, names, fit.tau)
     candidates = _candidates(campaign, loss, fit, d, sigma)
@@ -100,8 +100,6 @@ def _rms(goal: FloatArray, information: FloatArray) -> float:
 
 def _diameter(campaign: Campaign, points: Points) -> float:
     """Layer of the campaign's tests: new ones are proposed on the same."""
-    from stillhook.engine.pack import drum_record
-
     for test in campaign.tests:
         d = campaign.diameter(test)
         if d is not None:
@@ -136,8 +134,3 @@ def _staircase(campaign: Campaign, loss: Loss, fit: FrictionFit, load: float, D_
         names=("planned",), test=np.zeros(n, dtype=np.intp), omega_up=omega, omega_down=omega, dp_up=dp_L + dp_F, dp_down=dp_L - dp_F,
         D_m=D, T_d=T_d, count=np.full(n, float(campaign.count)), u_dp=np.full(n, sigma), hold_out=np.zeros(n, dtype=bool),
     )  # fmt: skip
-
-
-def _stack(parts: Sequence[Points]) -> Points:
-    rest = {f.name: np.concatenate([getattr(p, f.name) for p in parts]) for f in fields(Points) if f.name != "names"}
-    return Points(names=("planned",), **rest)

@@ -16,6 +16,7 @@ from stillhook.identify.friction_fit import (
     Problem,
     Target,
     jacobian,
+    scaled_directions,
     sigma_of,
 )
 from stillhook.identify.friction_model import X_NAMES, Y_LINEAR, Y_NAMES, Loss, Y, motor_columns, motor_loss_at, system_friction_at
@@ -180,8 +181,6 @@ def blind_directions(points: Points, fit: FrictionFit) -> tuple[tuple[str, ...],
     """
     seen = points.fitted()
     J = jacobian(seen, fit.y, fit.names) / sigma_of(seen, fit.tau)[:, None]
-    size = np.linalg.norm(J, axis=0)
-    size[size == 0.0] = 1.0
-    _, s, V = np.linalg.svd(J / size, full_matrices=False)
+    _, s, V = scaled_directions(J)
     blind = [row for value, row in zip(s, V, strict=True) if value < ALIKE]
     return tuple(tuple(n for n, v in zip(fit.names, row, strict=True) if abs(v) > SHARE) for row in blind)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import gc
 import logging
 import sys
+from abc import ABC, abstractmethod
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
@@ -31,7 +32,7 @@ class Channel:
 
 
 @dataclass
-class _Measured:
+class _Measured(ABC):
     """What both formats share: channels on time bases."""
 
     name: str
@@ -92,11 +93,13 @@ class _Measured:
             texts[want] = tuple(words[:EXAMPLES]) or ("nan",)
         return values
 
+    @abstractmethod
     def _raw(self, place: int, begin: int, end: int) -> Any:
-        raise NotImplementedError
+        """Samples [begin, end) of a channel as the file has them."""
 
+    @abstractmethod
     def _times(self, base: int, begin: int, end: int) -> FloatArray:
-        raise NotImplementedError
+        """Stamps [s] of the same samples on a time base."""
 
 
 def _numbers(cells: Any) -> tuple[FloatArray, list[str]]:

@@ -53,10 +53,10 @@ def table(header: Sequence[str], rows: Iterable[Sequence[str]], *, chosen: int |
     return f"<table><tr>{head}</tr>{body}</table>"
 
 
-def png(figure: Figure) -> bytes:
-    """A figure as PNG, for a file and for a page."""
+def png(figure: Figure, resolution: int = RESOLUTION) -> bytes:
+    """A figure as PNG of so many dots per inch, for a file and for a page."""
     memory = io.BytesIO()
-    figure.savefig(memory, format="png", dpi=RESOLUTION)
+    figure.savefig(memory, format="png", dpi=resolution)
     return memory.getvalue()
 
 
