@@ -142,6 +142,7 @@ class PumpSet(Spec):
     )
     omega_p: u.Rotation = Field(gt=0, description="shaft speed")
     leak: Text = Field(description="leak table in the library, scaled with D_total")
+    leak_scale: Number | None = Field(default=None, gt=0, description="leak of these pumps over that of the table, as of wear; default 1")
     servo: Servo
 
     @property
@@ -316,6 +317,8 @@ class Control(Spec):
     u_thr: Number = Field(ge=0, lt=1, description="feedforward at which SSC starts to reduce the motors")
     alpha_ns: Fraction = Field(description="motor displacement in normal-speed mode")
     alpha_hs: Fraction = Field(description="motor displacement in high-speed mode")
+    alpha_swl: Fraction | None = Field(default=None, description="displacement that SSC keeps for the SWL (D_calc_min there); default alpha_ns")
+    t_lead: u.Time | None = Field(default=None, ge=0, le=2, description="time by which the PLC extrapolates the tip's motion; default 0")
     t_cycle: u.Time = Field(ge=1e-4, le=1, description="cycle of the controller")
     tau_F: u.Time = Field(ge=0, description="low-pass of the load cell")
     t_bumpless: u.Time = Field(ge=0, description="time over which a mode change is blended")

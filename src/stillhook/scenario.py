@@ -123,6 +123,7 @@ class Scenario(Record):
     """One run. `load` is the hook load without the hook; `s_w` the wire paid out at the start; `tip` the crane tip's motion.
 
     The motion is ramped in over `ramp`; metrics count from `warm_up` on. `modes` changes the mode at given times, bumpless.
+    `gas_held`: the accumulator's pressure stands, as with a gas bank without end, so that a long steady run does not empty it.
     Texts carry units: `Scenario(load="100 t", s_w="100 m", tip="sine 2.8 m 12 s", mode="ssc")`.
     Raises ScenarioError, one line, for anything else.
     """
@@ -141,6 +142,7 @@ class Scenario(Record):
     sensors: Sensors = Field(default_factory=Sensors)
     power_loss: PowerLoss | None = None
     friction: FrictionModel = FrictionModel.LUGRE
+    gas_held: Annotated[bool, Field(strict=True)] = False
 
     @model_validator(mode="before")
     @classmethod

@@ -6,13 +6,15 @@ from stillhook.physics.scalar import clip, fmax, scalar
 
 
 class MotorSettings(NamedTuple):
-    """alpha_min absolute minimum, alpha_ns and alpha_hs settings on the outermost layer [-]; u_thr threshold of SSC [-];
+    """alpha_min absolute minimum, alpha_ns and alpha_hs settings on the outermost layer [-]; alpha_swl displacement
+    that SSC keeps for the SWL on the outermost layer [-]; u_thr threshold of SSC [-];
     i_F_swl inverse of the weight of the safe working load and the hook [1/N]; K_outer K_wire of the outermost layer;
     alpha_hold displacement that the operator holds in manual mode [-], 0 where he leaves it to the PLC."""
 
     alpha_min: float
     alpha_ns: float
     alpha_hs: float
+    alpha_swl: float
     u_thr: float
     i_F_swl: float
     K_outer: float
@@ -40,12 +42,14 @@ def displacement_ssc(k_red, alpha_min):
 
 @scalar
 def displacement_calc_min(F_load, K_wire, settings):
-    """D_calc_min / D_m_max that the load cell asks for [-]: the share that NS keeps for the SWL, kept for the actual load.
+    """D_calc_min / D_m_max that the load cell asks for [-]: the displacement for the SWL in proportion to the actual load.
+
+    alpha_swl is that of NS unless the crane file gives another.
 
     Source: Moslatt 2020 eq. 2.11 and paper C ("30 % of the actual load rather than of the SWL"); the rule itself is not
     printed. F_load [N]; the torque of a given wire force shrinks with the layer, hence K_wire.
     """
-    return clip(settings.alpha_ns * F_load * settings.i_F_swl * settings.K_outer / K_wire, 0.0, 1.0)
+    return clip(settings.alpha_swl * F_load * settings.i_F_swl * settings.K_outer / K_wire, 0.0, 1.0)
 
 
 @scalar

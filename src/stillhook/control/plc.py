@@ -24,7 +24,8 @@ SSC_CUBIC = 6.0
 
 class Plc(NamedTuple):
     """Settings: t_cycle [s]; tau_F low-pass of the load cell [s]; tau_p slow mean of the accumulator pressure [s];
-    t_bumpless time constant in which a command's jump at a mode change fades [s]."""
+    t_bumpless time constant in which a command's jump at a mode change fades [s]; t_lead time by which the motion unit's signals are
+    extrapolated [s]."""
 
     gains: AhcGains
     motors: MotorSettings
@@ -32,6 +33,7 @@ class Plc(NamedTuple):
     tau_F: float
     tau_p: float
     t_bumpless: float
+    t_lead: float
 
 
 class Sensed(NamedTuple):
@@ -85,6 +87,17 @@ def low_pass(held, x, tau, t_cycle):
 
 
 @scalar
+def ahead(y, t_lead):
+    """The tip's motion as it will be t_lead [s] later, its acceleration held: s + v t + a t^2 / 2, v + a t.
+
+    It makes up for what the motion signal is late by (sensor, half a cycle), so that reference and wire are compared at one time.
+    """
+    s_tip = y.s_tip + t_lead * (y.v_tip + 0.5 * t_lead * y.a_tip)
+    v_tip = y.v_tip + t_lead * y.a_tip
+    return Sensed(s_tip, v_tip, y.a_tip, y.v_op, y.s_op, y.mode, y.f_pump, y.s_w, y.F, y.alpha_m, y.K_wire)
+
+
+@scalar
 def reference_datum(y, m):
     """Datum of the wire reference: kept while compensating, laid at the present wire while not, so that e_c starts at 0."""
     holding = m.mode > MANUAL and y.mode > MANUAL
@@ -127,11 +140,12 @@ def motor_demand(y, u_ff, F, plc):
 
 
 @scalar
-def cycle(y, m, p_hp, plc):
+def cycle(sensed, m, p_hp, plc):
     """One cycle: what was read and remembered gives the commands and the new memory.
 
     Bumpless mode change: the commands start where they were and the difference fades with t_bumpless.
     """
+    y = ahead(sensed, plc.t_lead)
     datum = reference_datum(y, m)
     e_c = datum + y.s_tip - y.s_op - y.s_w
     F = low_pass(m.F, y.F, plc.tau_F, plc.t_cycle)

@@ -38,6 +38,8 @@ def check(crane: Crane, case: Scenario) -> None:
     _check_load(crane, case)
     _check_times(crane, case)
     _check_held(crane, case)
+    if case.gas_held and crane.passive is None:
+        raise ScenarioError(f'gas_held: "{crane.name}" has no accumulator. Leave it out.')
     wire = wire_usable(drum_record(crane))
     if case.s_w > wire:
         raise ScenarioError(
@@ -232,7 +234,7 @@ def _stroke_notes(crane: Crane, case: Scenario, s_tip_pp: float, d: float) -> li
         p_0 = show(acc.gas.p_0, "pressure")
         out.append(f"holding the load takes {alpha:.0%} of the passive motors at {p_0}: the rest loads the active circuit")
     V = load_record(crane, case).W * s_tip_pp / (acc.gas.p_0 - crane.passive.p_lp)
-    if V > acc.V_stroke:
+    if V > acc.V_stroke and not case.gas_held:
         out.append(
             f"compensating {show(s_tip_pp, 'length')} at this load moves about {show(V, 'volume')} of oil, more than the accumulator's "
             f"stroke of {show(acc.V_stroke, 'volume')}: the piston will run into its ends"

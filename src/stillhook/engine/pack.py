@@ -40,6 +40,8 @@ MODE_CODE = {
     Mode.SSC: SSC,
     Mode.SSC_CUBIC: SSC_CUBIC,
 }
+HELD = 1.0e4
+"""Size of the accumulator whose pressure stands, over that of the crane: cubic metres of oil then move it by hundredths of a bar."""
 DP_LEAST = 1.0e6
 """Pressure below which the passive torque law stops dividing by it [Pa]: 10 bar, far below any charge."""
 
@@ -100,7 +102,7 @@ def pump_leak(pump: spec.PumpSet) -> PumpLeak:
     Speeds between the two measured ones are interpolated linearly; beyond them the line goes on.
     """
     table = leak_table(pump.leak)
-    (w_1, w_2), scale = table.omega, pump.D_total / table.D_ref
+    (w_1, w_2), scale = table.omega, pump.D_total / table.D_ref * (1.0 if pump.leak_scale is None else pump.leak_scale)
     f = (pump.omega_p - w_1) / (w_2 - w_1)
     rows = sorted(zip(table.D, table.C[0], table.C[1], strict=True))
     parts = [round(D / table.D_ref, 3) for D, _, _ in rows]
@@ -146,10 +148,10 @@ def active_record(crane: Crane) -> ActiveCircuit:
     )
 
 
-def _passive(crane: Crane) -> active_passive.PassiveCircuit:
+def _passive(crane: Crane, gas_held: bool) -> active_passive.PassiveCircuit:
     p = crane.passive
     assert p is not None
-    acc, pump = p.accumulator, _pumps(p.pump)
+    acc, pump = _held(p.accumulator) if gas_held else p.accumulator, _pumps(p.pump)
     return active_passive.PassiveCircuit(
         pumps=pump,
         pump_servo=_servo(p.pump.servo, -1.0),
@@ -175,6 +177,12 @@ def _passive(crane: Crane) -> active_passive.PassiveCircuit:
         n_full=p.motor.n_max_full,
         n_max=p.motor.n_max,
     )
+
+
+def _held(acc: spec.Accumulator) -> spec.Accumulator:
+    """The accumulator with a bank so large that its pressure stands."""
+    gas = acc.gas.model_copy(update={"V_0": HELD * acc.gas.V_0})
+    return acc.model_copy(update={"V_stroke": HELD * acc.V_stroke, "gas": gas})
 
 
 def drum_record(crane: Crane) -> Drum:
@@ -233,8 +241,9 @@ def plc_record(crane: Crane, operator: Operator | None = None) -> Plc:
     K_outer = K_wire(layer_diameter(drum.layers, drum), drum)
     F_swl = (crane.SWL + crane.hook_mass) * G
     alpha_hold = (operator.alpha_m or 0.0) if operator is not None else 0.0
-    settings = MotorSettings(crane.active.motor.alpha_min, c.alpha_ns, c.alpha_hs, c.u_thr, 1.0 / F_swl, K_outer, alpha_hold)
-    return Plc(gains(crane), settings, c.t_cycle, c.tau_F, c.tau_acc, c.t_bumpless)
+    alpha_swl = c.alpha_ns if c.alpha_swl is None else c.alpha_swl
+    settings = MotorSettings(crane.active.motor.alpha_min, c.alpha_ns, c.alpha_hs, alpha_swl, c.u_thr, 1.0 / F_swl, K_outer, alpha_hold)
+    return Plc(gains(crane), settings, c.t_cycle, c.tau_F, c.tau_acc, c.t_bumpless, c.t_lead or 0.0)
 
 
 def pack(crane: Crane, case: Scenario) -> Packed:
@@ -247,5 +256,5 @@ def pack(crane: Crane, case: Scenario) -> Packed:
     if crane.plant is spec.Plant.PURE_ACTIVE:
         params: Any = pure_active.Params(active_record(crane), hoist, plc_record(crane, case.operator), sensors)
         return Packed(pure_active, crane.plant.value, params, memory, case.s_w)
-    params = active_passive.Params(active_record(crane), _passive(crane), hoist, plc_record(crane, case.operator), sensors)
+    params = active_passive.Params(active_record(crane), _passive(crane, case.gas_held), hoist, plc_record(crane, case.operator), sensors)
     return Packed(active_passive, crane.plant.value, params, memory, case.s_w)
