@@ -317,7 +317,7 @@ class Control(Spec):
     u_thr: Number = Field(ge=0, lt=1, description="feedforward at which SSC starts to reduce the motors")
     alpha_ns: Fraction = Field(description="motor displacement in normal-speed mode")
     alpha_hs: Fraction = Field(description="motor displacement in high-speed mode")
-    alpha_swl: Fraction | None = Field(default=None, description="displacement that SSC keeps for the SWL (D_calc_min there); default alpha_ns")
+    alpha_swl: Fraction | None = Field(default=None, description="displacement that SSC keeps for the SWL (D_calc_min); default alpha_ns")
     t_lead: u.Time | None = Field(default=None, ge=0, le=2, description="time by which the PLC extrapolates the tip's motion; default 0")
     t_cycle: u.Time = Field(ge=1e-4, le=1, description="cycle of the controller")
     tau_F: u.Time = Field(ge=0, description="low-pass of the load cell")
