@@ -1,0 +1,362 @@
+"""How far the position loop is from swinging: gain, phase and delay margins and sensitivity peak, for a loop in continuous time and for the
+loop as a PLC closes it, sampled exactly, with any delay.
+
+A loop here is what lies between the feedback's share of the pump command and the wire hoisted, at K_p = 1 1/m and cut at K_p. What follows
+holds for loops that are stable at small gains, as every loop with one integrator around a stable winch is.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import expm, matrix_balance
+from scipy.optimize import brentq, minimize_scalar
+
+from stillhook.analysis.transfer import loop_matrices
+from stillhook.crane import Crane
+from stillhook.errors import StillhookError
+
+FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+
+POINTS = 1500
+"""Points of the coarse grid of frequencies, from LOWEST of the slowest mode to HIGHEST of the fastest one or the Nyquist frequency."""
+LOWEST, HIGHEST = 1e-3, 30.0
+AROUND = np.sort(np.concatenate([s * np.geomspace(1e-3, 8.0, 12) for s in (-1.0, 1.0)]))
+"""Extra points about each mode, in half widths of its resonance: the least damped one is then seen whole."""
+DELAYS = 20
+"""Most delays between none and the given one that `strongest_gain` looks at."""
+GAIN_MARGIN = 2.0
+PHASE_MARGIN = math.radians(45.0)
+SENSITIVITY_PEAK = 2.0
+"""Margins that `strongest_gain` keeps unless told otherwise: 6 dB and 45 degrees, and M_s = 2, the upper end of the usual 1.2 to 2.0.
+Source: Astrom and Murray, Feedback Systems, section 10.3 (gain margin 2 to 5, phase margin 30 to 60 degrees, M_s 1.2 to 2)."""
+
+
+@dataclass(frozen=True)
+class ContinuousLoop:
+    """State space of the loop at K_p = 1, input pump command, output wire hoisted [m]; delay [s] anywhere in the loop."""
+
+    A: FloatArray
+    B: FloatArray
+    C: FloatArray
+    delay: float = 0.0
+
+    @property
+    def nyquist(self) -> float:
+        """Highest frequency at which the loop acts [rad/s]: no end."""
+        return math.inf
+
+    def modes(self) -> ComplexArray:
+        """Open-loop poles [1/s]."""
+        return np.linalg.eigvals(self.A).astype(np.complex128)
+
+    def response(self, omega: FloatArray) -> ComplexArray:
+        """L(i omega) at K_p = 1; omega [rad/s]."""
+        s = np.asarray(1j * omega, dtype=np.complex128)
+        return np.asarray(_resolvent(self.A, self.B, self.C, s) * np.exp(-s * self.delay), dtype=np.complex128)
+
+    def closed_poles(self, K_p: float) -> ComplexArray:
+        """Poles of the closed loop [1/s]. Errors: StillhookError with a delay, which gives infinitely many."""
+        if self.delay > 0.0:
+            raise StillhookError(f"delay {self.delay:g} s: a continuous loop with delay has no end of poles. Sample it first.")
+        return np.linalg.eigvals(self.A - K_p * np.outer(self.B, self.C)).astype(np.complex128)
+
+
+@dataclass(frozen=True)
+class SampledLoop:
+    """The loop as the PLC sees it at its cycles of t_cycle [s]: x' = Phi x + Gamma_0 u(k - n) + Gamma_1 u(k - n - 1), output C x [m]."""
+
+    Phi: FloatArray
+    Gamma_0: FloatArray
+    Gamma_1: FloatArray
+    C: FloatArray
+    t_cycle: float
+    n: int = 0
+
+    @property
+    def nyquist(self) -> float:
+        """Half the sampling frequency [rad/s]."""
+        return math.pi / self.t_cycle
+
+    def modes(self) -> ComplexArray:
+        """Open-loop poles as those of the continuous loop that they come from [1/s]; poles at z = 0 are left out."""
+        z = np.linalg.eigvals(self.Phi).astype(np.complex128)
+        return np.asarray(np.log(z[np.abs(z) > 1e-12]) / self.t_cycle, dtype=np.complex128)
+
+    def response(self, omega: FloatArray) -> ComplexArray:
+        """L(e^{i omega t_cycle}) at K_p = 1; omega up to the Nyquist frequency [rad/s]."""
+        z = np.asarray(np.exp(1j * omega * self.t_cycle), dtype=np.complex128)
+        now = _resolvent(self.Phi, self.Gamma_0, self.C, z)
+        before = _resolvent(self.Phi, self.Gamma_1, self.C, z) if np.any(self.Gamma_1) else 0.0
+        return np.asarray((now + before / z) * z ** (-self.n), dtype=np.complex128)
+
+    def closed_matrix(self, K_p: float) -> FloatArray:
+        """Matrix of one cycle of the closed loop: state, then the commands still on their way, newest first."""
+        held = self.n + (1 if np.any(self.Gamma_1) else 0)
+        size = len(self.Phi)
+        M = np.zeros((size + held, size + held))
+        M[:size, :size] = self.Phi
+        u = np.zeros(size + held)
+        u[:size] = -K_p * self.C
+        for past, gamma in ((self.n, self.Gamma_0), (self.n + 1, self.Gamma_1)):
+            if past == 0:
+                M[:size] += np.outer(gamma, u)
+            elif past <= held:
+                M[:size, size + past - 1] += gamma
+        if held:
+            M[size] = u
+            M[size + 1 :, size:-1] = np.eye(held - 1)
+        return M
+
+    def closed_poles(self, K_p: float) -> ComplexArray:
+        """Poles of the closed loop in the z-plane: stable within the unit circle."""
+        return np.linalg.eigvals(self.closed_matrix(K_p)).astype(np.complex128)
+
+
+Loop = ContinuousLoop | SampledLoop
+
+
+class Margins(NamedTuple):
+    """Of the position loop with its K_p [1/m]: gain_margin K_p of marginal stability over K_p [-] and its frequency omega_c [rad/s];
+    phase_margin [rad] at the gain crossover omega_gc [rad/s] where it is least, negative where the loop is unstable; delay_margin extra
+    delay that brings the loop to its limit [s]; sensitivity_peak M_s = max |1/(1 + L)| [-] at omega_s [rad/s]; stable."""
+
+    gain_margin: float
+    omega_c: float
+    phase_margin: float
+    omega_gc: float
+    delay_margin: float
+    sensitivity_peak: float
+    omega_s: float
+    stable: bool
+
+
+def position_loop(crane: Crane, alpha_m: float = 1.0, *, K_wire: float = 1.0) -> ContinuousLoop:
+    """The published position loop, without PLC and delay (Moslatt 2020 paper E eqs 14 to 20); see `stillhook.analysis.transfer`."""
+    return balanced(*loop_matrices(crane, alpha_m, K_wire=K_wire))
+
+
+def balanced(A: FloatArray, B: FloatArray, C: FloatArray, delay: float = 0.0) -> ContinuousLoop:
+    """The loop in states of like size (pascals and radians beside each other cost digits)."""
+    scaled, (scale, _) = matrix_balance(A, permute=False, separate=True)
+    return ContinuousLoop(scaled, B / scale, C * scale, delay)
+
+
+def sampled(loop: ContinuousLoop, t_cycle: float, delay: float = 0.0) -> SampledLoop:
+    """The loop as a PLC of cycle t_cycle [s] closes it: commands held for a cycle, everything else exact; delay [s] adds to the loop's own.
+
+    The delay is that of the whole way around: encoder, bus, computing. It need not be a whole number of cycles.
+    Source: Astrom and Wittenmark, Computer-Controlled Systems, section 2.3 (sampling of systems with time delay).
+    """
+    n, rest = divmod((delay + loop.delay) / t_cycle, 1.0)
+    if rest > 1.0 - 1e-9:
+        n, rest = n + 1.0, 0.0
+    rest = 0.0 if rest < 1e-9 else rest * t_cycle
+    Phi, _ = hold_matrices(loop.A, loop.B[:, None], t_cycle)
+    late_Phi, early = hold_matrices(loop.A, loop.B[:, None], t_cycle - rest)
+    _, late = hold_matrices(loop.A, loop.B[:, None], rest)
+    return SampledLoop(Phi, early[:, 0], late_Phi @ late[:, 0], loop.C, t_cycle, int(n))
+
+
+def hold_matrices(A: FloatArray, B: FloatArray, t: float) -> tuple[FloatArray, FloatArray]:
+    """e^{A t} and what a command held for t [s] adds, exactly (one matrix exponential of both)."""
+    size, inputs = B.shape
+    both = np.zeros((size + inputs, size + inputs))
+    both[:size, :size], both[:size, size:] = A, B
+    E = expm(both * t)
+    return E[:size, :size], E[:size, size:]
+
+
+def margins(loop: Loop, K_p: float) -> Margins:
+    """Margins of a loop at the gain K_p [1/m], of all its crossovers the nearest to the limit.
+
+    Errors: StillhookError for a gain that is not above 0.
+    """
+    if not K_p > 0.0:
+        raise StillhookError(f"K_p = {K_p:g} 1/m: a loop without feedback has no margins. Give a gain above 0.")
+    omega = _grid(loop)
+    L = K_p * loop.response(omega)
+    K_ms, omega_c = _limit(loop, omega, L / K_p)
+    stable = is_stable(loop, K_p, K_ms)
+    gain_crossovers = _roots(loop, omega, np.log(np.abs(L)), lambda L_1: math.log(K_p * abs(L_1)))
+    phase_margin, omega_gc, delay_margin = _phase(loop, gain_crossovers, stable)
+    M_s, omega_s = _peak(loop, K_p, omega, L)
+    return Margins(K_ms / K_p, omega_c, phase_margin, omega_gc, delay_margin, M_s, omega_s, stable)
+
+
+def gain_limit_of(loop: Loop) -> tuple[float, float]:
+    """Least gain at which the loop swings [1/m], and the frequency of it [rad/s]: where the response first passes -1 as the gain grows.
+
+    Both are infinite for a loop that never does.
+    """
+    omega = _grid(loop)
+    return _limit(loop, omega, loop.response(omega))
+
+
+def is_stable(loop: Loop, K_p: float, K_ms: float | None = None) -> bool:
+    """Whether the closed loop dies out, by its poles; a continuous loop with delay by its gain limit K_ms."""
+    if isinstance(loop, SampledLoop):
+        return bool(np.max(np.abs(loop.closed_poles(K_p))) < 1.0)
+    if loop.delay == 0.0:
+        return bool(np.max(loop.closed_poles(K_p).real) < 0.0)
+    return K_p < (gain_limit_of(loop)[0] if K_ms is None else K_ms)
+
+
+def strongest_gain(
+    crane: Crane,
+    *,
+    alpha_m: float | None = None,
+    delay: float = 0.0,
+    gain_margin: float = GAIN_MARGIN,
+    phase_margin: float = PHASE_MARGIN,
+    sensitivity: float = SENSITIVITY_PEAK,
+) -> float:
+    """Largest position gain K_p [1/m] that keeps all three margins, with the crane's PLC and any delay in the loop up to the one given.
+
+    Parameters: alpha_m displacement of the motors [-], default the least that any mode may use, where the limit is lowest; delay [s] of
+    the whole way around (encoder, bus, computing), not that of the motion unit, which is outside the loop; gain_margin above 1 [-],
+    phase_margin [rad] between 0 and 90 degrees, sensitivity peak M_s above 1 [-] that are kept.
+
+    Model: the published position loop on the outermost layer (paper E eqs 14 to 20), sampled exactly with the PLC's cycle. There the gain
+    limit is lowest: on inner layers wire per motor turn and inertia are less.
+    The loop meets its limit on the resonance of the oil, which a delay turns away from -1: with a delay of a fraction of its period the
+    limit is higher. A gain that counts on a delay fails where the delay is shorter, hence all delays up to the given one are kept.
+    Errors: StillhookError for numbers outside these ranges.
+    Differs from print: paper E gives K_p = 0.16 1/m without saying how far it is from the limit.
+    """
+    _check_wanted(delay, gain_margin, phase_margin, sensitivity)
+    alpha = crane.active.motor.alpha_min if alpha_m is None else alpha_m
+    t_cycle, loop = crane.control.t_cycle, position_loop(crane, alpha)
+    delays = np.linspace(0.0, delay, min(math.ceil(delay / t_cycle), DELAYS) + 1)
+    return min(strongest(sampled(loop, t_cycle, float(d)), gain_margin, phase_margin, sensitivity) for d in delays)
+
+
+def strongest(
+    loop: Loop, gain_margin: float = GAIN_MARGIN, phase_margin: float = PHASE_MARGIN, sensitivity: float = SENSITIVITY_PEAK
+) -> float:
+    """Largest gain of any loop that keeps the three margins [1/m]; see `strongest_gain`.
+
+    As the gain grows from 0, each frequency breaks a margin at a gain of its own; the least of those is the answer.
+    """
+    omega = _grid(loop)
+    L = loop.response(omega)
+    K_gain = _limit(loop, omega, L)[0] / gain_margin
+    K_phase = _least(loop, omega, L, lambda l: _phase_breaks(l, phase_margin))
+    K_edge = min(_on_ray(loop, omega, L, phase_margin), _on_ray(loop, omega, L, -phase_margin))
+    K_peak = _least(loop, omega, L, lambda l: _sensitivity_breaks(l, sensitivity))
+    return float(min(K_gain, K_phase, K_edge, K_peak))
+
+
+def _on_ray(loop: Loop, omega: FloatArray, L: ComplexArray, beyond: float) -> float:
+    """Least gain at which the response crosses the unit circle at the angle `beyond` past -180 degrees."""
+    turn = -np.exp(-1j * beyond)
+    crossed = [loop.response(np.array([w]))[0] for w in _roots(loop, omega, np.imag(L * turn), lambda l: float(np.imag(l * turn)))]
+    return min((float(1.0 / abs(l)) for l in crossed if np.real(l * turn) > 0.0), default=math.inf)
+
+
+def _check_wanted(delay: float, gain_margin: float, phase_margin: float, sensitivity: float) -> None:
+    if not 0.0 <= delay < 10.0:
+        raise StillhookError(f"delay = {delay:g} s: allowed is 0 up to 10 s.")
+    if not gain_margin > 1.0:
+        raise StillhookError(f"gain_margin = {gain_margin:g}: a stable loop has more than 1. Give a number above 1.")
+    if not 0.0 < phase_margin < math.pi / 2.0:
+        raise StillhookError(f"phase_margin = {phase_margin:g} rad: give one above 0 and below pi/2.")
+    if not sensitivity > 1.0:
+        raise StillhookError(f"sensitivity = {sensitivity:g}: the peak of a loop is above 1. Give a number above 1.")
+
+
+def _resolvent(A: FloatArray, B: FloatArray, C: FloatArray, s: ComplexArray) -> ComplexArray:
+    """C (s - A)^-1 B at many s."""
+    M = s[:, None, None] * np.eye(len(A)) - A
+    x = np.linalg.solve(M, np.broadcast_to(B.astype(np.complex128)[:, None], (len(s), len(A), 1)))
+    return np.asarray((C @ x[:, :, 0].T), dtype=np.complex128)
+
+
+def _grid(loop: Loop) -> FloatArray:
+    """Frequencies at which crossovers are sought [rad/s]."""
+    modes = loop.modes()
+    swinging = modes[np.abs(modes) > 1e-6]
+    size = np.abs(swinging)
+    top = min(HIGHEST * float(size.max()), loop.nyquist * (1.0 - 1e-9))
+    coarse = np.geomspace(LOWEST * float(size.min()), top, POINTS)
+    near = [abs(p.imag) + abs(p.real) * AROUND for p in swinging if abs(p.imag) > abs(p.real)]
+    omega = np.unique(np.concatenate([coarse, *near]))
+    return np.asarray(omega[(omega >= coarse[0]) & (omega <= top)], dtype=np.float64)
+
+
+def _roots(loop: Loop, omega: FloatArray, values: FloatArray, f: Callable[[complex], float]) -> list[float]:
+    """Frequencies at which f(L) passes zero; values f on the grid."""
+    at = np.nonzero(np.signbit(values[:-1]) != np.signbit(values[1:]))[0]
+
+    def g(w: float) -> float:
+        return float(f(complex(loop.response(np.array([w]))[0])))
+
+    return [float(brentq(g, omega[i], omega[i + 1], xtol=1e-13, rtol=1e-14)) for i in at if math.isfinite(values[i] + values[i + 1])]
+
+
+def _limit(loop: Loop, omega: FloatArray, L: ComplexArray) -> tuple[float, float]:
+    """Gain and frequency at which the response first reaches -1."""
+    at = _roots(loop, omega, L.imag, lambda l: l.imag)
+    left = [(-l.real, w) for w in at if (l := complex(loop.response(np.array([w]))[0])).real < 0.0]
+    if not left:
+        return math.inf, math.inf
+    size, w = max(left)
+    return 1.0 / size, w
+
+
+def _phase(loop: Loop, crossovers: list[float], stable: bool) -> tuple[float, float, float]:
+    """Phase margin, its crossover, delay margin."""
+    if not crossovers:
+        return math.inf, math.nan, math.inf
+    w = np.array(crossovers)
+    beyond = np.angle(-loop.response(w))  # phase beyond -180 degrees, within half a turn
+    if not stable:
+        i = int(np.argmin(beyond)) if np.any(beyond < 0.0) else int(np.argmin(np.abs(beyond)))
+        return -abs(float(beyond[i])), float(w[i]), -abs(float(beyond[i])) / float(w[i])
+    i = int(np.argmin(np.abs(beyond)))
+    return abs(float(beyond[i])), float(w[i]), float(np.min(np.mod(beyond, 2.0 * math.pi) / w))
+
+
+def _peak(loop: Loop, K_p: float, omega: FloatArray, L: ComplexArray) -> tuple[float, float]:
+    """Largest |1/(1 + L)| and its frequency."""
+    i = int(np.argmin(np.abs(1.0 + L)))
+    w = _nearest_least(omega, i, lambda w: abs(1.0 + K_p * complex(loop.response(np.array([w]))[0])))
+    return 1.0 / abs(1.0 + K_p * complex(loop.response(np.array([w]))[0])), w
+
+
+def _least(loop: Loop, omega: FloatArray, L: ComplexArray, f: Callable[[ComplexArray], FloatArray]) -> float:
+    """Least value of f(L) over frequency."""
+    values = np.asarray(f(L))
+    i = int(np.argmin(values))
+    if not math.isfinite(float(values[i])):
+        return math.inf
+    high = 10.0 * float(values[i])  # in place of infinite
+    w = _nearest_least(omega, i, lambda w: min(float(f(loop.response(np.array([w])))[0]), high))
+    return min(float(values[i]), float(f(loop.response(np.array([w])))[0]))
+
+
+def _nearest_least(omega: FloatArray, i: int, f: Callable[[float], float]) -> float:
+    """The least of f between the neighbours of the grid's least."""
+    bounds = (omega[max(i - 1, 0)], omega[min(i + 1, len(omega) - 1)])
+    found = minimize_scalar(f, bounds=bounds, method="bounded", options={"xatol": 1e-12 * float(omega[i])})
+    return float(found.x) if found.fun <= f(float(omega[i])) else float(omega[i])
+
+
+def _phase_breaks(L: ComplexArray, phase_margin: float) -> FloatArray:
+    """Gain that puts each frequency on the unit circle where that breaks the phase margin, else infinite."""
+    inside = np.abs(np.angle(-L)) < phase_margin
+    return np.where(inside, 1.0 / np.abs(L), np.inf)
+
+
+def _sensitivity_breaks(L: ComplexArray, M_s: float) -> FloatArray:
+    """Least gain with |1 + K L| = 1/M_s at each frequency, infinite where there is none."""
+    size, real = np.abs(L) ** 2, L.real
+    inside = real**2 - size * (1.0 - M_s**-2)
+    hit = (real < 0.0) & (inside >= 0.0)
+    return np.where(hit, (-real - np.sqrt(np.maximum(inside, 0.0))) / size, np.inf)
