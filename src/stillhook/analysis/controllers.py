@@ -1,0 +1,160 @@
+"""Controllers that are put beside each other: a motor law (mode) and the settings that it runs with, by name or from a file."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from stillhook.crane import Control, Crane, MotorSet
+from stillhook.errors import SpecError, StillhookError
+from stillhook.library import changed
+from stillhook.library.files import nearest, parsed, toml_text
+from stillhook.library.write import toml_value
+from stillhook.scenario import Mode
+from stillhook.units import came
+
+Changes = Mapping[str, Any]
+
+STRONG = "strong-ssc"
+PLAIN = {m.value: m for m in Mode if m is not Mode.MANUAL}
+NAMES = (Mode.NS.value, Mode.HS.value, Mode.SSC.value, Mode.SSC_CUBIC.value, Mode.LEVEL_1.value, Mode.LEVEL_2.value, STRONG)
+"""Names that `controller` knows without a file."""
+SETTINGS: Mapping[tuple[str, ...], tuple[str, ...]] = {
+    ("control",): tuple(Control.model_fields),
+    ("active", "motor"): tuple(n for n in MotorSet.model_fields if n in ("alpha_min", "servo", "variant", "offset", "hysteresis")),
+}
+"""What a controller's file may set, by its table: what belongs to the machine itself stays the crane's."""
+
+
+@dataclass(frozen=True)
+class Controller:
+    """How a winch is controlled: `mode` is the law of the motors, `changes` what differs from the crane's own settings.
+
+    name: what tables and pictures call it; changes: nested tables as a crane file has them, ``{"control": {"K_p": "0.3 1/m"}}``, or the
+    rule that gives them for a crane (strong SSC, whose gain follows from the machine).
+    """
+
+    name: str
+    mode: Mode
+    changes: Changes | Callable[[Crane], Changes] = field(default_factory=dict)
+
+    def changes_on(self, crane: Crane) -> Changes:
+        """The changes for this crane, worked out where a rule gives them."""
+        return self.changes(crane) if callable(self.changes) else self.changes
+
+    def on(self, crane: Crane) -> Crane:
+        """The crane with this controller's settings; the crane itself where nothing differs.
+
+        Errors: SpecError, UnitError of one line that names the controller and the field.
+        """
+        changes = self.changes_on(crane)
+        if not changes:
+            return crane
+        try:
+            return changed(crane, changes)
+        except StillhookError as problem:
+            raise type(problem)(f'controller "{self.name}": {problem}') from None
+
+
+def controller(name_or_path: str | Path) -> Controller:
+    """A controller by name (`NAMES`), or from a TOML file whose stem becomes its name.
+
+    A file gives the motor law and what differs from the crane, each number with its unit::
+
+        mode = "ssc"
+        [control]
+        K_p = "0.3 1/m"
+        u_thr = 0.5
+        [active.motor]
+        alpha_min = 0.55
+
+    `level-1` to `ssc-cubic` run with the crane's own settings; `strong-ssc` is SSC with the gain that the margins allow and a
+    time-aligned reference (`stillhook.analysis.strong`).
+
+    Errors: SpecError of one line for a name or a file that is no controller.
+    """
+    if isinstance(name_or_path, str) and name_or_path in PLAIN:
+        return Controller(name_or_path, PLAIN[name_or_path])
+    if name_or_path == STRONG:
+        return Controller(STRONG, Mode.SSC, _strong)
+    if not isinstance(name_or_path, (str, Path)):
+        raise SpecError(f"Controller = {came(name_or_path)}: give a name ({', '.join(NAMES)}) or the path of a file.")
+    path = Path(name_or_path)
+    if path.suffix != ".toml":
+        hint = nearest(str(name_or_path), NAMES)
+        raise SpecError(f"No controller {came(str(name_or_path))}: there are {', '.join(NAMES)}{hint} A file's name ends in .toml.")
+    return _from_file(path)
+
+
+def controllers(names: str) -> list[Controller]:
+    """Controllers named in one text, with commas between them. Errors: SpecError for none, or one named twice."""
+    found = [controller(n.strip()) for n in names.split(",") if n.strip()]
+    if not found:
+        raise SpecError(f"Controllers = {came(names)}: name at least one, such as ns,hs,ssc.")
+    labels = [c.name for c in found]
+    if twice := next((n for n in labels if labels.count(n) > 1), None):
+        raise SpecError(f'Controllers: "{twice}" is named twice. Name each controller once; rename the file of one of them.')
+    return found
+
+
+def controller_toml(which: Controller, crane: Crane, comment: str = "") -> str:
+    """The controller as a file that `controller` reads; comment: lines that say where its numbers are from."""
+    lines = [f"# {line}".rstrip() for line in comment.splitlines()] + [f"mode = {toml_value(which.mode.value)}"]
+    for path, value in _values(which.changes_on(crane)):
+        *table, name = path
+        head = f"[{'.'.join(table)}]"
+        if head not in lines:
+            lines += ["", head]
+        lines.append(f"{name} = {toml_value(value)}")
+    return "\n".join(lines) + "\n"
+
+
+def _values(node: Changes, path: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], Any]]:
+    """Path and plain value of every setting, the values of a table before the tables in it."""
+    for key, item in sorted(node.items(), key=lambda pair: isinstance(pair[1], Mapping) and "value" not in pair[1]):
+        if isinstance(item, Mapping) and "value" not in item:
+            yield from _values(item, (*path, key))
+        else:
+            yield (*path, key), item["value"] if isinstance(item, Mapping) else item
+
+
+def _from_file(path: Path) -> Controller:
+    text = toml_text(path)
+    if not text.strip():
+        raise SpecError(f'{path.name}: empty. Start it with mode = "ssc", and settings under [control].')
+    table = parsed(text, path.name)
+    mode = table.pop("mode", None)
+    if not isinstance(mode, str) or mode not in PLAIN:
+        what = "missing" if mode is None else f"{came(mode)}: not a controller of the motors"
+        raise SpecError(f"{path.name}: mode {what}. Give one of {', '.join(PLAIN)}.")
+    _check_keys(table, path.name)
+    return Controller(path.stem, PLAIN[mode], table)
+
+
+def _check_keys(table: Mapping[str, Any], name: str) -> None:
+    """Refuse what is no setting of a controller, with the nearest one there is."""
+    if not isinstance(table.get("active", {}), Mapping):
+        raise SpecError(f"{name}: active = {came(table['active'])}: a table is due. Write [active.motor] and its settings under it.")
+    for where, fields in SETTINGS.items():
+        part: Any = table
+        for key in where:
+            part = part.get(key, {})
+        place = ".".join(where)
+        if not isinstance(part, Mapping):
+            raise SpecError(f"{name}: {place} = {came(part)}: a table is due. Write [{place}] and its settings under it.")
+        for key in part:
+            if key not in fields:
+                raise SpecError(f"{name}: {place}.{key}: no setting of a controller; there are {', '.join(fields)}{nearest(key, fields)}")
+    tables, active = {where[0] for where in SETTINGS}, table.get("active", {})
+    strange = [k for k in table if k not in tables] + [f"active.{k}" for k in active if k != "motor"]
+    if strange:
+        have = ", ".join(f"[{'.'.join(w)}]" for w in SETTINGS)
+        raise SpecError(f"{name}: {strange[0]}: a controller's file has mode and the tables {have}. Put it under one of them.")
+
+
+def _strong(crane: Crane) -> Changes:
+    from stillhook.analysis.strong import strong_changes  # heavy: the margins linearise the whole plant
+
+    return strong_changes(crane)
