@@ -79,12 +79,13 @@ def reduction_lead(crane: Crane, v_peak: float, period: float, *, K_wire: float 
     return period * math.acos(min(start, 1.0)) / (2.0 * math.pi)
 
 
-def motor_law(crane: Crane, mode: Mode, F: float = 0.0, K_wire: float = 1.0) -> Callable[[float], float]:
+def motor_law(crane: Crane, mode: Mode, F: float = 0.0, K_wire: float = 1.0, *, plc: Plc | None = None) -> Callable[[float], float]:
     """What the PLC asks of the motors as a function of the feedforward u_ff [-], with F on the load cell [N]: the PLC's own law.
 
-    Published numbers put the outermost layer on the printed outer diameter: NS and HS settings hold at K_wire = 1.
+    Published numbers put the outermost layer on the printed outer diameter: NS and HS settings hold at K_wire = 1. plc: settings of
+    the plant, for which they hold on the centre of its outermost wire.
     """
-    plc = _published_plc(crane)
+    plc = _published_plc(crane) if plc is None else plc
     y = Sensed(0.0, 0.0, 0.0, 0.0, 0.0, MODE_CODE[mode], 1.0, 0.0, F, 1.0, K_wire)
 
     def law(u_ff: float) -> float:
@@ -107,8 +108,11 @@ def _alpha_linear(crane: Crane, x: float, F: float, K_wire: float) -> float:
 
 
 def _alpha(crane: Crane, mode: Mode, x: float, F: float, K_wire: float) -> float:
-    """Displacement at which law and feedforward agree. The law falls with alpha_m, so there is one such point."""
-    law = motor_law(crane, mode, F, K_wire)
+    return settled(motor_law(crane, mode, F, K_wire), x)
+
+
+def settled(law: Callable[[float], float], x: float) -> float:
+    """Displacement at which law and feedforward x alpha_m agree [-]; x = K_1 |v_w| K_wire. The law falls, so there is one such point."""
 
     def gap(alpha_m: float) -> float:
         return alpha_m - law(x * alpha_m)
