@@ -12,7 +12,13 @@ from importlib import import_module
 from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
-CASES = ("paper_a_motor_models", "paper_c_90t", "paper_d_friction", "paper_e_scenario_2")
+CASES = (
+    "offshore_100t",
+    "paper_a_motor_models",
+    "paper_c_90t",
+    "paper_d_friction",
+    "paper_e_scenario_2",
+)
 MEASURED = ("bench_staircase",)  # need data that are not in the repository: left as they are where those are not at hand
 
 

@@ -1,0 +1,255 @@
+"""Thesis section 2.7.2, 100 t offshore: the speed of the tip that 100 cm^3/rev at u_thr 0.3 tells of, and SSC against NS there."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray
+from batch import SWELL_AND_ROLL, Numbers, side_by_side, sine, wave
+from blocks import percent, save, table, verdict
+from scipy.optimize import brentq
+
+from stillhook import Crane, Scenario, load_crane, simulate
+from stillhook.analysis.steady import motor_law
+from stillhook.engine.pack import gains
+from stillhook.io.figures import four_panels
+from stillhook.library import changed
+from stillhook.scenario import Mode
+from stillhook.sea.motion import Motion
+
+PAGE = "offshore-100t.md"
+CRANE = load_crane("nov-250t")
+D_M = 1075.0  # cm^3/rev, total
+REDUCTION = 100.0  # cm^3/rev: "a total peak reduction ... of approximately 100"
+U_THR, U_THR_USUAL = 0.3, 0.6
+PERIOD = 10.0  # s
+LOAD, S_W = "100 t", "100 m"
+OPEN_LOOP = {"active": {"motor": {"variant": "open-loop-feedback"}}}
+SPEEDS = np.linspace(25.0, 60.0, 8) / 60.0  # m/s
+IRREGULAR = ((1.0, 13.0), (0.8, 11.0), (0.7, 9.4), (0.5, 8.1), (0.3, 7.0))
+STEEL = {"volume": "12.7 m^3", "added_mass": "13 t", "C_D": 1.5, "area": "5 m^2"}  # 7850 kg/m^3; added mass of its own volume
+
+
+def at(crane: Crane, u_thr: float) -> Crane:
+    return changed(crane, {"control": {"u_thr": u_thr}})
+
+
+class Reading(NamedTuple):
+    """A reading of figure 2.33: whether the motors had feedback in closed loop or an offset and play, and whether the figure shows them."""
+
+    label: str
+    lag: float  # of the displacement over the command while the command falls
+    measured: bool
+
+
+MOTOR = CRANE.active.motor
+READINGS = (
+    Reading("motors follow their command (closed loop)", 0.0, True),
+    Reading("open loop; the figure shows the motors", MOTOR.offset + 0.5 * MOTOR.hysteresis, True),
+    Reading("open loop; the figure shows the command", MOTOR.offset + 0.5 * MOTOR.hysteresis, False),
+)
+
+
+def speed_for(u_m: float, lag: float, u_thr: float) -> float:
+    """Steady speed on the published outer diameter at which SSC commands u_m while the motors stand `lag` above it [m/s]."""
+    law = motor_law(at(CRANE, u_thr), Mode.SSC)
+    u_ff = float(brentq(lambda u: law(u) - u_m, u_thr, 1.0))
+    return u_ff / (gains(CRANE).K_1 * min(u_m + lag, 1.0))
+
+
+def speed_read(r: Reading) -> float:
+    """Speed at which the figure shows 100 cm^3/rev with u_thr 0.3 [m/s]."""
+    return speed_for(1.0 - REDUCTION / D_M - (r.lag if r.measured else 0.0), r.lag, U_THR)
+
+
+def speed_triggered(r: Reading) -> float:
+    """Speed above which the figure would show any reduction with u_thr 0.6 [m/s]."""
+    u_m = 1.0 - (r.lag if r.measured else 0.0)
+    return speed_for(u_m, r.lag, U_THR_USUAL) if u_m < 1.0 else U_THR_USUAL / gains(CRANE).K_1
+
+
+def largest_alpha_min() -> float:
+    """Smallest displacement of SSC below which motors that follow show 100 cm^3/rev at 0.3 and nothing at 0.6 [-]: linear law, eq. 2.10."""
+    alpha_m = 1.0 - REDUCTION / D_M
+    k_red = (U_THR_USUAL * alpha_m - U_THR) / (1.0 - U_THR)
+    return 1.0 - (1.0 - alpha_m) / k_red
+
+
+def case(tip: Motion, mode: str, **more: Any) -> Scenario:
+    asked: dict[str, Any] = {"load": LOAD, "s_w": S_W, "warm_up": "40 s", "duration": "118 s", **more}
+    return Scenario(tip=tip, mode=mode, **asked)
+
+
+class Row(NamedTuple):
+    """One variant: what is changed in the crane and in the scenario, and the wave for a given peak speed."""
+
+    label: str
+    changes: Mapping[str, Any] = {}
+    parts: Sequence[tuple[float, float]] = ((1.0, PERIOD),)
+    more: Mapping[str, Any] = {}
+
+    def tip(self, v: float) -> Motion:
+        return sine(v, self.parts[0][1]) if len(self.parts) == 1 else wave(self.parts, v, phase=2.0)
+
+    def crane(self, u_thr: float = U_THR_USUAL) -> Crane:
+        return at(changed(CRANE, self.changes) if self.changes else CRANE, u_thr)
+
+
+K_2 = gains(CRANE).K_2
+BASE = Row("**one sine, 10 s**")
+TWO_SINES = Row("13 s and 6 s, 2 : 0.5", parts=SWELL_AND_ROLL)
+OPEN = Row("motors in open loop with feedback, as on this crane", OPEN_LOOP)
+ROWS = (
+    BASE,
+    Row("6 s", parts=((1.0, 6.0),)),
+    Row("8 s", parts=((1.0, 8.0),)),
+    Row("14 s", parts=((1.0, 14.0),)),
+    TWO_SINES,
+    Row("irregular, five sines from 7 to 13 s", parts=IRREGULAR),
+    OPEN,
+    Row("open loop, 13 s and 6 s", OPEN_LOOP, SWELL_AND_ROLL),
+    Row("NS at 0.70", {"control": {"alpha_ns": 0.7, "alpha_swl": 0.8}}),
+    Row("NS at 0.90", {"control": {"alpha_ns": 0.9, "alpha_swl": 0.8}}),
+    Row("smallest displacement of SSC 0.70", {"active": {"motor": {"alpha_min": 0.7}}, "control": {"alpha_hs": 0.7}}),
+    Row("friction of crane 1", {"friction": {"library": "crane-1"}}),
+    Row("friction of L4593", {"friction": {"library": "L4593"}}),
+    Row("`K_2` none", {"control": {"K_2": "0 s^2/m"}}),
+    Row("`K_2` doubled", {"control": {"K_2": f"{2.0 * K_2} s^2/m"}}),
+    Row("500 m of wire out", more={"s_w": "500 m"}),
+    Row("1500 m of wire out", more={"s_w": "1500 m"}),
+    Row("steel in water, 500 m of wire out", more={"s_w": "500 m", "water": STEEL}),
+)
+
+
+def speeds_found(rows: Sequence[Row]) -> list[float]:
+    """Peak speed of the tip with which the whole plant takes 100 cm^3/rev off the motors, u_thr 0.3 [m/s]."""
+    runs = side_by_side([(row.crane(U_THR), case(row.tip(v), "ssc", **row.more)) for row in rows for v in SPEEDS])
+    n = len(SPEEDS)
+    taken = [[D_M * (1.0 - one["alpha_m_min"]) for one in runs[i * n : (i + 1) * n]] for i in range(len(rows))]
+    assert all(t[0] < REDUCTION < t[-1] for t in taken), taken
+    return [float(np.interp(REDUCTION, t, SPEEDS)) for t in taken]
+
+
+class Compared(NamedTuple):
+    """NS, SSC with 0.6 and SSC with 0.3 at the same tip motion of peak speed v [m/s]."""
+
+    v: float
+    ns: Numbers
+    usual: Numbers
+    ssc: Numbers
+
+
+def compared(rows: Sequence[Row], speeds: Sequence[float]) -> list[Compared]:
+    modes = (("ns", U_THR_USUAL), ("ssc", U_THR_USUAL), ("ssc", U_THR))
+    asked = [(row.crane(u_thr), case(row.tip(v), mode, **row.more)) for row, v in zip(rows, speeds, strict=True) for mode, u_thr in modes]
+    runs = side_by_side(asked)
+    return [Compared(v, *runs[3 * i : 3 * i + 3]) for i, v in enumerate(speeds)]
+
+
+def above_boost(one: Numbers) -> float:
+    return one["p_a_max"] - CRANE.active.boost.p
+
+
+def pressure(c: Compared) -> float:
+    """SSC with 0.3 against NS, above boost."""
+    return above_boost(c.ssc) / above_boost(c.ns) - 1.0
+
+
+def error(c: Compared) -> float:
+    return c.ssc["e_c_pp"] / c.ns["e_c_pp"] - 1.0
+
+
+def sensitivity(rows: Sequence[Row], found: Sequence[Compared]) -> list[tuple[object, ...]]:
+    return [
+        (
+            row.label,
+            f"{60.0 * c.v:.0f}",
+            f"{c.ssc['s_tip_pp']:.2f}",
+            f"{D_M * (1.0 - c.usual['alpha_m_min']):.0f}",
+            f"{100.0 * c.ns['e_c_pp']:.1f}",
+            f"{100.0 * c.ssc['e_c_pp']:.1f}",
+            percent(error(c), sign=True),
+            f"{c.ns['p_a_max'] / 1e5:.0f}",
+            f"{c.ssc['p_a_max'] / 1e5:.0f}",
+            percent(pressure(c), sign=True),
+            percent(c.ns["alpha_m_min"] - 1.0, sign=True),
+        )
+        for row, c in zip(rows, found, strict=True)
+    ]
+
+
+def claims(base: Compared, open_loop: Compared) -> dict[str, tuple[str, str, str]]:
+    """claim -> theirs, ours, verdict; the index repeats them."""
+    v = [60.0 * speed_read(r) for r in READINGS]
+    limit = [60.0 * speed_triggered(r) for r in READINGS]
+    quiet = all(D_M * (1.0 - c.usual["alpha_m_min"]) < 1.0 for c in (base, open_loop))
+    lower = all(pressure(c) < 0.0 for c in (base, open_loop))
+    return {
+        "motors reduced by about 100 cm³/rev with `u_thr` 0.3": (
+            "a sea that is not given",
+            f"tip at {v[0]:.0f} m/min (motors follow), {v[1]:.0f} (open loop) or {v[2]:.0f} (the figure shows the command)",
+            "derived",
+        ),
+        "no reduction with `u_thr` 0.6": (
+            "yes",
+            f"none below {limit[0]:.0f} m/min, in open loop {limit[1]:.0f} m/min: the speeds above stay below",
+            verdict(quiet and all(a < b for a, b in zip(v, limit, strict=True)), "not reproduced"),
+        ),
+        "A-side pressure of SSC against classic": (
+            "figure 2.34, no number",
+            f"{percent(pressure(base), sign=True)} above boost; {percent(pressure(open_loop), sign=True)} with motors in open loop",
+            verdict(lower, "not lower").replace("reproduced", "lower, cannot be compared"),
+        ),
+        "control error of SSC against classic": (
+            "figure 2.32, no number",
+            f"{percent(error(base), sign=True)}; {percent(error(open_loop), sign=True)} with motors in open loop",
+            "cannot be compared",
+        ),
+    }
+
+
+def compute() -> tuple[dict[str, str], dict[str, tuple[str, str, str]], dict[str, xarray.Dataset]]:
+    """Blocks of the page, its claims, and the runs of the picture."""
+    found = compared(ROWS, speeds_found(ROWS))
+    by_label = dict(zip((r.label for r in ROWS), found, strict=True))
+    told = claims(by_label[BASE.label], by_label[OPEN.label])
+    readings = [
+        (
+            r.label,
+            f"{1.0 - REDUCTION / D_M - (r.lag if r.measured else 0.0):.3f}",
+            f"{min(1.0 - REDUCTION / D_M + (0.0 if r.measured else r.lag), 1.0):.3f}",
+            f"{60.0 * speed_read(r):.1f} m/min",
+            f"{60.0 * speed_triggered(r):.1f} m/min",
+        )
+        for r in READINGS
+    ]
+    heights = [
+        (f"{60.0 * speed_read(r):.0f} m/min", *(f"{speed_read(r) * T / np.pi:.1f} m" for T in (6.0, 8.0, 10.0, 12.0, 14.0)))
+        for r in READINGS
+    ]
+    head = (
+        "variant", "tip m/min", "tip p-p, m", "off at 0.6", "error NS, cm", "SSC, cm", "SSC/NS",
+        "`p_a` NS, bar", "SSC, bar", "SSC/NS above boost", "`alpha_NS − 1`",
+    )  # fmt: skip
+    blocks = {
+        "claims": table(("claim", "theirs", "ours", "verdict"), [(name, *what) for name, what in told.items()]),
+        "readings": table(("figure 2.33 read as", "command", "motors", "tip's highest speed", "`u_thr` 0.6 shows at"), readings),
+        "bound": f"If motors follow their command, both can only be with a smallest displacement of SSC below {largest_alpha_min():.2f}.",
+        "heights": table(("tip's highest speed", *(f"{T} s" for T in (6, 8, 10, 12, 14))), heights),
+        "sensitivity": table(head, sensitivity(ROWS, found)),
+    }
+    v = by_label[TWO_SINES.label].v
+    tip = TWO_SINES.tip(v)
+    runs = {
+        "NS": simulate(CRANE, case(tip, "ns"), every="0.02 s"),
+        "SSC 0.6": simulate(CRANE, case(tip, "ssc"), every="0.02 s"),
+        "SSC 0.3": simulate(at(CRANE, U_THR), case(tip, "ssc"), every="0.02 s"),
+    }
+    return blocks, told, runs
+
+
+def draw(runs: Mapping[str, xarray.Dataset]) -> None:
+    title = "nov-250t, 100 t, 100 m of wire, swell of 13 s and roll of 6 s, in which SSC with u_thr 0.3 takes 100 cm³/rev off the motors"
+    save(four_panels(runs, title=title, start=66.0, end=106.0), "offshore-100t.png")
