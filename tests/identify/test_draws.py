@@ -8,9 +8,10 @@ import pytest
 from stillhook import Scenario, load_crane, simulate
 from stillhook.cli import run as command
 from stillhook.errors import StillhookError
-from stillhook.identify.draws import crane_with, draw, draw_cranes, quantiles
+from stillhook.identify.draws import crane_with, draw_cranes, quantiles
 from stillhook.io.set_file import save_set
 from stillhook.library import FrictionSet, LossSet, changed, load_friction, load_losses
+from stillhook.library.draws import draw
 from stillhook.library.evidence import Evidence
 
 CRANE = load_crane("nov-150t")
