@@ -14,6 +14,7 @@ from pathlib import Path
 HERE = Path(__file__).resolve().parent
 CASES = (
     "offshore_100t",
+    "offshore_200t",
     "paper_a_motor_models",
     "paper_c_90t",
     "paper_d_friction",
