@@ -7,6 +7,7 @@ a run integrates, put to rest.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from types import ModuleType
 from typing import Any, NamedTuple
 
@@ -28,6 +29,8 @@ from stillhook.units import show
 
 DP_MOST = 1.0e8
 """Pressure difference beyond which no steady operation is looked for [Pa]: 1000 bar, far above every relief valve."""
+DP_NEAR, P_NEAR, P_NEXT = 2.0e7, 1.0e5, 1.0e3
+"""Where pressures are looked for first [Pa]: a difference around nothing, the low side around the boost, and around its last value."""
 STOP_FREE = 100.0
 """Stroke of the pumps while their setting is looked for, so that one beyond their stop can be told [-]."""
 P_EXACT, ALPHA_EXACT = 1e-6, 1e-13
@@ -207,12 +210,12 @@ def _balanced_torque(w: Winch, x: Any, u: Any, tip: Tip, p: Any) -> Any:
         c, y = _sliding(w, x._replace(p_a=dp), u, tip, p)
         return float(w.plant.rates(c, y, u, w.geometry, p).omega_m)
 
-    if not acceleration(-DP_MOST) < 0.0 < acceleration(DP_MOST):
+    dp = _root(acceleration, 0.0, DP_NEAR, DP_MOST)
+    if dp is None:
         raise StillhookError(
             f'"{w.name}": no pressure up to {show(DP_MOST, "pressure")} holds this load at this speed, motors at {x.alpha_m:.3g}. '
             "Go slower, lower the load or raise alpha_m."
         )
-    dp = float(brentq(acceleration, -DP_MOST, DP_MOST, xtol=P_EXACT, rtol=1e-15))
     return _sliding(w, x._replace(p_a=dp), u, tip, p)[1]
 
 
@@ -220,7 +223,7 @@ def _balanced_flows(x: Any, p: Any) -> tuple[Any, ActiveFlows]:
     """State with the pump setting and the low side's pressure at which both lines hold theirs, p_a - p_b as given, and the flows."""
     A, dp = p.active, x.p_a - x.p_b
     D_m, per_alpha = A.motors.count * A.motors.D_max * x.alpha_m, A.pumps.D_max * A.pumps.omega_p
-    lo, hi = -abs(dp) - A.boost.p, abs(dp) + A.relief.p
+    p_b, near = A.boost.p + max(-dp, 0.0), P_NEAR
 
     def flows(alpha_p: float, p_b: float) -> Any:
         return active_flows(alpha_p, D_m, x.omega_m, p_b + dp, p_b, 1.0, A)
@@ -231,12 +234,24 @@ def _balanced_flows(x: Any, p: Any) -> tuple[Any, ActiveFlows]:
 
     alpha_p = D_m * x.omega_m / per_alpha
     for _ in range(MOST_TURNS):  # the pumps' own leak is a few per cent of their flow: each turn is that much nearer
-        p_b = float(brentq(surplus, lo, hi, args=(alpha_p,), xtol=P_EXACT, rtol=1e-15))
+        found = _root(lambda p, alpha_p=alpha_p: -surplus(p, alpha_p), p_b, near, DP_MOST)  # type: ignore[misc]
+        if found is None:
+            break
+        p_b, near = found, P_NEXT
         f = flows(alpha_p, p_b)
         if abs(f.Q_a) <= ALPHA_EXACT * per_alpha:
             return x._replace(alpha_p=alpha_p, p_a=p_b + dp, p_b=p_b), f
         alpha_p -= f.Q_a / per_alpha
     raise StillhookError(f"no pump setting holds the pressures: the pumps' leak grows as fast as their flow (alpha_p {alpha_p:.4g}).")
+
+
+def _root(f: Callable[[float], float], near: float, width: float, most: float) -> float | None:
+    """Zero of a rising function of a pressure, looked for from a guess outwards up to `most`; None where there is none."""
+    while width <= 2.0 * most:
+        if f(near - width) <= 0.0 <= f(near + width):
+            return float(brentq(f, near - width, near + width, xtol=P_EXACT, rtol=1e-15))
+        width *= 10.0
+    return None
 
 
 def _point(w: Winch, x: Any, u: Any, tip: Tip, p: Any, f: ActiveFlows, v_w: float, F_w: float) -> OperatingPoint:
