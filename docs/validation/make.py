@@ -17,6 +17,7 @@ CASES = (
     "offshore_200t",
     "paper_a_motor_models",
     "paper_c_90t",
+    "paper_c_oscillation",
     "paper_d_friction",
     "paper_e_scenario_2",
 )
