@@ -38,6 +38,20 @@ def kernel_hash() -> str:
     return digest.hexdigest()[:16]
 
 
+RESULT_FOLDERS = (*KERNEL_FOLDERS, "sea", "library")
+RESULT_FILES = ("crane.py", "metrics.py", "scenario.py", "variables.py")
+
+
+@functools.cache
+def results_hash() -> str:
+    """Hash of everything that a result follows from beside crane and scenario: kernels, motions, tables of the library."""
+    digest = hashlib.sha256(kernel_hash().encode())
+    inside = [p for folder in RESULT_FOLDERS for p in (PACKAGE / folder).rglob("*") if p.suffix in (".py", ".toml")]
+    for path in sorted(inside) + [PACKAGE / name for name in RESULT_FILES]:
+        digest.update(path.relative_to(PACKAGE).as_posix().encode() + b"\0" + path.read_bytes())
+    return digest.hexdigest()[:16]
+
+
 def cache_root() -> Path:
     """Folder for compiled kernels: STILLHOOK_CACHE, else the user's cache folder, else a temporary one."""
     wanted = os.environ.get("STILLHOOK_CACHE") or platformdirs.user_cache_dir("stillhook", appauthor=False)

@@ -52,6 +52,19 @@ class Asked(NamedTuple):
     s_w_max: float
 
 
+def shape(crane: Crane, case: Scenario) -> tuple[int, int, int]:
+    """What runs must share to run side by side: PLC cycles, first one that counts, and columns of the drive."""
+    t_cycle = crane.control.t_cycle
+    n_ticks = max(1, math.floor(case.duration / t_cycle + 1e-9))
+    return n_ticks, min(round(case.warm_up / t_cycle), n_ticks), THIN if _only_the_tip_moves(case) else TICK
+
+
+def _only_the_tip_moves(case: Scenario) -> bool:
+    s = case.sensors
+    plain = not case.modes and not case.operator.profile and not case.operator.steps and case.power_loss is None
+    return plain and not any((s.delay, s.noise_s_tip, s.noise_v_tip, s.noise_a_tip, s.noise_s_w, s.noise_F, s.step_s_tip, s.step_v_tip))
+
+
 class Drive:
     """Rows of Tick for one scenario on one crane, made piece by piece."""
 
@@ -59,19 +72,11 @@ class Drive:
         self.case = case
         self.t_cycle = crane.control.t_cycle
         self.motion: Motion = Ramped.from_si(case.tip, case.ramp) if case.ramp > 0.0 else case.tip
-        self.n_ticks = max(1, math.floor(case.duration / self.t_cycle + 1e-9))
+        self.n_ticks, self.first, self.cols = shape(crane, case)
         self.s_tip_0 = float(self.motion.sample(np.zeros(1))[0][0])
-        self.first = min(round(case.warm_up / self.t_cycle), self.n_ticks)
         self._pumps = crane.active.pump.D
         self._passive_pumps = crane.passive.pump.D if crane.passive is not None else ()
         self._noise = _Noise(case, self.n_ticks + 1)
-        self.cols = THIN if self._only_the_tip_moves() else TICK
-
-    def _only_the_tip_moves(self) -> bool:
-        case, s = self.case, self.case.sensors
-        plain = not case.modes and not case.operator.profile and not case.operator.steps and case.power_loss is None
-        ideal = not any((s.delay, s.noise_s_tip, s.noise_v_tip, s.noise_a_tip, s.noise_s_w, s.noise_F, s.step_s_tip, s.step_v_tip))
-        return plain and ideal
 
     def pieces(self) -> Iterator[tuple[int, int]]:
         """First cycle and number of cycles of every piece in which the run is made; one begins where the warm-up ends."""

@@ -83,14 +83,16 @@ def run_cases(
     every: int,
     threads: int = 2,
     progress: Progress | None = None,
+    places: Sequence[int] | None = None,
 ) -> list[Result]:
     """Runs in blocks of `lanes` (1 or 16), the blocks shared by threads; a failed case is marked and spoils no other.
 
     crane that of all cases, or one for each; several are of one winch type and have one PLC cycle.
     n_sub steps per PLC cycle; a row of the series every `every` cycles (0: statistics alone). Cases of equal length, warm-up and
-    drive share a block. Errors: ScenarioError of the first case that cannot be run; SpecError where the step is too long.
+    drive share a block. places: their numbers in a longer list, for messages.
+    Errors: ScenarioError of the first case that cannot be run; SpecError where the step is too long.
     """
-    packs = _packs([crane] * len(cases) if isinstance(crane, Crane) else crane, cases, n_sub)
+    packs = _packs([crane] * len(cases) if isinstance(crane, Crane) else crane, cases, n_sub, places)
     groups: dict[tuple[int, int, int], list[int]] = {}
     for i, (_, drive) in enumerate(packs):
         groups.setdefault((drive.n_ticks, drive.first, drive.cols), []).append(i)
@@ -122,7 +124,7 @@ def run_cases(
     return [results[i] for i in range(len(cases))]
 
 
-def _packs(cranes: Sequence[Crane], cases: Sequence[Scenario], n_sub: int) -> list[Pair]:
+def _packs(cranes: Sequence[Crane], cases: Sequence[Scenario], n_sub: int, places: Sequence[int] | None = None) -> list[Pair]:
     """Checked and packed cases."""
     packs = []
     for i, (crane, case) in enumerate(zip(cranes, cases, strict=True)):
@@ -131,7 +133,8 @@ def _packs(cranes: Sequence[Crane], cases: Sequence[Scenario], n_sub: int) -> li
             packed, drive = pack(crane, case), Drive(crane, case)
             check_step(packed, drive.t_cycle / n_sub)
         except StillhookError as e:
-            raise type(e)(f"case {i}: {e}" if len(cases) > 1 else str(e)) from None
+            named = places is not None or len(cases) > 1
+            raise type(e)(f"case {i if places is None else places[i]}: {e}" if named else str(e)) from None
         packs.append((packed, drive))
     return packs
 

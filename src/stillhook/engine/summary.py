@@ -83,6 +83,8 @@ def summarise(crane: Crane, case: Scenario, result: Result) -> dict[str, Any]:
     """
     foreseen = foresee(crane, case)
     notes = [*foreseen.notes, *_window_notes(result)]
+    if result.ending is Ending.DIVERGED:
+        notes.append(f"lost its numbers by {result.t_end:.2f} s")
     st, t = result.stats, result.t_cycle
     e_c_pp, e_c_pp_measured, s_tip_pp = result.span
     weight = max(st.cycles - 1.0, 1.0)

@@ -7,14 +7,17 @@ import json
 import math
 import os
 import shutil
-import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from stillhook.engine.simulate import simulate
-from stillhook.errors import SimulationError, StillhookError
+from stillhook.errors import StillhookError
 from stillhook.library import crane_from_toml
 from stillhook.scenario import Scenario
+from stillhook.whole import cannot_write as cannot_write
+from stillhook.whole import check_folder as check_folder
+from stillhook.whole import whole_file as whole_file
+from stillhook.whole import whole_folder as whole_folder
 
 if TYPE_CHECKING:
     import xarray
@@ -125,85 +128,3 @@ def _finite(x: Any) -> Any:
     if isinstance(x, list | tuple):
         return [_finite(v) for v in x]
     return None if isinstance(x, float) and not math.isfinite(x) else x
-
-
-class whole_file:
-    """A temporary name beside the target, renamed when the block ends well and removed when it does not."""
-
-    def __init__(self, target: Path) -> None:
-        self.target = target
-
-    def __enter__(self) -> Path:
-        try:
-            self.target.parent.mkdir(parents=True, exist_ok=True)
-            handle, name = tempfile.mkstemp(dir=self.target.parent, prefix=f".{self.target.stem}-", suffix=self.target.suffix)
-        except (OSError, ValueError) as e:
-            raise cannot_write(self.target, e) from None
-        os.close(handle)
-        self.part = Path(name)
-        return self.part
-
-    def __exit__(self, kind: object, error: BaseException | None, *rest: object) -> None:
-        try:
-            if error is None:
-                os.chmod(self.part, 0o644)
-                os.replace(self.part, self.target)
-        except OSError as e:
-            error = e
-        finally:
-            self.part.unlink(missing_ok=True)
-        if isinstance(error, OSError):
-            raise cannot_write(self.target, error) from None
-
-
-class whole_folder:
-    """A temporary folder inside the target, whose files move into the target together when the block ends well."""
-
-    def __init__(self, target: Path) -> None:
-        self.target = target
-
-    def __enter__(self) -> Path:
-        try:
-            self.made = not self.target.is_dir()
-            self.target.mkdir(parents=True, exist_ok=True)
-            self.part = Path(tempfile.mkdtemp(dir=self.target, prefix=".part-"))
-        except (OSError, ValueError) as e:
-            raise cannot_write(self.target, e) from None
-        return self.part
-
-    def __exit__(self, kind: object, error: BaseException | None, *rest: object) -> None:
-        try:
-            if error is None:
-                for part in sorted(self.part.iterdir()):
-                    os.replace(part, self.target / part.name)
-        except OSError as e:
-            error = e
-        finally:
-            shutil.rmtree(self.part, ignore_errors=True)
-            if error is not None and self.made:
-                shutil.rmtree(self.target, ignore_errors=True)
-        if isinstance(error, OSError):
-            raise cannot_write(self.target, error) from None
-        if isinstance(error, SimulationError):  # a file in the temporary folder: name the folder that was asked for
-            raise SimulationError(str(error).replace(f"{self.part}{os.sep}", f"{self.target}{os.sep}")) from None
-
-
-def cannot_write(target: Path, problem: Exception) -> SimulationError:
-    """What stands in the way of writing a file or folder."""
-    reason = getattr(problem, "strerror", None) or problem
-    return SimulationError(f"{target}: cannot be written ({reason}). Choose another folder.")
-
-
-def check_folder(target: Path, names: tuple[str, ...]) -> None:
-    """Refuse a folder that files of these names cannot be written to, before the work is done. Errors: SimulationError."""
-    path = target
-    for path in (target, *target.parents):
-        if os.path.lexists(path):
-            break
-    if not path.is_dir():
-        raise cannot_write(target, NotADirectoryError(None, f"{path.name} is not a folder"))
-    if not os.access(path, os.W_OK):
-        raise cannot_write(target, PermissionError(None, "no right to write there"))
-    for name in names:
-        if (target / name).is_dir():
-            raise cannot_write(target / name, IsADirectoryError(None, "a folder of that name is in the way"))

@@ -1,0 +1,227 @@
+"""Tens of thousands of runs in bounded memory: cut into tasks, shared by threads or by a cluster, kept in a store as they finish."""
+
+from __future__ import annotations
+
+import math
+import threading
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import as_completed as as_done
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stillhook.crane import Crane
+from stillhook.engine.build import driver, results_hash
+from stillhook.engine.checks import check
+from stillhook.engine.drive import shape
+from stillhook.engine.given import STATISTICS_STEP, paired, steps_per_cycle
+from stillhook.engine.lanes import VL
+from stillhook.engine.run import Interrupted, Progress, run_cases
+from stillhook.engine.store import Store
+from stillhook.engine.summary import summarise
+from stillhook.errors import SimulationError, StillhookError
+from stillhook.scenario import Scenario
+from stillhook.variables import SUMMARY
+
+NUMBERS = tuple(v.name for v in SUMMARY if v.name not in ("status", "notes"))
+TASK_SECONDS = 5.0e4
+"""Simulated seconds in a task: about a second of one core, so that a cluster's overhead of some milliseconds a task does not count."""
+TASKS_EACH = 4
+"""Tasks for each worker at least, where there are enough cases: nobody then waits long for the last one."""
+IN_FLIGHT = 3
+"""Tasks given to a cluster at once, for each of its threads: more would only fill the scheduler's memory."""
+
+
+class Answers(NamedTuple):
+    """What a task gives back: status and notes of each case, numbers of shape (case, NUMBERS), and the code that made them."""
+
+    status: list[str]
+    numbers: NDArray[np.float64]
+    notes: list[tuple[str, ...]]
+    made_by: str
+
+    def summary(self, i: int) -> dict[str, Any]:
+        """The summary of one case, keys and SI units of `stillhook.variables.SUMMARY`."""
+        return {"status": self.status[i], **dict(zip(NUMBERS, self.numbers[i].tolist(), strict=True)), "notes": list(self.notes[i])}
+
+
+def summaries(
+    crane: Crane | Sequence[Crane],
+    case: Scenario | Sequence[Scenario],
+    *,
+    step: str | None = None,
+    threads: int = 2,
+    store: str | Path | None = None,
+    client: Any = None,
+    progress: Progress | None = None,
+) -> list[dict[str, Any]]:
+    """The summary of every case, statistics alone; a case that loses its numbers is marked and spoils no other.
+
+    Parameters
+    ----------
+    crane, case, step: as in `stillhook.simulate`.
+    threads: threads of this machine that share the work. client: a dask.distributed Client; its workers then share it, with the same
+    numbers to the last bit, and threads is not used.
+    store: folder in which results are kept as they finish, under what they follow from: crane, scenario, step and code. What is there
+    already is not run again, so a run that was killed goes on where it stood, and a longer list of cases costs only what is new.
+    progress: called with the share done, 0..1.
+
+    Errors: ScenarioError and SpecError of the first case that cannot be run; SimulationError where the cluster fails, or runs other code.
+    """
+    cranes, cases = paired(crane, case)
+    n_sub = steps_per_cycle(cranes[0], step, STATISTICS_STEP)
+    _check_all(cranes, cases)
+    kept = Store(Path(store), NUMBERS) if store is not None else None
+    keys = kept.keys(cranes, cases, n_sub, results_hash()) if kept is not None else []
+    found = kept.find(keys) if kept is not None else {}
+    missing = [i for i in range(len(cases)) if i not in found]
+    told = progress or (lambda share: None)
+    told(len(found) / len(cases))
+    workers = threads if client is None else max(sum(client.nthreads().values()), 1)
+    tasks = [_Task(i, [cranes[k] for k in i], [cases[k] for k in i], n_sub) for i in _cut(cranes, cases, missing, workers)]
+    meter = _Meter(len(found), len(cases), told)
+    landed = _on_threads(tasks, threads, meter) if client is None else _on_cluster(tasks, client, meter)
+    for task, answers in landed:
+        if kept is not None:
+            kept.put([keys[i] for i in task.indices], answers.status, answers.numbers, answers.notes)
+        found.update({i: answers.summary(k) for k, i in enumerate(task.indices)})
+    return [found[i] for i in range(len(cases))]
+
+
+def _check_all(cranes: Sequence[Crane], cases: Sequence[Scenario]) -> None:
+    """Refuse what cannot be asked before anything runs."""
+    for i, (crane, case) in enumerate(zip(cranes, cases, strict=True)):
+        try:
+            check(crane, case)
+        except StillhookError as e:
+            raise type(e)(f"case {i}: {e}" if len(cases) > 1 else str(e)) from None
+
+
+class _Task(NamedTuple):
+    """Cases that one worker runs, with their places in the whole list."""
+
+    indices: list[int]
+    cranes: list[Crane]
+    cases: list[Scenario]
+    n_sub: int
+
+    def light(self) -> _Task:
+        """The same without the sources of the cranes' numbers, which no run reads; cranes that are one stay one."""
+        bare = {id(c): c for c in self.cranes}
+        bare = {key: c.model_copy(update={"sources": {}}) for key, c in bare.items()}
+        return self._replace(cranes=[bare[id(c)] for c in self.cranes])
+
+
+def _cut(cranes: Sequence[Crane], cases: Sequence[Scenario], missing: Sequence[int], workers: int) -> list[list[int]]:
+    """Places of the missing cases in tasks: cases that can share a block of lanes lie together; tasks are whole blocks."""
+    groups: dict[tuple[int, int, int], list[int]] = {}
+    for i in missing:
+        groups.setdefault(shape(cranes[i], cases[i]), []).append(i)
+    fair = math.ceil(len(missing) / (TASKS_EACH * workers) / VL) * VL
+    out = []
+    for (n_ticks, _, _), group in groups.items():
+        worth = math.ceil(TASK_SECONDS / (n_ticks * cranes[0].control.t_cycle) / VL) * VL
+        size = max(VL, min(fair, worth))
+        out += [group[k : k + size] for k in range(0, len(group), size)]
+    return out
+
+
+def work(task: _Task, progress: Progress | None = None) -> Answers:
+    """Run one task on one thread."""
+    places = None if task.indices == [0] else task.indices
+    results = run_cases(task.cranes, task.cases, n_sub=task.n_sub, lanes=VL, every=0, threads=1, progress=progress, places=places)
+    found = [summarise(w, c, r) for w, c, r in zip(task.cranes, task.cases, results, strict=True)]
+    numbers = np.array([[s[name] for name in NUMBERS] for s in found], dtype=np.float64)
+    return Answers([s["status"] for s in found], numbers, [tuple(s["notes"]) for s in found], results_hash())
+
+
+class _Meter:
+    """Adds up what the tasks have done and tells the caller; also carries the stop flag to the worker threads."""
+
+    def __init__(self, done: int, total: int, told: Progress) -> None:
+        self.done, self.total, self.told, self.stopped, self.lock = float(done), total, told, False, threading.Lock()
+
+    def of(self, task: _Task) -> Progress:
+        """Progress of one task."""
+        before = 0.0
+
+        def add(share: float) -> None:
+            nonlocal before
+            if self.stopped:
+                raise Interrupted
+            if share == before:
+                return
+            with self.lock:
+                self.done += (share - before) * len(task.indices)
+                before = share
+                self.told(min(self.done / self.total, 1.0))
+
+        return add
+
+
+def _on_threads(tasks: Sequence[_Task], threads: int, meter: _Meter) -> Iterator[tuple[_Task, Answers]]:
+    """Tasks with their answers, as they finish."""
+    if threads == 1 or len(tasks) < 2:
+        for task in tasks:
+            yield task, work(task, meter.of(task))
+        return
+    driver(tasks[0].cranes[0].plant.value, VL)
+    with ThreadPoolExecutor(threads) as pool:
+        waiting: dict[Future[Answers], _Task] = {pool.submit(work, task, meter.of(task)): task for task in tasks}
+        try:
+            for done in as_done(list(waiting)):
+                yield waiting.pop(done), done.result()
+        except BaseException:
+            meter.stopped = True
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise
+
+
+def _on_cluster(tasks: Sequence[_Task], client: Any, meter: _Meter) -> Iterator[tuple[_Task, Answers]]:
+    """Tasks with their answers, as they finish; a few are under way for each thread of the cluster, and a lost worker's are given again."""
+    from distributed import as_completed
+
+    rest = iter(tasks)
+    room = IN_FLIGHT * max(sum(client.nthreads().values()), 1)
+    given: dict[str, tuple[Any, _Task]] = {}
+
+    def give(put: Callable[[Any], None]) -> None:
+        task = next(rest, None)
+        if task is not None:
+            future = client.submit(work, task.light(), pure=False)
+            given[future.key] = future, task
+            put(future)
+
+    under_way = as_completed()
+    try:
+        for _ in range(room):
+            give(under_way.add)
+        for future in under_way:
+            answers = _answer_of(future)
+            task = given.pop(future.key)[1]
+            meter.of(task)(1.0)
+            yield task, answers
+            give(under_way.add)
+    finally:
+        client.cancel([future for future, _ in given.values()])
+
+
+def _answer_of(future: Any) -> Answers:
+    """What a worker gave back. Errors: those of the case; SimulationError where the worker failed, or runs other code than this machine."""
+    try:
+        answers: Answers = future.result()
+    except StillhookError:
+        raise
+    except Exception as e:
+        what = f"{type(e).__name__}: {' '.join(str(e).split())}"
+        raise SimulationError(
+            f"cluster: a task failed ({what[:200]}). Look at its workers, and run again; a store keeps what is done."
+        ) from None
+    if answers.made_by != results_hash():
+        raise SimulationError(
+            f"cluster: a worker runs Stillhook {answers.made_by}, this machine {results_hash()}. Install the same version everywhere."
+        )
+    return answers

@@ -1,0 +1,82 @@
+"""Results kept on disk under what they follow from: crane, scenario, step and code. Every file is whole or not there."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+from zipfile import BadZipFile
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stillhook.crane import Crane
+from stillhook.errors import SimulationError
+from stillhook.scenario import Scenario
+from stillhook.whole import cannot_write, whole_file
+
+SUFFIX = ".cases.npz"
+KEY = 32
+"""Length of a key [bytes]."""
+
+
+class Store:
+    """A folder of result files; one file a task, each with the keys of its cases. `names` are the columns of the numbers."""
+
+    def __init__(self, folder: Path, names: Sequence[str]) -> None:
+        self.folder, self.names = folder, tuple(names)
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+        except OSError as e:
+            raise cannot_write(folder, e) from None
+
+    def keys(self, cranes: Sequence[Crane], cases: Sequence[Scenario], n_sub: int, code: str) -> list[bytes]:
+        """What each result follows from, as a hash: everything but names, titles and sources, which change no number."""
+        prints: dict[int, bytes] = {}
+        start = f"{code} {n_sub} {' '.join(self.names)}".encode()
+        out = []
+        for crane, case in zip(cranes, cases, strict=True):
+            if id(crane) not in prints:
+                prints[id(crane)] = crane.model_dump_json(exclude={"sources", "title"}).encode()
+            scenario = json.dumps(case.to_dict() | {"name": ""}, sort_keys=True).encode()
+            out.append(hashlib.sha256(b"\0".join((start, prints[id(crane)], scenario))).digest())
+        return out
+
+    def find(self, keys: Sequence[bytes]) -> dict[int, dict[str, Any]]:
+        """Place in `keys` -> summary, for what is there. Errors: SimulationError naming a file that cannot be read."""
+        wanted: dict[bytes, list[int]] = {}
+        for i, key in enumerate(keys):
+            wanted.setdefault(key, []).append(i)
+        found: dict[int, dict[str, Any]] = {}
+        for path in sorted(self.folder.glob(f"*{SUFFIX}")):
+            try:
+                with np.load(path, allow_pickle=False) as data:
+                    there = data["keys"]
+                    hits = [(row, i) for row, key in enumerate(there) for i in wanted.get(key.tobytes(), ())]
+                    if hits:
+                        self._take(data, hits, found)
+            except (OSError, ValueError, KeyError, BadZipFile, EOFError) as e:
+                raise SimulationError(
+                    f"{path}: not a result file of Stillhook ({' '.join(str(e).split())[:120]}). Remove it, and run again."
+                ) from None
+        return found
+
+    def _take(self, data: Mapping[str, Any], hits: Sequence[tuple[int, int]], found: dict[int, dict[str, Any]]) -> None:
+        status, numbers, notes = data["status"], data["numbers"], data["notes"]
+        for row, i in hits:
+            columns = dict(zip(self.names, numbers[row].tolist(), strict=True))
+            found[i] = {"status": str(status[row]), **columns, "notes": json.loads(str(notes[row]))}
+
+    def put(self, keys: Sequence[bytes], status: Sequence[str], numbers: NDArray[np.float64], notes: Sequence[Sequence[str]]) -> None:
+        """Keep the results of one task. The file appears under its name only when it is complete."""
+        name = hashlib.sha256(b"".join(keys)).hexdigest()[:KEY]
+        with whole_file(self.folder / f"{name}{SUFFIX}") as part, open(part, "wb") as file:
+            np.savez_compressed(
+                file,
+                keys=np.frombuffer(b"".join(keys), dtype=f"V{KEY}"),
+                status=np.array(list(status)),
+                numbers=numbers,
+                notes=np.array([json.dumps(list(n)) for n in notes]),
+            )
