@@ -1,15 +1,20 @@
-"""Draws of the parameters of a set from its evidence: normal, truncated to what physics allows."""
+"""Draws of the parameters of a set from its evidence, normal and truncated to what physics allows; cranes with a set or a draw of it."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from stillhook.crane import Crane, SourceKind, SystemFriction, TorqueLoss
 from stillhook.errors import IdentifyError
 from stillhook.library.evidence import Evidence
+from stillhook.library.load import changed
 from stillhook.library.sets import FrictionSet, LossSet
+from stillhook.library.write import leaf_tree
+from stillhook.units import show
 
 FloatArray = NDArray[np.float64]
 
@@ -69,3 +74,44 @@ def _worst(evidence: Evidence, mean: FloatArray) -> str:
     """The parameters whose deviation is as large as their value, in words."""
     pairs = [(n, m, evidence.deviation(n)) for n, m in zip(evidence.names, mean, strict=True)]
     return ", ".join(f"{n} {m:.3g} ± {s:.3g}" for n, m, s in pairs if s >= m) or "all of them together"
+
+
+def crane_with(crane: Crane, *sets: FrictionSet | LossSet) -> Crane:
+    """The crane with the values of its sets themselves, undrawn. Errors: IdentifyError where a motor does not fit."""
+    for item in sets:
+        at_value = Draws((), np.empty((1, 0)), 1.0)
+        step = with_friction if isinstance(item, FrictionSet) else with_loss
+        crane = step(crane, item, at_value, 0, "values")  # type: ignore[arg-type]
+    return crane
+
+
+def _leaves(spec: SystemFriction | TorqueLoss, drawn: Draws, i: int, sources: dict[str, Any], source: str) -> dict[str, Any]:
+    """Leaves for `changed`: drawn values with where they are from, the others as they are in the set."""
+    new = spec.model_copy(update={name: float(x) for name, x in zip(drawn.names, drawn.values[i], strict=True)})
+    out: dict[str, Any] = {}
+    for name, leaf in leaf_tree(new, sources).items():
+        kind, text = (SourceKind.DERIVED, source) if name in drawn.names else (leaf.source.kind, leaf.source.text)  # type: ignore[union-attr]
+        out[name] = {"value": leaf.value, "kind": kind.value, "source": text}  # type: ignore[union-attr]
+    return out
+
+
+def with_friction(crane: Crane, item: FrictionSet, drawn: Draws, i: int, what: str) -> Crane:
+    """The crane with draw i of a system friction; what says in its sources what the values are."""
+    system = _leaves(item.system, drawn, i, dict(item.sources), f"{what} from {item.name}")
+    known = item.evidence.T_d if item.evidence is not None else None
+    ends = {} if known is None else {"T_d_min": f"{known[0]!r} N m", "T_d_max": f"{known[1]!r} N m"}
+    return changed(crane, {"friction": {"system": system, **ends}})
+
+
+def with_loss(crane: Crane, item: LossSet, drawn: Draws, i: int, what: str) -> Crane:
+    """The crane with draw i of a motor's loss in every circuit with motors of that size. Errors: IdentifyError where there is none."""
+    sources = {name.removeprefix("loss."): s for name, s in item.sources.items() if name.startswith("loss.")}
+    loss = _leaves(item.motor.loss, drawn, i, sources, f"{what} from {item.name}")
+    circuits = {"active": crane.active} | ({"passive": crane.passive} if crane.passive is not None else {})
+    fits = [name for name, c in circuits.items() if c.motor.D_max == item.motor.D_max]
+    if not fits:
+        raise IdentifyError(
+            f'set "{item.name}" is of a motor of {show(item.motor.D_max, "displacement")}, and those of "{crane.name}" have '
+            f"{show(crane.active.motor.D_max, 'displacement')}. Choose a set for them."
+        )
+    return changed(crane, {name: {"motor": {"loss": loss}} for name in fits})
