@@ -142,6 +142,16 @@ QUANTITIES = (
     _v("K_2", "K_2", "s^2/m", "time_squared_per_length", "", "acceleration feedforward", "paper C eq. 12"),
     _v("k_red", "k_red", "1", "", "", "share of the allowed motor reduction in use", "eq. 2.10"),
     _v("u_thr", "u_thr", "1", "", "", "feedforward at which SSC starts to reduce the motors", "eq. 2.10"),
+    _v("t_lead", "t_lead", "s", "time", "ahead positive", "time by which the PLC extrapolates the tip's motion"),
+    _v("alpha_min", "alpha_m,min", "1", "", "", "least displacement of the active motors: D_abs_min over D_m_max", "eq. 2.11"),
+    _v("alpha_swl", "alpha_swl", "1", "", "", "displacement that SSC keeps for the safe working load: scale of D_calc_min", "eq. 2.11"),
+    _v("alpha_ns", "alpha_ns", "1", "", "", "motor displacement in normal-speed mode on the outermost layer", "section 2.4"),
+    _v("alpha_hs", "alpha_hs", "1", "", "", "motor displacement in high-speed mode on the outermost layer", "section 2.4"),
+    _v("v_w_capacity", "v_w,max", "m/s", "speed", "", "wire speed with the pumps full in a mode, the least over the loads of a tuning", "figure 2.17"),
+    _v("e_c_pp_mean", "mean e_c,pp", "m", "length", "", "mean of e_c_pp over the scenarios of a tuning"),
+    _v("e_c_pp_worst", "max e_c,pp", "m", "length", "", "largest e_c_pp over the scenarios of a tuning"),
+    _v("score", "f", "1", "", "", "objective of a tuning: error, worst-error and pressure over those of the start, or their weighted sum"),
+    _v("evaluations", "", "1", "", "", "settings that a tuning has tried, each in all its scenarios"),
 )  # fmt: skip
 
 VARIABLES: tuple[Variable, ...] = SERIES + SUMMARY + QUANTITIES
