@@ -17,9 +17,11 @@ CASES = (
     "offshore_200t",
     "paper_a_motor_models",
     "paper_c_90t",
+    "paper_c_offshore_contrast",
     "paper_c_oscillation",
     "paper_d_friction",
     "paper_e_scenario_2",
+    "threshold_study",
 )
 MEASURED = ("bench_staircase",)  # need data that are not in the repository: left as they are where those are not at hand
 
