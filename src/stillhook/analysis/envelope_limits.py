@@ -1,0 +1,217 @@
+"""What stops a winch at one load on one layer, in one direction: the speed that each limit alone would allow.
+
+The pumps' flow, the pressure of the relief valves, the torque that must stay in reserve, and the speed limits of active and passive
+motors, all for the whole plant (`stillhook.analysis.operating_point`) while it compensates: the tip moves, the load stands.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from enum import StrEnum
+from functools import cache, cached_property
+from typing import NamedTuple
+
+from scipy.optimize import brentq
+
+from stillhook.analysis.operating_point import OperatingPoint, operate, winch_at
+from stillhook.analysis.steady import motor_law, settled
+from stillhook.control.motors import displacement_min
+from stillhook.control.passive import displacement_for_weight
+from stillhook.crane import Crane
+from stillhook.engine.checks import check, speed_limit
+from stillhook.engine.pack import gains, plc_record, wire_speed_max
+from stillhook.physics.accumulator import accumulator_pressure
+from stillhook.physics.drum import K_wire
+from stillhook.physics.motor import motor_torque
+from stillhook.plants import pure_active
+from stillhook.scenario import Mode, Scenario
+
+RESERVE = 0.30
+"""Part of the static load for which the active motors must have torque to spare: friction and acceleration. Source: paper C."""
+HS_SHARE = 0.60
+"""Part of the SWL up to which the high-speed mode may be used. Source: paper C."""
+BREAK_AWAY = 1e-6
+"""Wire speed at which the winch breaks away [m/s]: friction is at its highest."""
+V_BEYOND = 1.5
+"""How far limits are looked for, over the speed of full pumps and the smallest displacement without leakage."""
+V_EXACT, ALPHA_EXACT = 1e-9, 1e-6
+"""What speeds [m/s] and the best displacement [-] are solved to."""
+
+
+class Limit(StrEnum):
+    """What binds."""
+
+    PUMP = "pump flow"
+    PRESSURE = "relief pressure"
+    RESERVE = "torque reserve"
+    MOTOR = "active motors' speed"
+    PASSIVE = "passive motors' speed"
+    LOAD = "load of the mode"
+
+
+class Direction(StrEnum):
+    """Which way the wire goes."""
+
+    HOISTING = "hoisting"
+    LOWERING = "lowering"
+
+    @property
+    def sign(self) -> float:
+        """1 hoisting, -1 lowering."""
+        return 1.0 if self is Direction.HOISTING else -1.0
+
+
+class Top(NamedTuple):
+    """Highest wire speed v_w, without sign [m/s]; NaN where the mode may not be used at this load. binds: the limit that stops it.
+    limits: speed that each limit alone would allow [m/s], inf where it allows every speed, NaN where it allows none.
+    point: operation at v_w, None without one."""
+
+    v_w: float
+    binds: Limit
+    limits: Mapping[Limit, float]
+    point: OperatingPoint | None
+
+
+Displacement = Callable[[float], float]
+"""Motors' displacement [-] at a wire speed without sign [m/s]."""
+
+
+class Station:
+    """A crane with one load [kg] and s_w of wire paid out [m], moving the wire in one direction.
+
+    reserve: part of the static load kept as torque of the active motors on top of the weight that the passive ones do not carry.
+    """
+
+    def __init__(self, crane: Crane, load: float, s_w: float, direction: Direction, reserve: float = RESERVE) -> None:
+        case = Scenario(load=f"{float(load)!r} kg", s_w=f"{float(s_w)!r} m", mode=Mode.MANUAL)
+        check(crane, case)
+        self.crane, self.sign, self.reserve = crane, direction.sign, reserve
+        self.winch = winch_at(crane, case)
+        self.F_w = float(self.winch.params.hoist.load.W)
+        self.ratio = float(K_wire(self.winch.geometry.d, self.winch.params.hoist.drum))
+        self.v_beyond = V_BEYOND * wire_speed_max(crane, crane.active.motor.alpha_min, self.winch.geometry.d)
+
+    def displacement(self, mode: Mode) -> Displacement:
+        """Where the PLC puts the motors at a steady speed in a mode, by its own law."""
+        law, K_1 = motor_law(self.crane, mode, self.F_w, self.ratio, plc=plc_record(self.crane)), gains(self.crane).K_1
+        return lambda v: settled(law, K_1 * v * self.ratio)
+
+    @cached_property
+    def alpha_pm(self) -> float:
+        """Displacement with which the passive motors hold the load at mid stroke [-]; 0 without them."""
+        p = self.winch.params
+        if self.winch.plant is pure_active:
+            return 0.0
+        return float(displacement_for_weight(self.F_w, self.winch.geometry.lever, self._p_o, p.passive.settings))
+
+    @property
+    def _p_o(self) -> float:
+        accumulator = self.winch.params.passive.accumulator
+        return float(accumulator_pressure(0.5 * accumulator.V_stroke, accumulator))
+
+    @cached_property
+    def T_hold(self) -> float:
+        """Torque at the motor shaft that the active motors hold of the load at rest [N m]: what the passive ones do not carry."""
+        p, T = self.winch.params, self.F_w * self.winch.geometry.lever
+        if self.winch.plant is pure_active:
+            return float(T)
+        D_pm = self.alpha_pm * p.passive.settings.D_m_max
+        return float(max(T - motor_torque(D_pm, self._p_o - p.passive.settings.p_lp), 0.0))
+
+    @cached_property
+    def alpha_reserve(self) -> float:
+        r"""Smallest displacement with which the active motors have the reserve [-]; above 1 they cannot.
+
+        .. math:: \alpha\,D_{m,max} (p_{relief} - p_{boost}) \ge T_{hold} + r\,F_w\,\frac{d}{2 i_{hD}}
+
+        Source: Moslatt 2020 paper C: 30 % of the static load, for friction and acceleration. The pressure that goes with it is not
+        printed; here it is what the relief valves leave above the boost. Passive motors carry the weight; without them the active do.
+        """
+        a = self.crane.active
+        T = self.T_hold + self.reserve * self.F_w * self.winch.geometry.lever
+        return float(T / (a.motor.D_total * (a.relief.p - a.boost.p)))
+
+    @property
+    def alpha_least(self) -> float:
+        """D_m_min / D_m_max of SSC at this load and layer [-]."""
+        return float(displacement_min(self.F_w, self.ratio, plc_record(self.crane).motors))
+
+    def at(self, v: float, alpha_m: float) -> OperatingPoint:
+        """Compensating at a wire speed without sign [m/s]: the load stands."""
+        return operate(self.winch, self.sign * v, alpha_m, v_tip=-self.sign * v)
+
+    def limits(self, alpha_m: Displacement) -> dict[Limit, float]:
+        """Speed that each limit alone would allow [m/s]; see `Top`."""
+        motor, lever, relief = self.crane.active.motor, self.winch.geometry.lever, self.crane.active.relief.p
+
+        @cache
+        def at(v: float) -> OperatingPoint:
+            return self.at(v, alpha_m(v))
+
+        found = {
+            Limit.PUMP: self._first(lambda v: 1.0 - abs(at(v).alpha_p)),
+            Limit.PRESSURE: self._first(lambda v: relief - max(at(v).p_a, at(v).p_b)),
+            Limit.RESERVE: self._first(lambda v: alpha_m(v) - self.alpha_reserve),
+            Limit.MOTOR: self._first(lambda v: speed_limit(motor, alpha_m(v)) * lever - v),
+        }
+        if self.crane.passive is not None:
+            found[Limit.PASSIVE] = speed_limit(self.crane.passive.motor, self.alpha_pm) * lever
+        return found
+
+    def top(self, alpha_m: Displacement) -> Top:
+        """Highest speed with the motors at alpha_m(v)."""
+        limits = self.limits(alpha_m)
+        none = next((k for k, v in limits.items() if math.isnan(v)), None)
+        if none is not None:
+            return Top(math.nan, none, limits, None)
+        binds = min(limits, key=lambda k: limits[k])
+        v = limits[binds]
+        return Top(v, binds, limits, self.at(v, alpha_m(v)))
+
+    def top_of_mode(self, mode: Mode, *, hs_share: float = HS_SHARE) -> Top:
+        """Highest speed of a mode; HS may be used up to hs_share of the SWL."""
+        if mode is Mode.HS and self.F_w > self._weight(hs_share * self.crane.SWL) * (1.0 + 1e-9):
+            return Top(math.nan, Limit.LOAD, {}, None)
+        return self.top(self.displacement(mode))
+
+    def _weight(self, load: float) -> float:
+        """Wire tension with a payload [N]."""
+        return self.F_w * (load + self.crane.hook_mass) / self.winch.params.hoist.load.m
+
+    def top_of_machine(self) -> Top:
+        """Highest speed with the best fixed displacement: what pumps, pressure, reserve and speed limits allow whatever the controller.
+
+        Flow and speed limits fall with the displacement, pressure and reserve rise with it: the best one is the smallest, or where
+        they meet.
+        """
+        least = max(self.crane.active.motor.alpha_min, min(self.alpha_reserve, 1.0))
+        best = self._fixed(least)
+        if best.binds is not Limit.PRESSURE or least == 1.0:
+            return best
+
+        def gap(alpha: float) -> float:
+            rising, falling = self._rising_and_falling(self._fixed(alpha))
+            return rising - falling
+
+        if gap(1.0) <= 0.0:
+            return self._fixed(1.0)
+        alpha = float(brentq(gap, least, 1.0, xtol=ALPHA_EXACT))
+        return max(self._fixed(alpha), self._fixed(min(alpha + ALPHA_EXACT, 1.0)), key=lambda t: -math.inf if math.isnan(t.v_w) else t.v_w)
+
+    def _fixed(self, alpha: float) -> Top:
+        return self.top(lambda v: alpha)
+
+    def _rising_and_falling(self, top: Top) -> tuple[float, float]:
+        """Least speed of the limits that rise with the displacement, and of those that fall; no speed counts as 0 [m/s]."""
+        allowed = {k: 0.0 if math.isnan(v) else min(v, self.v_beyond) for k, v in top.limits.items()}
+        rising = {Limit.PRESSURE, Limit.RESERVE}
+        return min(allowed[k] for k in rising), min(v for k, v in allowed.items() if k not in rising)
+
+    def _first(self, margin: Callable[[float], float]) -> float:
+        """Speed at which a margin is used up [m/s]; NaN where there is none at break-away, inf where there is always some."""
+        if margin(BREAK_AWAY) < 0.0:
+            return math.nan
+        if margin(self.v_beyond) >= 0.0:
+            return math.inf
+        return float(brentq(margin, BREAK_AWAY, self.v_beyond, xtol=V_EXACT))
