@@ -29,6 +29,8 @@ POINTS = 1500
 LOWEST, HIGHEST = 1e-3, 30.0
 AROUND = np.sort(np.concatenate([s * np.geomspace(1e-3, 8.0, 12) for s in (-1.0, 1.0)]))
 """Extra points about each mode, in half widths of its resonance: the least damped one is then seen whole."""
+ROUNDING = 1e-10
+"""What eigenvalues of these loops are sure to, over the largest one."""
 DELAYS = 20
 """Most delays between none and the given one that `strongest_gain` looks at."""
 GAIN_MARGIN = 2.0
@@ -200,11 +202,13 @@ def gain_limit_of(loop: Loop) -> tuple[float, float]:
 
 
 def is_stable(loop: Loop, K_p: float, K_ms: float | None = None) -> bool:
-    """Whether the closed loop dies out, by its poles; a continuous loop with delay by its gain limit K_ms."""
+    """Whether the closed loop dies out, or at least stays (a winch that sticks keeps what it has), by its poles; a continuous loop with
+    delay by its gain limit K_ms."""
     if isinstance(loop, SampledLoop):
-        return bool(np.max(np.abs(loop.closed_poles(K_p))) < 1.0)
+        return bool(np.max(np.abs(loop.closed_poles(K_p))) < 1.0 + ROUNDING)
     if loop.delay == 0.0:
-        return bool(np.max(loop.closed_poles(K_p).real) < 0.0)
+        poles = loop.closed_poles(K_p)
+        return bool(np.max(poles.real) < ROUNDING * np.max(np.abs(poles)))
     return K_p < (gain_limit_of(loop)[0] if K_ms is None else K_ms)
 
 

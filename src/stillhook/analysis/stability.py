@@ -1,0 +1,319 @@
+"""`stability`: how far a crane's position loop is from swinging, as published and with its PLC; sweeps, Bode data, root locus.
+
+The published loop (Moslatt 2020 paper E section 3) turns on the outer diameter with a full drum, one line at constant pressure, B_v for all
+friction. `full_stability` asks the same of the whole plant at an operating point.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from enum import StrEnum
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import minimize_scalar
+
+from stillhook.analysis.linear import eigenfrequency, gain_limit
+from stillhook.analysis.linearise import linearise, plant_loop, plc_loop, settled_displacement
+from stillhook.analysis.margins import Loop, Margins, margins, position_loop, sampled, strongest
+from stillhook.analysis.operating_point import OperatingPoint, operating_point
+from stillhook.analysis.steady import steady
+from stillhook.analysis.transfer import About, lever, motor_slope, on_layer, whole_matrices
+from stillhook.crane import Crane
+from stillhook.engine.pack import drum_record, gains
+from stillhook.errors import StillhookError
+from stillhook.library import changed
+from stillhook.physics.drum import K_wire as ratio_of
+from stillhook.scenario import Mode
+from stillhook.variables import BY_NAME
+
+if TYPE_CHECKING:
+    import xarray
+
+FloatArray = NDArray[np.float64]
+
+
+class Stability(NamedTuple):
+    """The position loop of one crane at one displacement, SI.
+
+    alpha_m [-], K_wire [-], J_m [kg m^2], v_tip [m/s]: where; K_p, K_p_ms [1/m], omega_c [rad/s]: the crane's gain, that of marginal
+    stability and the frequency there; omega_0 [rad/s], zeta [-], period [s] of the active circuit; gain_margin, phase_margin [rad],
+    omega_gc [rad/s], delay_margin [s], sensitivity_peak of the continuous loop (see `margins.Margins`); t_cycle, delay [s] and the same
+    with PLC and delay, ending in _plc; K_p_strong [1/m] the largest gain that keeps a gain margin of 2, 45 degrees and a sensitivity peak
+    of 2 with PLC and delay; poles of the whole closed loop [1/s]; stable, stable_plc.
+    """
+
+    alpha_m: float
+    K_wire: float
+    J_m: float
+    v_tip: float
+    K_p: float
+    K_p_ms: float
+    omega_c: float
+    omega_0: float
+    zeta: float
+    period: float
+    gain_margin: float
+    phase_margin: float
+    omega_gc: float
+    delay_margin: float
+    sensitivity_peak: float
+    t_cycle: float
+    delay: float
+    K_p_ms_plc: float
+    omega_c_plc: float
+    gain_margin_plc: float
+    phase_margin_plc: float
+    omega_gc_plc: float
+    delay_margin_plc: float
+    sensitivity_peak_plc: float
+    K_p_strong: float
+    poles: tuple[complex, ...]
+    stable: bool
+    stable_plc: bool
+
+    @property
+    def ok(self) -> bool:
+        """Whether the loop dies out, as published and with PLC and delay, with positive margins."""
+        return self.stable and self.stable_plc and self.gain_margin > 1.0 and self.gain_margin_plc > 1.0
+
+    def table(self) -> dict[str, Any]:
+        """Name -> value in SI; poles as pairs of real and imaginary part."""
+        return self._asdict() | {"poles": [[p.real, p.imag] for p in self.poles]}
+
+
+class Over(StrEnum):
+    """What a sweep goes over."""
+
+    ALPHA_M = "alpha_m"
+    LAYER = "layer"
+    LEAKAGE = "leakage"
+    DAMPING = "damping"
+    BULK_MODULUS = "bulk_modulus"
+    DELAY = "delay"
+
+
+VARIED = {Over.LEAKAGE: "C_leak", Over.DAMPING: "B_v", Over.BULK_MODULUS: "bulk_modulus"}
+"""Name, in the nomenclature, of the crane's number that a sweep changes."""
+TIMES = np.geomspace(0.25, 4.0, 17)
+"""Default of those sweeps: the crane's own number times these. No source: wide enough for wear, aeration and a poor guess."""
+SWEPT = (
+    "K_p_ms", "omega_c", "omega_0", "zeta", "gain_margin", "phase_margin", "delay_margin", "sensitivity_peak",
+    "K_p_ms_plc", "gain_margin_plc", "phase_margin_plc", "delay_margin_plc", "sensitivity_peak_plc",
+)  # fmt: skip
+
+
+def stability(crane: Crane, alpha_m: float | None = None, *, layer: int | None = None, v_tip: float = 0.0, delay: float = 0.0) -> Stability:
+    """Margins of the published position loop.
+
+    Parameters: alpha_m displacement of the motors [-], default where SSC stands at v_tip: 1 at rest; layer that the drum turns on,
+    with the inertia of a drum that is full up to it, default the published outer diameter and full drum; v_tip steady speed of the
+    tip [m/s], which closes the motors' own loop through the measured displacement (it moves two poles and no limit); delay [s] of the
+    position feedback's whole way around, for the values that end in _plc. It is not the delay of the motion unit, which stands outside
+    the loop and costs error, not stability.
+
+    Errors: StillhookError for a number outside its range, or K_p = 0.
+    Source: Moslatt 2020 paper E eqs 12 to 21, corrected (`stillhook.analysis.transfer`); PLC and delay are not in print.
+    """
+    machine, K_wire = (crane, 1.0) if layer is None else on_layer(crane, layer)
+    _check(v_tip, delay)
+    alpha = steady(machine, -v_tip, Mode.SSC, K_wire=K_wire).alpha_m if alpha_m is None else alpha_m
+    e, limit = eigenfrequency(machine, alpha), gain_limit(machine, alpha, K_wire)
+    plain = position_loop(machine, alpha, K_wire=K_wire)
+    held = sampled(plain, crane.control.t_cycle, delay)
+    A = whole_matrices(machine, _about(machine, v_tip, alpha, K_wire), K_wire=K_wire)[0]
+    where = {"alpha_m": alpha, "K_wire": K_wire, "J_m": e.J_m, "v_tip": v_tip}
+    found = {"K_p_ms": limit.K_p_ms, "omega_c": limit.omega_c, "omega_0": e.omega_0, "zeta": e.zeta, "period": e.period}
+    return _stability(crane, where, found, (plain, held), delay, np.linalg.eigvals(A))
+
+
+def full_stability(
+    crane: Crane, *, load: float, s_w: float, v_tip: float, alpha_m: float | None = None, mode: Mode | str = Mode.SSC, delay: float = 0.0
+) -> tuple[Stability, OperatingPoint]:
+    """The same of the whole plant while it compensates a steady tip speed, by numeric linearisation, and the operating point.
+
+    Parameters: load payload [kg]; s_w wire paid out [m]; v_tip steady speed of the tip, up positive [m/s]; alpha_m [-], default where the
+    mode's law holds the motors; mode; delay [s] of the position feedback.
+    K_p_ms is that of the plant with motors and passive circuit standing, as in paper E; with PLC all loops are closed, poles as well.
+    omega_0 and zeta are those of the mode in which the winch swings on the oil of its lines.
+    Errors: StillhookError for a point that the winch cannot reach, or a winch at rest, which sticks.
+    """
+    _check(v_tip, delay)
+    if v_tip == 0.0:
+        raise StillhookError(
+            "v_tip = 0: a winch at rest sticks, and its loop has no limit until it slides. Give a speed, such as 10 m/min."
+        )
+
+    def at(alpha: float) -> OperatingPoint:
+        return operating_point(crane, -v_tip, alpha, load=load, s_w=s_w, v_tip=v_tip)
+
+    point = settled_displacement(crane, at, mode) if alpha_m is None else at(alpha_m)
+    linear = linearise(point)
+    plain, held = plant_loop(linear), plc_loop(crane, point, mode=mode, delay=delay)
+    swing = max((m for m in linear.modes() if m.pole.imag > 0.0), key=lambda m: m.share("p_a", "p_b", "omega_m"))
+    limit = margins(plain, crane.control.K_p)
+    where = {
+        "alpha_m": point.alpha_m,
+        "K_wire": float(ratio_of(point.geometry.d, drum_record(crane))),
+        "J_m": 1.0 / point.geometry.i_J,
+        "v_tip": v_tip,
+    }
+    found = {
+        "K_p_ms": limit.gain_margin * crane.control.K_p,
+        "omega_c": limit.omega_c,
+        "omega_0": swing.omega_0,
+        "zeta": swing.zeta,
+        "period": 2.0 * math.pi / swing.omega_0,
+    }
+    z = held.closed_poles(crane.control.K_p)
+    poles = np.log(z[np.abs(z) > 1e-6]) / held.t_cycle
+    return _stability(crane, where, found, (plain, held), delay, poles), point
+
+
+def _check(v_tip: float, delay: float) -> None:
+    if not math.isfinite(v_tip):
+        raise StillhookError(f"v_tip = {v_tip:g} m/s: give a finite speed.")
+    if not 0.0 <= delay < 10.0:
+        raise StillhookError(f"delay = {delay:g} s: allowed is 0 up to 10 s.")
+
+
+def _about(crane: Crane, v_tip: float, alpha_m: float, K_wire: float) -> About:
+    """Steady operation at a displacement that need not be that of SSC."""
+    omega_m = -v_tip / lever(crane, K_wire)
+    u_ff = -gains(crane).K_1 * v_tip * K_wire * alpha_m
+    dp = crane.control.B_v * omega_m / (crane.active.motor.D_total * alpha_m)
+    return About(v_tip, alpha_m, u_ff, omega_m, dp, motor_slope(crane, Mode.SSC, alpha_m, u_ff))
+
+
+def _stability(
+    crane: Crane, where: Mapping[str, float], found: Mapping[str, float], loops: tuple[Loop, Loop], delay: float, poles: Any
+) -> Stability:
+    K_p = crane.control.K_p
+    plain, held = (margins(loop, K_p) for loop in loops)
+    return Stability(
+        **where,
+        **found,
+        **_named(plain, ""),
+        **_named(held, "_plc"),
+        K_p=K_p,
+        t_cycle=crane.control.t_cycle,
+        delay=delay,
+        K_p_ms_plc=held.gain_margin * K_p,
+        omega_c_plc=held.omega_c,
+        K_p_strong=strongest(loops[1]),
+        poles=tuple(complex(p) for p in sorted(poles, key=lambda p: (abs(p), p.imag))),
+        stable=plain.stable,
+        stable_plc=held.stable,
+    )
+
+
+def _named(m: Margins, end: str) -> dict[str, Any]:
+    names = ("gain_margin", "phase_margin", "omega_gc", "delay_margin", "sensitivity_peak")
+    return {f"{n}{end}": getattr(m, n) for n in names}
+
+
+def least_limit(crane: Crane) -> tuple[float, float]:
+    """Displacement at which the gain limit is lowest [-], and that limit [1/m]: below, where no mode goes, it rises again.
+
+    There the winch swings so slowly that the decay of the circuit alone, which does not depend on the displacement, holds it.
+    """
+    found = minimize_scalar(lambda a: gain_limit(crane, a).K_p_ms, bounds=(1e-3, 1.0), method="bounded", options={"xatol": 1e-9})
+    return float(found.x), float(found.fun)
+
+
+def sweep(
+    crane: Crane, over: Over | str = Over.ALPHA_M, values: Sequence[float] | None = None, *, alpha_m: float = 1.0, delay: float = 0.0
+) -> xarray.Dataset:
+    """Gain limit, eigenfrequency, damping and margins of the published loop over one quantity.
+
+    Parameters: over "alpha_m", "layer", "leakage" (C_leak), "damping" (B_v), "bulk_modulus" or "delay"; values in SI, default a range
+    about the crane's own; alpha_m of the sweeps over something else [-]; delay [s].
+    Returns: Dataset over that quantity, variables as in `Stability`.
+    Errors: StillhookError for an unknown quantity or a value outside its range.
+    """
+    import xarray
+
+    if over not in tuple(Over):
+        raise StillhookError(f'over = "{over}": give one of {", ".join(Over)}.')
+    what = Over(over)
+    name = VARIED.get(what, what.value)
+    at = np.asarray(_default(crane, what) if values is None else list(values), dtype=np.float64)
+    rows = [_swept(crane, what, float(v), alpha_m, delay) for v in at]
+    data = {n: (name, [getattr(r, n) for r in rows], _attrs(n)) for n in SWEPT}
+    fixed = {} if what is Over.ALPHA_M else {"alpha_m": alpha_m}
+    return xarray.Dataset(data, coords={name: (name, at, _attrs(name))}, attrs={"crane": crane.name, "K_p": crane.control.K_p, **fixed})
+
+
+def _default(crane: Crane, what: Over) -> FloatArray:
+    own = {
+        Over.LEAKAGE: crane.active.C_leak,
+        Over.DAMPING: crane.control.B_v,
+        Over.BULK_MODULUS: crane.active.line.bulk_modulus,
+    }
+    if what in own:
+        return np.asarray(own[what] * TIMES, dtype=np.float64)
+    if what is Over.LAYER:
+        return np.arange(1.0, crane.drum.layers + 1.0)
+    return np.linspace(0.0, 0.5, 26) if what is Over.DELAY else np.linspace(0.05, 1.0, 39)
+
+
+def _swept(crane: Crane, what: Over, value: float, alpha_m: float, delay: float) -> Stability:
+    if what is Over.ALPHA_M:
+        return stability(crane, value, delay=delay)
+    if what is Over.LAYER:
+        return stability(crane, alpha_m, layer=int(value), delay=delay)
+    if what is Over.DELAY:
+        return stability(crane, alpha_m, delay=value)
+    changes: dict[Over, Mapping[str, Any]] = {
+        Over.LEAKAGE: {"active": {"C_leak": f"{value!r} m^3/s/Pa"}},
+        Over.DAMPING: {"control": {"B_v": f"{value!r} N m s/rad"}},
+        Over.BULK_MODULUS: {"active": {"line": {"bulk_modulus": f"{value!r} Pa"}}},
+    }
+    return stability(changed(crane, changes[what]), alpha_m, delay=delay)
+
+
+def bode(crane: Crane, alpha_m: float = 1.0, *, K_wire: float = 1.0, delay: float = 0.0, omega: FloatArray | None = None) -> xarray.Dataset:
+    """Magnitude [-] and unwrapped phase [rad] of the cut loop at the crane's K_p over omega [rad/s]: continuous, and with PLC and delay."""
+    import xarray
+
+    plain = position_loop(crane, alpha_m, K_wire=K_wire)
+    held = sampled(plain, crane.control.t_cycle, delay)
+    w = np.geomspace(0.01, held.nyquist * 0.999, 1200) if omega is None else np.asarray(omega, dtype=np.float64)
+    data = {}
+    for end, loop in (("", plain), ("_plc", held)):
+        L = crane.control.K_p * loop.response(w)
+        data[f"loop_gain{end}"] = ("omega", np.abs(L), _attrs(f"loop_gain{end}"))
+        data[f"loop_phase{end}"] = ("omega", np.unwrap(np.angle(L)), _attrs(f"loop_phase{end}"))
+    fixed = {"crane": crane.name, "K_p": crane.control.K_p, "alpha_m": alpha_m, "delay": delay}
+    return xarray.Dataset(data, coords={"omega": ("omega", w, _attrs("omega"))}, attrs=fixed)
+
+
+def root_locus(crane: Crane, alpha_m: float = 1.0, *, K_wire: float = 1.0, K_p: Sequence[float] | None = None) -> xarray.Dataset:
+    """Poles of the published position loop [1/s] over K_p [1/m], each followed along its branch: real and imaginary part."""
+    import xarray
+
+    loop = position_loop(crane, alpha_m, K_wire=K_wire)
+    limit = gain_limit(crane, alpha_m, K_wire).K_p_ms
+    at = np.concatenate([[0.0], np.geomspace(1e-3, 3.0, 200) * limit]) if K_p is None else np.asarray(list(K_p), dtype=np.float64)
+    poles = [np.sort_complex(loop.closed_poles(float(at[0])))]
+    for K in at[1:]:
+        poles.append(_followed(poles[-1], loop.closed_poles(float(K))))
+    P = np.array(poles)
+    names = {"pole_re": P.real, "pole_im": P.imag}
+    data = {n: (("K_p", "branch"), v, _attrs(n)) for n, v in names.items()}
+    return xarray.Dataset(data, coords={"K_p": ("K_p", at, _attrs("K_p"))}, attrs={"crane": crane.name, "alpha_m": alpha_m})
+
+
+def _followed(before: NDArray[np.complex128], now: NDArray[np.complex128]) -> NDArray[np.complex128]:
+    """Poles in the order of those before, each the nearest one."""
+    from scipy.optimize import linear_sum_assignment
+
+    _, order = linear_sum_assignment(np.abs(before[:, None] - now[None, :]))
+    return np.asarray(now[order], dtype=np.complex128)
+
+
+def _attrs(name: str) -> dict[str, str]:
+    v = BY_NAME.get(name)
+    return {} if v is None else {"units": v.unit, "long_name": v.meaning}
