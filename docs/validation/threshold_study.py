@@ -1,0 +1,237 @@
+"""Thesis section 2.7.1 and paper E section 5.1.1: the threshold u_thr of SSC from 0.4 to 0.6, and further than they went."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from batch import Numbers, side_by_side, sine
+from blocks import percent, save, table, verdict
+from numpy.typing import NDArray
+
+from stillhook import Crane, Scenario, load_crane
+from stillhook.analysis.steady import reduction_lead
+from stillhook.engine.pack import gains
+from stillhook.io.figures import COLOURS
+from stillhook.library import changed
+
+PAGE = "threshold-study.md"
+CRANE = load_crane("nov-250t")
+THRESHOLDS = (0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9)
+SPEEDS = (50.0, 65.0, 80.0, 95.0, 110.0)  # m/min
+PERIODS = (6.0, 8.0, 10.0, 12.0, 14.0)  # s
+LOADS = (("100 t", "100 m"), ("0 t", "100 m"))  # load, wire out
+V_WORST, T_WORST = 110.0, 6.0  # m/min, s: paper E's worst case, and the shortest period that the crane was to handle
+TRIED, PREFERRED = 0.4, 0.6
+K_2 = gains(CRANE).K_2
+FloatArray = NDArray[np.float64]
+
+
+def at(crane: Crane, u_thr: float) -> Crane:
+    return changed(crane, {"control": {"u_thr": u_thr}})
+
+
+def lead(u_thr: float, v: float, period: float) -> float:
+    """Time from the start of the reduction to the peak of the speed [s]; v [m/min]."""
+    return reduction_lead(at(CRANE, u_thr), v / 60.0, period)
+
+
+def at_full(u_thr: float, v: float) -> float:
+    """Part of a sine of peak speed v [m/min] in which full displacement is commanded: the reduction takes two leads each half period."""
+    return 1.0 - 4.0 * lead(u_thr, v, 1.0)
+
+
+def case(load: str, s_w: str, v: float, period: float, mode: str = "ssc") -> Scenario:
+    asked: dict[str, Any] = {"load": load, "s_w": s_w, "warm_up": "40 s", "duration": "82 s", "mode": mode}
+    return Scenario(tip=sine(v / 60.0, period), **asked)
+
+
+class Grid(NamedTuple):
+    """Results over threshold, speed and period."""
+
+    runs: dict[tuple[float, float, float], Numbers]
+
+    def of(self, name: str, u_thr: float, speeds: Sequence[float], periods: Sequence[float]) -> FloatArray:
+        return np.array([[self.runs[u_thr, v, T][name] for T in periods] for v in speeds])
+
+
+def grid(
+    crane: Crane,
+    load: tuple[str, str],
+    thresholds: Sequence[float],
+    speeds: Sequence[float],
+    periods: Sequence[float],
+    mode: str = "ssc",
+) -> Grid:
+    keys = [(u, v, T) for u in thresholds for v in speeds for T in periods]
+    cranes = {u: at(crane, u) for u in thresholds}
+    found = side_by_side([(cranes[u], case(*load, v, T, mode)) for u, v, T in keys])
+    return Grid(dict(zip(keys, found, strict=True)))
+
+
+class Row(NamedTuple):
+    """One variant of the crane, the load or the law."""
+
+    label: str
+    changes: Mapping[str, Any] = {}
+    load: tuple[str, str] = LOADS[0]
+    mode: str = "ssc"
+
+
+def servo(circuit: str, omega_n: str) -> dict[str, Any]:
+    return {"active": {circuit: {"servo": {"omega_n": omega_n}}}}
+
+
+ROWS = (
+    Row("**as above**"),
+    Row("empty hook", load=LOADS[1]),
+    Row("motors at 3 rad/s instead of 5", servo("motor", "3 rad/s")),
+    Row("motors at 10 rad/s", servo("motor", "10 rad/s")),
+    Row("motors in open loop with feedback", {"active": {"motor": {"variant": "open-loop-feedback"}}}),
+    Row("pumps three times as fast, 93 rad/s", servo("pump", "93 rad/s")),
+    Row("motors that do not leak", {"active": {"motor": {"C_1": "0 L/min/bar", "C_2": "0 L/min/bar/(rev/min)"}}}),
+    Row("smallest displacement 0.70 instead of 0.60", {"active": {"motor": {"alpha_min": 0.7}}, "control": {"alpha_hs": 0.7}}),
+    Row("cubic law", mode="ssc-cubic"),
+    Row("friction of L4593", {"friction": {"library": "L4593"}}),
+    Row("`K_2` none", {"control": {"K_2": "0 s^2/m"}}),
+    Row("`K_2` doubled", {"control": {"K_2": f"{2.0 * K_2} s^2/m"}}),
+    Row("1500 m of wire out", load=("100 t", "1500 m")),
+)
+FEW_THRESHOLDS, FEW_SPEEDS, FEW_PERIODS = (0.4, 0.6, 0.8), (50.0, 80.0, 100.0), (6.0, 8.0, 12.0)
+CM, BAR = 100.0, 1e-5
+
+
+def variant(row: Row) -> tuple[object, ...]:
+    found = grid(changed(CRANE, row.changes) if row.changes else CRANE, row.load, FEW_THRESHOLDS, FEW_SPEEDS, FEW_PERIODS, row.mode)
+    slow, usual, fast = ([CM * found.of("e_c_pp", u, (v,), FEW_PERIODS).mean() for u in FEW_THRESHOLDS] for v in FEW_SPEEDS)
+    worst = [CM * float(found.of("e_c_pp", u, (FEW_SPEEDS[-1],), (T_WORST,))[0, 0]) for u in FEW_THRESHOLDS]
+    return (row.label, *(f"{e:.1f}" for e in (*slow, *usual, *fast, *worst)))
+
+
+def saturated(g: Grid, u_thr: float) -> float:
+    """Part of the time with full pumps in the worst case [-]."""
+    one = g.runs[u_thr, V_WORST, T_WORST]
+    return one["saturation_time"] / one["counted_time"]
+
+
+def errors(found: Mapping[str, Grid]) -> list[tuple[object, ...]]:
+    """Mean over the periods by threshold and speed, both loads [cm]."""
+    rows = []
+    for u in THRESHOLDS:
+        cells = [[CM * g.of("e_c_pp", u, (v,), PERIODS).mean() for v in SPEEDS] for g in found.values()]
+        rows.append((u, *(f"{e:.1f}" for e in cells[0]), *(f"{e:.1f}" for e in cells[1])))
+    return rows
+
+
+def times(loaded: Grid) -> list[tuple[object, ...]]:
+    return [
+        (
+            u,
+            *(f"{lead(u, v, T):.2f} s" for v in (80.0, V_WORST) for T in (T_WORST, 12.0)),
+            *(percent(at_full(u, v)) for v in (50.0, 80.0, V_WORST)),
+            *(percent(float(loaded.of("alpha_p_max", u, (v,), PERIODS[1:]).max())) for v in (50.0, 80.0, 95.0, V_WORST)),
+            percent(saturated(loaded, u)),
+            f"{BAR * loaded.of('p_max', u, SPEEDS, (T_WORST,)).mean():.0f}",
+            f"{BAR * loaded.of('p_max', u, SPEEDS, PERIODS[1:]).mean():.0f}",
+        )
+        for u in THRESHOLDS
+    ]
+
+
+def claims(loaded: Grid, empty: Grid) -> dict[str, tuple[str, str, str]]:
+    """claim -> theirs, ours, verdict; the index repeats them."""
+
+    def e(g: Grid, u: float, *speeds: float) -> float:
+        return CM * float(g.of("e_c_pp", u, speeds, PERIODS).mean())
+
+    both = (loaded, empty)
+    more = {v: at_full(PREFERRED, v) - at_full(TRIED, v) for v in (80.0, V_WORST)}
+    change = [e(g, PREFERRED, *SPEEDS) / e(g, TRIED, *SPEEDS) - 1.0 for g in both]
+    larger = [e(g, 0.9, *SPEEDS) / e(g, PREFERRED, *SPEEDS) - 1.0 for g in both]
+    slow = e(loaded, PREFERRED, SPEEDS[0]) / e(loaded, TRIED, SPEEDS[0]) - 1.0
+    short, long = (CM * float(loaded.of("e_c_pp", PREFERRED, (V_WORST,), (T,))[0, 0]) for T in (T_WORST, 12.0))
+    worst = short / (CM * loaded.runs[TRIED, V_WORST, T_WORST]["e_c_pp"]) - 1.0
+    full = {u: percent(saturated(loaded, u)) for u in (PREFERRED, 0.9)}
+    used = [float(loaded.of("alpha_p_max", u, (80.0,), PERIODS).max()) for u in (TRIED, PREFERRED, 0.9)]
+    return {
+        "motors have this long at 110 m/min and `u_thr` 0.6": (
+            "1.1 s",
+            f"{lead(PREFERRED, V_WORST, T_WORST):.2f} s at 6 s, {lead(PREFERRED, V_WORST, 12.0):.2f} s at 12 s",
+            verdict(abs(lead(PREFERRED, V_WORST, T_WORST) - 1.1) < 0.05, "not reproduced"),
+        ),
+        "motors stroke fast enough down to 6 s": (
+            "yes",
+            f"at 110 m/min and 6 s the pumps are full {full[PREFERRED]} of the time, the error is {short:.1f} cm ({long:.1f} cm at 12 s)",
+            verdict(short < long, "not reproduced"),
+        ),
+        "0.6 keeps full displacement more often than 0.4": (
+            "yes",
+            f"by {percent(more[80.0])} of the time at 80 m/min, {percent(more[V_WORST])} at 110 m/min",
+            verdict(min(more.values()) > 0.0, "not reproduced"),
+        ),
+        "so 0.6 performs better than 0.4": (
+            "yes, no number",
+            f"error {percent(change[0], sign=True)} with 100 t, {percent(change[1], sign=True)} with none; "
+            f"with 100 t {percent(slow, sign=True)} at 50 m/min and {percent(worst, sign=True)} at 110 m/min and 6 s",
+            verdict(max(change) < -0.02, "at low speed and in the worst case only"),
+        ),
+        "the largest `u_thr` need the fastest motors": (
+            "yes",
+            f"at 110 m/min and 6 s pumps are full {full[0.9]} of the time with 0.9, {full[PREFERRED]} with 0.6",
+            verdict(saturated(loaded, 0.9) > saturated(loaded, PREFERRED), "not reproduced"),
+        ),
+        "a `u_thr` above 0.6": (
+            "not examined",
+            f"0.9: error {percent(larger[0], sign=True)} with 100 t, {percent(larger[1], sign=True)} with none; "
+            f"pumps up to {percent(used[2])} at 80 m/min instead of {percent(used[1])}",
+            "no better" if min(larger) > 0.0 else "better",
+        ),
+    }
+
+
+def compute() -> tuple[dict[str, str], dict[str, tuple[str, str, str]], dict[str, Grid]]:
+    """Blocks of the page, its claims, and the grids of the picture."""
+    found = {load: grid(CRANE, (load, s_w), THRESHOLDS, SPEEDS, PERIODS) for load, s_w in LOADS}
+    loaded, empty = found.values()
+    told = claims(loaded, empty)
+    speeds = [f"{v:g}" for v in SPEEDS]
+    head_times = (
+        "`u_thr`", "lead at 80, 6 s", "12 s", "at 110, 6 s", "12 s", "full at 50", "at 80", "at 110",
+        "pumps at 50", "at 80", "at 95", "at 110", "pumps full", "peak at 6 s", "8 to 14 s",
+    )  # fmt: skip
+    head_varied = ("variant", *(f"{v:g}: {u}" for v in FEW_SPEEDS for u in FEW_THRESHOLDS), *(f"6 s, 100: {u}" for u in FEW_THRESHOLDS))
+    blocks = {
+        "claims": table(("claim", "theirs", "ours", "verdict"), [(name, *what) for name, what in told.items()]),
+        "times": table(head_times, times(loaded)),
+        "errors": table(("`u_thr`", *(f"100 t: {v}" for v in speeds), *(f"empty: {v}" for v in speeds)), errors(found)),
+        "sensitivity": table(head_varied, [variant(r) for r in ROWS]),
+    }
+    return blocks, told, found
+
+
+def draw(found: Mapping[str, Grid]) -> None:
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(10.0, 7.5), layout="constrained")
+    axes = figure.subplots(2, 2, sharex=True)
+    panels = (
+        ("e_c_pp", CM, T_WORST, "error peak-to-peak [cm], 6 s"),
+        ("e_c_pp", CM, 12.0, "error peak-to-peak [cm], 12 s"),
+        ("alpha_p_max", 1.0, 12.0, "highest pump setting [-], 12 s"),
+        ("p_max", BAR, T_WORST, "highest pressure [bar], 6 s"),
+    )
+    for ax, (name, scale, period, label) in zip(axes.flat, panels, strict=True):
+        for colour, v in zip(COLOURS, SPEEDS, strict=False):
+            for (load, g), style in zip(found.items(), ("-", "--"), strict=True):
+                y = [scale * float(g.of(name, u, (v,), (period,))[0, 0]) for u in THRESHOLDS]
+                ax.plot(THRESHOLDS, y, style, color=colour, lw=1.4, label=f"{v:g} m/min" if load == LOADS[0][0] else None)
+        ax.axvspan(TRIED, PREFERRED, color="#EEEEEE", zorder=0)
+        ax.set_ylabel(label)
+        ax.grid(alpha=0.3)
+    for ax in axes[1]:
+        ax.set_xlabel("u_thr [-]")
+    figure.suptitle("nov-250t, SSC: solid with 100 t, dashed with the empty hook; grey: what was tried at the quay", fontsize="medium")
+    handles, labels = axes[0, 0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncols=len(labels), fontsize="small", frameon=False)
+    save(figure, "threshold-study.png")
