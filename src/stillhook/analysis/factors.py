@@ -1,0 +1,189 @@
+"""The closed table of what is uncertain about a winch, how wide, and what each factor does to crane and scenario."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from stillhook.analysis.distribution import Distribution, Law
+from stillhook.crane import Crane, ServoVariant, effective_inertia, wire_inertia
+from stillhook.scenario import Scenario
+
+CASE = "case."
+"""Begin of the paths that lie in the scenario; all others lie in the crane."""
+LONGEST_DELAY = 10.0
+"""Largest delay of the tip's signals that a scenario takes [s]."""
+RESPONSE = (0.7, 1.0, 3.5)
+"""Time that a motor takes to swivel [s]: shortest, that of 5 rad/s, longest. Source: Moslatt 2020 paper F section 2.2, paper C."""
+
+
+class Target(NamedTuple):
+    """A number that a factor changes: dotted path, and the share of it that follows the factor.
+
+    The number becomes `base (1 + share (factor - 1))`; share None: it is the factor's value itself.
+    """
+
+    path: str
+    share: Callable[[Crane], float] | None
+
+
+def _all(crane: Crane) -> float:
+    return 1.0
+
+
+def _beside_wire(crane: Crane) -> float:
+    """By how much the inertia beside the wire changes for one part of the whole: the wire's own inertia is known, from its mass [-]."""
+    J, J_wire = effective_inertia(crane), wire_inertia(crane.drum, crane.wire) / crane.i_hD**2
+    return J / (J - J_wire)
+
+
+def _scaled(*paths: str) -> tuple[Target, ...]:
+    return tuple(Target(path, _all) for path in paths)
+
+
+@dataclass(frozen=True)
+class Factor:
+    """One thing that is not known well.
+
+    kind of quantity ("": a pure number); default distribution with the reason of its width; whether it is among those drawn by default;
+    least, most what it may be [SI]; targets what it changes, those that a crane does not have left out.
+    """
+
+    name: str
+    meaning: str
+    targets: tuple[Target, ...]
+    default: Distribution
+    reason: str
+    drawn: bool = True
+    kind: str = ""
+    least: float = 0.0
+    most: float = math.inf
+
+    def absent(self, crane: Crane, case: Scenario) -> str:
+        """Why it changes nothing here; "" where it does."""
+        if self.name == "motor_offset" and crane.active.motor.variant is ServoVariant.CLOSED_LOOP:
+            return f'the motors of "{crane.name}" are closed-loop. Set active.motor.variant, or leave it out.'
+        if crane.passive is None and all(t.path.startswith("passive.") for t in self.targets):
+            return f'"{crane.name}" has no passive circuit. Leave it out.'
+        if self.name == "load" and case.load == 0.0:
+            return "nothing but the hook hangs on the wire. Leave it out."
+        return ""
+
+
+LOSSES = ("X_1", "X_2", "X_3", "X_4", "X_5")
+DRY_AND_VISCOUS = ("Y_1", "Y_2", "Y_3", "Y_5", "Y_6")
+BOTH = ("active", "passive")
+MOTOR_LEAKS = tuple(f"{c}.motor.{C}" for c in BOTH for C in ("C_1", "C_2"))
+PUMP_LEAKS = tuple(f"{c}.pump.leak_scale" for c in BOTH)
+
+
+def _normal(deviation: float) -> Distribution:
+    return Distribution(Law.NORMAL, (1.0, deviation))
+
+
+def _lognormal(spread: float) -> Distribution:
+    return Distribution(Law.LOGNORMAL, (1.0, spread))
+
+
+def _triangular(low: float, high: float, peak: float = 1.0) -> Distribution:
+    return Distribution(Law.TRIANGULAR, (low, peak, high))
+
+
+_TABLE = (
+    Factor(
+        "friction",
+        "system friction of gears, bearings, sheaves and wire: Y_1, Y_2, Y_3, Y_5, Y_6 together",
+        _scaled(*(f"friction.system.{Y}" for Y in DRY_AND_VISCOUS)),
+        _lognormal(1.3),
+        "assumed; published sets of three cranes differ by up to a factor of 5 per motor at the same drum torque",
+    ),
+    Factor(
+        "motor_loss",
+        "torque loss of all motors: X_1 to X_5 together",
+        _scaled(*(f"{c}.motor.loss.{X}" for c in BOTH for X in LOSSES)),
+        _normal(0.1),
+        "paper D: friction of motors in place lies within 10 % of its average over displacements",
+    ),
+    Factor(
+        "leakage",
+        "leakage of all motors and pumps together",
+        _scaled(*MOTOR_LEAKS, *PUMP_LEAKS),
+        _lognormal(1.3),
+        "assumed: new to worn; cranes of the thesis have 0.28 to 0.42 L/min/bar",
+    ),
+    Factor("pump_leakage", "leakage of all pumps", _scaled(*PUMP_LEAKS), _lognormal(1.3), "assumed, as leakage", drawn=False),
+    Factor("motor_leakage", "leakage of all motors: C_1, C_2", _scaled(*MOTOR_LEAKS), _lognormal(1.3), "assumed, as leakage", drawn=False),
+    Factor(
+        "inertia",
+        "J_m_eff with a full drum; motors, gears and drum share the difference, the wire keeps its mass",
+        (
+            *(Target(path, _beside_wire) for path in (*(f"{c}.motor.J" for c in BOTH), "inertia.J_gear", "inertia.J_drum")),
+            Target("inertia.J_m_eff", _all),
+        ),
+        _normal(0.05),
+        "assumed: published with two digits, its parts are ours",
+    ),
+    Factor(
+        "bulk_modulus",
+        "effective bulk modulus of the oil in all lines",
+        _scaled(*(f"{c}.line.bulk_modulus" for c in BOTH)),
+        _triangular(0.6, 1.1),
+        "assumed: 17 500 bar is near the top for oil in pipes; air and hoses lower it",
+    ),
+    Factor("line_volume", "oil volume of the active lines", _scaled("active.line.V"), _triangular(0.8, 1.25), "assumed; 80 L in paper E"),
+    Factor(
+        "pump_servo",
+        "natural frequency of the pumps' displacement control; the PLC's K_2 stays as it is",
+        _scaled(*(f"{c}.pump.servo.omega_n" for c in BOTH)),
+        _triangular(0.85, 1.15),
+        "assumed; fitted to measurements with a good fit (paper F figure 6)",
+    ),
+    Factor(
+        "pump_zeta",
+        "damping ratio of the pumps' displacement control; the PLC's K_2 stays as it is",
+        _scaled(*(f"{c}.pump.servo.zeta" for c in BOTH)),
+        _triangular(0.8, 1.2),
+        "assumed, as pump_servo",
+    ),
+    Factor(
+        "motor_servo",
+        "natural frequency of the motors' displacement control",
+        _scaled(*(f"{c}.motor.servo.omega_n" for c in BOTH)),
+        _triangular(RESPONSE[1] / RESPONSE[2], RESPONSE[1] / RESPONSE[0]),
+        "published: responses of 0.7 to 3.5 s (papers C and F), 1 s at the 5 rad/s of the library",
+    ),
+    Factor(
+        "motor_offset",
+        "open loop: displacement of the active motors above its command, part of D_max",
+        (Target("active.motor.offset", None),),
+        Distribution(Law.UNIFORM, (0.05, 0.10)),
+        "published: up to 20 of 215 cm^3/rev (paper E section 5.1.1)",
+        most=0.99,
+    ),
+    Factor("boost", "boost pressure of the active circuit", _scaled("active.boost.p"), _triangular(0.9, 1.1), "assumed; 25 bar in paper E"),
+    Factor(
+        "gas_pressure",
+        "gas charge of the accumulator, and with it the set point of the passive pumps",
+        _scaled("passive.accumulator.gas.p_0"),
+        _normal(0.03),
+        "assumed: 10 K of gas temperature at the charge",
+    ),
+    Factor(
+        "delay",
+        "delay of the tip's motion signals",
+        (Target(f"{CASE}sensors.delay", None),),
+        Distribution(Law.UNIFORM, (0.0, 0.020)),
+        "assumed: at most a PLC cycle of 10 ms and a sample of a motion unit at 100 Hz",
+        kind="time",
+        most=LONGEST_DELAY,
+    ),
+    Factor("wire_stiffness", "elastic modulus of the wire", _scaled("wire.E"), _normal(0.1), "assumed, as the wire's fill is"),
+    Factor("load", "mass of the payload", _scaled(f"{CASE}load"), _triangular(0.97, 1.03), "assumed: weighed to 3 %"),
+)
+
+FACTORS: Mapping[str, Factor] = {f.name: f for f in _TABLE}
+"""Every factor by name, in the order in which tables show them."""
+EXCLUSIVE = (("leakage", "pump_leakage"), ("leakage", "motor_leakage"))
+"""Pairs that would count the same thing twice."""
