@@ -50,10 +50,10 @@ RULES = (
     Rule("accumulator at its end", "acc", _status("accumulator"), "the passive circuit stops carrying the load; none is tolerated"),
     Rule("motors too fast", "fast", _status("overspeed"), "above the maker's limit at this displacement; none is tolerated"),
     Rule("cavitation", "cav", _status("cavitation"), "a line at or below zero gauge; none is tolerated"),
-    Rule("relief valves", "relief", _status("relief"), "no pressure is left for what was not planned; none is tolerated"),
+    Rule("relief valves", "rel", _status("relief"), "no pressure is left for what was not planned; none is tolerated"),
     Rule("pumps saturated", "sat", _saturated, "full pumps for more than a tenth of the counted time: speed that is not there"),
     Rule("uncompensated", "unc", _status("uncompensated"), "the error is about as large as the tip's motion"),
-    Rule("HS above 60 % of SWL", ">60%", _hs_too_heavy, "the load that high-speed mode may carry (rule of paper C)"),
+    Rule("HS above 60 % of SWL", "load", _hs_too_heavy, "the load that high-speed mode may carry (rule of paper C)"),
 )
 """Why a controller is not applicable, worst first; the first that holds is the cause. A standing offset is none: it shows in e_c_mean,
 and pure active winches have one by design. Limits without a tolerated time are passed or not: what they guard does not wait."""

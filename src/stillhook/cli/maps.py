@@ -1,0 +1,200 @@
+"""`stillhook map`: error, pressure, settling time and motor displacement of controllers over load and speed."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from stillhook.cli.cluster import Scheduler, client_of
+from stillhook.cli.cranes import Json
+from stillhook.cli.show import print_json, print_table, progress_bar, say
+
+if TYPE_CHECKING:
+    from stillhook.analysis.map_result import Map
+    from stillhook.crane import Crane
+    from stillhook.engine.run import Progress
+
+SETTLING = "settling"
+METRICS = {
+    "e_c_pp": ("e_c_pp", "control error peak-to-peak [mm]", 1e3, 0),
+    "eta_c": ("eta_c", "compensation efficiency [%]", 1e2, 1),
+    "p_max": ("p_max", "peak pressure [bar]", 1e-5, 0),
+    "alpha_m": ("alpha_m_min", "least motor displacement [%]", 1e2, 0),
+    SETTLING: ("settling_time", "settling time [s]", 1.0, 2),
+}
+"""Option -> value of a map, in words with the unit it is printed in, factor from SI, decimals."""
+SAID = {"e_c_pp": "error", "p_max": "peak pressure", "settling_time": "settling time"}
+FILES = ("map.nc", "map.json")
+RANGE = 'list, or "A to B by STEP"'
+
+
+def register(app: typer.Typer) -> None:
+    app.command("map")(show_map)
+
+
+def show_map(
+    crane: Annotated[str, typer.Argument(help="Library crane, or path of a crane file.", metavar="CRANE")] = "nov-250t",
+    controllers: Annotated[str, typer.Option(help="Names (ns, hs, ssc, ssc-cubic, strong-ssc, ...) or TOML files.")] = "ns,hs,ssc",
+    metric: Annotated[str, typer.Option(help=f"What the table shows: {', '.join(METRICS)}.")] = "e_c_pp",
+    loads: Annotated[str | None, typer.Option(help=f'Loads: {RANGE}. Default: "20 % to 100 % by 10 %" of the SWL.')] = None,
+    speeds: Annotated[str | None, typer.Option(help=f'Peak speeds: {RANGE}. Default: "10 m/min to 120 m/min by 10 m/min".')] = None,
+    period: Annotated[str | None, typer.Option(help="Period of the sine (default 12 s); several add a dimension.")] = None,
+    layer: Annotated[list[int] | None, typer.Option(help="Layer in use (default: outermost); repeat it for several.")] = None,
+    s_w: Annotated[str | None, typer.Option("--s-w", help="Wire paid out, instead of the middle of a layer.")] = None,
+    motion: Annotated[str | None, typer.Option(help='Another motion, brought to each speed: "sine 2 m 13 s + sine 0.5 m 6 s", or a log.')] = None,
+    duration: Annotated[str | None, typer.Option(help="Length of each run (default 30 s).")] = None,
+    warm_up: Annotated[str | None, typer.Option("--warm-up", help="Start of each run that does not count (default 10 s).")] = None,
+    store: Annotated[Path | None, typer.Option(help="Folder that keeps results as they finish; a stopped map goes on from it.")] = None,
+    scheduler: Scheduler = None,
+    out: Annotated[Path | None, typer.Option("--out", help="Folder for NetCDF, pictures and numbers; nothing is written without it.")] = None,
+    json: Json = False,
+) -> None:
+    """Map of controllers over load and speed: error, pressure, and where each cannot be used, and why. Exit code 1 if none can be anywhere.
+
+    Example: stillhook map nov-250t --controllers ns,hs,ssc --metric p_max --out maps
+    """
+    from stillhook.errors import SpecError
+    from stillhook.library import load_crane
+    from stillhook.units import came
+
+    if metric not in METRICS:
+        raise SpecError(f"--metric {came(metric)}: not one of {', '.join(METRICS)}.")
+    asked = {"loads": loads, "speeds": speeds, "s_w": s_w, "layers": _layers(layer), "duration": duration, "warm_up": warm_up}
+    given = {name: value for name, value in asked.items() if value is not None}
+    _check_out(out)
+    machine = load_crane(crane)
+    if metric == SETTLING:
+        others = {"period": period, "motion": motion, "duration": duration, "warm_up": warm_up, "store": store}
+        if unused := [f"--{n.replace('_', '-')}" for n, value in others.items() if value is not None]:
+            raise SpecError(f"{unused[0]}: a settling test has the tip at rest and its own times, and is not kept. Leave it out.")
+    else:
+        given |= _waves(motion, period)
+    with client_of(scheduler) as client, progress_bar(f"map of {machine.name}") as bar:
+        found = _run(machine, controllers, metric, given, store, client, _started(machine, bar))
+    if json:
+        print_json(found.record())
+    else:
+        _print(found, metric)
+    if out is not None:
+        _write(found, out, quiet=json)
+    raise typer.Exit(0 if bool(found.applicable.any()) else 1)
+
+
+def _layers(given: list[int] | None) -> int | list[int] | None:
+    """One layer sets the wire; several add a dimension."""
+    return given[0] if given is not None and len(given) == 1 else given or None
+
+
+def _waves(motion: str | None, period: str | None) -> dict[str, Any]:
+    """Arguments of the map that say how the tip moves."""
+    from stillhook.errors import MotionError
+
+    if motion is None:
+        return {} if period is None else {"periods" if "," in period or " to " in period else "period": period}
+    if period is not None:
+        raise MotionError("--motion and --period: a motion has its own periods. Give one of them.")
+    from stillhook.cli.runs import motion_of
+
+    return {"motion": motion_of(motion)}
+
+
+def _run(crane: Crane, controllers: str, metric: str, given: dict[str, Any], store: Path | None, client: Any, told: Progress) -> Map:
+    from stillhook.analysis.controllers import controllers as named
+
+    if metric == SETTLING:
+        from stillhook.analysis.settling import settling_of
+
+        return settling_of(crane, named(controllers), **given, client=client, progress=told)
+    from stillhook.analysis.maps import map_of
+
+    return map_of(crane, named(controllers), **given, store=store, client=client, progress=told)
+
+
+def _started(crane: Crane, bar: Progress | None) -> Progress:
+    """Progress that says when the winch model must be compiled first."""
+    from stillhook.engine.build import is_compiled
+    from stillhook.engine.lanes import VL
+
+    if not is_compiled(crane.plant.value, VL):
+        say("compiling the winch model for this machine (once, about 10 s) ...")
+    return bar or (lambda share: None)
+
+
+def _print(found: Map, metric: str) -> None:
+    """A table for every controller, layer and period; then what the marks mean, and one line of summary."""
+    from stillhook.analysis.applicable import MARKS
+    from stillhook.units import in_display, number, show
+
+    name, words, factor, digits = METRICS[metric]
+    axes, used = found.axes, set()
+    print(f"{found.crane.name}: {words}; load on the hook down, {found.about['speed_is']} [m/min] across")
+    head = ["", *(number(in_display(v, "speed"), 4) for v in axes.speeds)]
+    for i, label in enumerate(found.labels):
+        for k, layer in enumerate(axes.layers):
+            for j, period in enumerate(axes.periods):
+                rows = []
+                for m, load in enumerate(axes.loads):
+                    cells = [(found.values[name][i, m, n, k, j], str(found.cause[i, m, n, k, j])) for n in range(len(axes.speeds))]
+                    used |= {cause for _, cause in cells if cause}
+                    texts = [MARKS.get(c, "never") if c else f"{v * factor:.{digits}f}" for v, c in cells]
+                    rows.append([show(load, "mass"), *texts])
+                where = [show(axes.s_w[k], "length", 3) + " of wire", *([f"layer {layer}"] if layer else []), *_wave(found, period)]
+                print_table(head, rows, title=f"{said(label)}  ({', '.join(where)})")
+    if used:
+        print("not applicable: " + "; ".join(f"{MARKS.get(c, 'never')} = {c}" for c in [*(c for c in MARKS if c in used), *sorted(used - set(MARKS))]))
+    print(one_line(found))
+
+
+def _wave(found: Map, period: float | None) -> list[str]:
+    from stillhook.units import show
+
+    motion = found.about.get("motion")
+    return [] if motion is None else [f"{motion} of {show(period, 'time')}" if period is not None else str(motion)]
+
+
+def said(label: str) -> str:
+    """A controller's name in a heading."""
+    from stillhook.analysis.controllers import NAMES
+
+    return label.upper() if label in NAMES else label
+
+
+def one_line(found: Map) -> str:
+    """Where each controller can be used, and the new ones against the best classic one."""
+    from stillhook.analysis.map_result import BEST_CLASSIC, CLASSIC
+
+    summary = found.summary()
+    parts = ["applicable: " + ", ".join(f"{said(label)} {s['applicable_share']:.0%}" for label, s in summary.items())]
+    for label, mode in zip(found.labels, found.modes, strict=True):
+        medians = {name: summary[label].get(f"{name}_change_median", math.nan) for name in SAID}
+        texts = [f"{SAID[name]} {x:+.0%}" for name, x in medians.items() if math.isfinite(x)]
+        if texts and label != BEST_CLASSIC and mode not in CLASSIC:
+            parts.append(f"{said(label)} against best classic (median where both apply): {', '.join(texts)}")
+    return "; ".join(parts)
+
+
+def _check_out(out: Path | None) -> None:
+    """Refuse a folder that cannot be written to before anything runs."""
+    if out is not None:
+        from stillhook.io.results import check_folder
+
+        check_folder(out, FILES)
+
+
+def _write(found: Map, out: Path, *, quiet: bool) -> None:
+    """NetCDF, numbers and pictures."""
+    from stillhook.analysis.map_figures import figures
+    from stillhook.io.figures import save_figure
+    from stillhook.io.results import save_json, save_run, whole_folder
+
+    pictures = figures(found)
+    with whole_folder(out) as part:
+        save_run(found.dataset(), part / FILES[0])
+        save_json(found.record(), part / FILES[1])
+        for name, figure in pictures.items():
+            save_figure(figure, part / f"{name}.png")
+    if not quiet:
+        print("written: " + ", ".join(str(out / name) for name in (*FILES, *(f"{name}.png" for name in pictures))))
