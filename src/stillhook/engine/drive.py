@@ -146,13 +146,16 @@ class _Noise:
 
     def __init__(self, case: Scenario, n: int) -> None:
         s = case.sensors
+        self.tip, self.wire, self.load = np.broadcast_to(0.0, (n, 3)), np.broadcast_to(0.0, n), np.broadcast_to(0.0, n)
+        if not any((s.noise_s_tip, s.noise_v_tip, s.noise_a_tip, s.noise_s_w, s.noise_F)):
+            return
         streams = np.random.SeedSequence(s.seed).spawn(5)
         levels = (s.noise_s_tip, s.noise_v_tip, s.noise_a_tip, s.noise_s_w, s.noise_F)
         columns = [
             np.random.default_rng(i).standard_normal(n) * level if level > 0.0 else np.broadcast_to(0.0, n)
             for i, level in zip(streams, levels, strict=True)
         ]
-        self.tip = np.column_stack(columns[:3]) if any(levels[:3]) else np.broadcast_to(0.0, (n, 3))
+        self.tip = np.column_stack(columns[:3])
         self.wire, self.load = columns[3], columns[4]
 
 
