@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
-from stillhook.analysis.controllers import Changes, Controller
+from stillhook.analysis.controllers import Controller
 from stillhook.crane import Crane
 from stillhook.engine.pack import gains, wire_speed_max
 from stillhook.errors import StillhookError
