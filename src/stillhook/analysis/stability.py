@@ -223,6 +223,12 @@ def least_limit(crane: Crane) -> tuple[float, float]:
     return float(found.x), float(found.fun)
 
 
+def range_of_modes(crane: Crane) -> dict[str, tuple[float, float]]:
+    """Least and largest displacement that each mode takes on the outermost layer [-]; under SSC with a load that asks for no more."""
+    c, alpha_min = crane.control, crane.active.motor.alpha_min
+    return {"ssc": (alpha_min, 1.0), "ns": (c.alpha_ns, c.alpha_ns), "hs": (c.alpha_hs, c.alpha_hs)}
+
+
 def sweep(
     crane: Crane, over: Over | str = Over.ALPHA_M, values: Sequence[float] | None = None, *, alpha_m: float = 1.0, delay: float = 0.0
 ) -> xarray.Dataset:
