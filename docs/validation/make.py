@@ -20,6 +20,7 @@ CASES = (
     "paper_c_offshore_contrast",
     "paper_c_oscillation",
     "paper_d_friction",
+    "paper_e_scenario_1",
     "paper_e_scenario_2",
     "threshold_study",
 )

@@ -1,0 +1,107 @@
+"""Paper E's quayside scenario 1: the 250 t crane, empty hook, a slow sine of about 30 m/min; NS, HS and SSC."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+import xarray
+from blocks import percent, save, table, verdict
+from quay import CRANE, HEAD, ROWS, WARM, Found, Row, beside, found, less, numbers
+
+from stillhook import Sine
+from stillhook.analysis.linear import eigenfrequency
+from stillhook.io.figures import four_panels
+from stillhook.units import in_display
+
+PAGE = "paper-e-scenario-1.md"
+MODES = ("ns", "hs", "ssc")
+V_PEAK = 0.5  # m/s: 30 m/min
+PERIOD = 12.0  # s: of the sines that paper E ran at the quay, 12 s and 6 s; that of scenario 1 is not printed
+DURATION = 72.0  # s: 6 waves of 12 s
+MARKED = 0.25  # share by which oscillations must fall to be called markedly reduced here
+
+
+def sine(period: float, v: float = V_PEAK) -> Sine:
+    return Sine.from_si(v * period / (2.0 * math.pi), period)
+
+
+TIP = sine(PERIOD)
+OWN = (
+    Row("**as above** (12 s, 30 m/min, closed loop)"),
+    Row("6 s", tip=sine(6.0)),
+    Row("8 s", tip=sine(8.0)),
+    Row("16 s", tip=sine(16.0)),
+    Row("20 m/min", tip=sine(PERIOD, 20.0 / 60.0)),
+    Row("40 m/min", tip=sine(PERIOD, 40.0 / 60.0)),
+)
+
+
+def three(row: Row) -> dict[str, Found]:
+    return {m: found(row, TIP, m, DURATION) for m in MODES}
+
+
+def span(f: Found, name: str, kind: str) -> float:
+    """From the lowest to the highest value, as a picture shows it [display unit]."""
+    values = f.run[name].sel(time=slice(WARM, None)).values
+    return in_display(float(values.max() - values.min()), kind)
+
+
+def claims(f: Mapping[str, Found]) -> dict[str, tuple[str, str, str]]:
+    """claim -> theirs, ours, verdict; the index repeats them."""
+    ns, hs, ssc = (f[m] for m in MODES)
+
+    def ranks(name: str, unit: str, digits: int) -> tuple[str, bool]:
+        a, b, c = (float(getattr(x, name)) for x in (ns, hs, ssc))
+        ours = f"SSC {c:.{digits}f}, NS {a:.{digits}f}, HS {b:.{digits}f} {unit}: {less(c, a)} on NS, {less(c, b)} on HS"
+        return ours, c < (1.0 - MARKED) * a and c < (1.0 - MARKED) * b
+
+    speed, speed_ok = ranks("v_w", "m/min", 2)
+    pressure, pressure_ok = ranks("p_a", "bar", 1)
+    error, _ = ranks("e_c_pp", "cm", 1)
+    peak, _ = ranks("p_a_max", "bar", 0)
+    in_p, in_v = hs.p_a / span(hs, "p_a", "pressure"), hs.v_w / span(hs, "v_w", "speed")
+    pronounced = 1.0 - ssc.p_a_max / hs.p_a_max > 1.0 - ssc.p_a_max / ns.p_a_max
+    return {
+        "speed more oscillatory with fixed motors (rms above 0.5 Hz)": ("clearly", speed, verdict(speed_ok, "not reproduced")),
+        "pressure more oscillatory (rms above 0.5 Hz)": ("clearly, more pronounced", pressure, verdict(pressure_ok, "not reproduced")),
+        "more pronounced in the pressure than in the speed": (
+            "yes",
+            f"HS: rms {percent(in_p)} of the pressure's range, {percent(in_v)} of the speed's",
+            verdict(in_p > in_v, "not reproduced"),
+        ),
+        "control error kept to a minimum by SSC": ("yes", error, verdict(ssc.e_c_pp < min(ns.e_c_pp, hs.e_c_pp), "not reproduced")),
+        "lower peak pressure, most against HS (section 2.7.1)": (
+            "yes",
+            peak,
+            verdict(ssc.p_a_max < ns.p_a_max and pronounced, "not reproduced"),
+        ),
+        "motors of SSC (fig. 18: 0 % is full displacement)": (
+            "stay at full displacement at this speed",
+            f"least displacement {ssc.alpha_m:.3f}, pumps {percent(ssc.alpha_p)}",
+            verdict(ssc.alpha_m > 0.999, "not reproduced"),
+        ),
+    }
+
+
+def compute() -> tuple[dict[str, str], dict[str, tuple[str, str, str]], dict[str, xarray.Dataset]]:
+    """Blocks of the page, its claims, and the runs of the picture."""
+    base = three(OWN[0])
+    said = claims(base)
+    rings = ", ".join(
+        f"{m.upper()} {1.0 / eigenfrequency(CRANE, alpha).period:.2f} Hz"
+        for m, alpha in (("ns", CRANE.control.alpha_ns), ("hs", CRANE.control.alpha_hs), ("ssc", 1.0))
+    )
+    wide = ("variant: NS / HS / SSC", "`v_w` above 0.5 Hz, m/min", "`p_a` above 0.5 Hz, bar", "error p-p, cm", "highest `p_a`, bar")
+    blocks = {
+        "claims": table(("claim", "theirs", "ours", "verdict"), [(name, *what) for name, what in said.items()]),
+        "frequencies": f"The circuit's eigenfrequency: {rings}.",
+        "numbers": table(HEAD, [numbers(m, f) for m, f in base.items()]),
+        "sensitivity": table(wide, [(r.label, *beside([*three(r).values()])) for r in (*OWN, *ROWS)]),
+    }
+    return blocks, said, {m.upper(): f.run for m, f in base.items()}
+
+
+def draw(runs: Mapping[str, xarray.Dataset]) -> None:
+    title = "nov-250t, empty hook, tip up to 30 m/min, 12 s"
+    save(four_panels(runs, title=title, start=WARM + 20.0, end=WARM + 46.0), "paper-e-scenario-1.png")

@@ -1,0 +1,118 @@
+"""Paper E's tests at the quay: 250 t crane, empty hook, 15 m of wire, a simulated tip. What is run, what is changed, what is read off."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+import xarray
+from blocks import percent
+
+from stillhook import Scenario, load_crane, simulate
+from stillhook.analysis.ringing import rms_above
+from stillhook.library import changed
+from stillhook.sea.motion import Motion
+from stillhook.units import in_display
+
+CRANE = load_crane("nov-250t")
+WARM = 40.0  # s
+RING = 0.5  # Hz: above the waves (up to 0.17 Hz), below the circuit's eigenfrequency in any mode (1 to 2 Hz)
+OPEN_LOOP = {"active": {"motor": {"variant": "open-loop-feedback"}}}
+OPEN_LOOP_10 = {"active": {"motor": {"variant": "open-loop-feedback", "offset": 0.1, "hysteresis": 0.06}}}
+OPEN_LOOP_BLIND = {"active": {"motor": {"variant": "open-loop"}}}
+
+
+class Row(NamedTuple):
+    """One variant: what is changed in the crane (for one mode only where that is named), the tip's motion where it is another one, and
+    the rest of the scenario."""
+
+    label: str
+    changes: Mapping[str, Any] = {}
+    tip: Motion | None = None
+    more: Mapping[str, Any] = {}
+    only: str = ""
+
+
+def hs_at(alpha: float) -> dict[str, Any]:
+    return {"control": {"alpha_hs": alpha}, "active": {"motor": {"alpha_min": min(alpha, CRANE.active.motor.alpha_min)}}}
+
+
+def heavier(part: float) -> dict[str, Any]:
+    """Inertia times `part`, all of it in the drum."""
+    more = (part - 1.0) * CRANE.inertia.J_m_eff
+    J_drum = CRANE.inertia.J_drum + more * CRANE.i_hD**2
+    return {"inertia": {"J_m_eff": f"{CRANE.inertia.J_m_eff + more!r} kg m^2", "J_drum": f"{J_drum!r} kg m^2"}}
+
+
+ROWS = (
+    Row("motors in open loop with feedback", OPEN_LOOP),
+    Row("the same, 10 % offset and 6 % hysteresis", OPEN_LOOP_10),
+    Row("motors in open loop without feedback", OPEN_LOOP_BLIND),
+    Row("NS 0.70", {"control": {"alpha_ns": 0.7}}),
+    Row("NS 0.90", {"control": {"alpha_ns": 0.9}}),
+    Row("HS 0.48, 60 % of NS as in paper C", hs_at(0.48), only="hs"),
+    Row("friction of crane 1", {"friction": {"library": "crane-1"}}),
+    Row("friction of L4593, the largest set", {"friction": {"library": "L4593"}}),
+    Row("dry friction without stick-slip (tanh)", more={"friction": "regularised"}),
+    Row("lines of 160 L instead of 80 L", {"active": {"line": {"V": "160 L"}}}),
+    Row("inertia ×1.5", heavier(1.5)),
+    Row("motors that leak three times as much", {"active": {"motor": {"C_1": "0.10 L/min/bar", "C_2": "2.6e-5 L/min/bar/(rev/min)"}}}),
+    Row("`K_2` 0", {"control": {"K_2": "0 s^2/m"}}),
+    Row("`K_p` 0.32 1/m instead of 0.16", {"control": {"K_p": "0.32 1/m"}}),
+    Row("`K_1` as printed, 0.68 s/m", {"control": {"K_1": "0.68 s/m"}}),
+    Row("motion signal 0.1 s late", more={"sensors": {"delay": "0.1 s"}}),
+)
+
+
+class Found(NamedTuple):
+    """What one controller does: oscillation above 0.5 Hz of speed [m/min] and A-side pressure [bar] (rms), error peak-to-peak [cm], highest
+    A-side pressure [bar], largest pump and smallest motor displacement [-]."""
+
+    run: xarray.Dataset
+    v_w: float
+    p_a: float
+    e_c_pp: float
+    p_a_max: float
+    alpha_p: float
+    alpha_m: float
+
+
+def found(row: Row, tip: Motion, mode: str, duration: float) -> Found:
+    crane = changed(CRANE, row.changes) if row.changes and row.only in ("", mode) else CRANE
+    asked: dict[str, Any] = {"load": "0 t", "s_w": "15 m", "warm_up": f"{WARM:g} s", "duration": f"{WARM + duration:g} s", **row.more}
+    run = simulate(crane, Scenario(tip=row.tip or tip, mode=mode, **asked), every="0.02 s")
+    return Found(
+        run=run,
+        v_w=in_display(rms_above(run, "v_w", frequency=RING, start=WARM), "speed"),
+        p_a=in_display(rms_above(run, "p_a", frequency=RING, start=WARM), "pressure"),
+        e_c_pp=100.0 * float(run["e_c_pp"]),
+        p_a_max=in_display(float(run["p_a_max"]), "pressure"),
+        alpha_p=float(run["alpha_p_max"]),
+        alpha_m=float(run["alpha_m_min"]),
+    )
+
+
+HEAD = ("", "`v_w` above 0.5 Hz, rms", "`p_a` above 0.5 Hz, rms", "error p-p", "highest `p_a`", "pumps", "least `alpha_m`")
+
+
+def numbers(mode: str, f: Found) -> tuple[str, ...]:
+    return (
+        mode.upper(),
+        f"{f.v_w:.2f} m/min",
+        f"{f.p_a:.1f} bar",
+        f"{f.e_c_pp:.1f} cm",
+        f"{f.p_a_max:.0f} bar",
+        percent(f.alpha_p),
+        f"{f.alpha_m:.3f}",
+    )
+
+
+def beside(all_: Sequence[Found]) -> tuple[str, ...]:
+    """Cells of a variant, the controllers side by side: speed, pressure, error, highest pressure."""
+    columns = (("v_w", 2), ("p_a", 1), ("e_c_pp", 1), ("p_a_max", 0))
+    return tuple(" / ".join(f"{getattr(f, name):.{digits}f}" for f in all_) for name, digits in columns)
+
+
+def less(new: float, old: float) -> str:
+    """The new one against the old one: −25 %."""
+    return percent(new / old - 1.0, sign=True)
