@@ -13,6 +13,7 @@ from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
 CASES = (
+    "feedforward_gains",
     "offshore_100t",
     "offshore_200t",
     "paper_a_motor_models",
