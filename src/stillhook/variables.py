@@ -225,6 +225,7 @@ QUANTITIES = (
     _v("v_w_cross", "", "m/s", "speed", "", "wire speed at which a mode's motors come down to those of a classic mode, by the plant's layer"),
     _v("v_w_cross_ideal", "", "m/s", "speed", "", "the same on the published outer diameter", "paper E figure 4"),
     _v("classic", "", "", "", "", "classic mode that others are compared with: ns or hs"),
+    _v("factor_value", "", "", "", "", "drawn value of an uncertain factor: a multiple of the crane's own number, or that number itself in SI"),
 )  # fmt: skip
 
 VARIABLES: tuple[Variable, ...] = SERIES + SUMMARY + QUANTITIES

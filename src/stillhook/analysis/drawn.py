@@ -22,8 +22,8 @@ from stillhook.scenario import Scenario
 FloatArray = NDArray[np.float64]
 Pair = tuple[Crane, Scenario]
 
-SET = "friction."
-"""Begin of the columns that hold a parameter of a friction set."""
+SETS = {"friction": "friction.system", "motor_loss": "{circuit}.motor.loss"}
+"""Factors that may be drawn from a set with evidence, and the table that its parameters stand in; their columns are "friction.Y_1", ..."""
 ASSUMED = {"active.pump.leak_scale": 1.0, "passive.pump.leak_scale": 1.0}
 """What a field stands for where a crane does not give it."""
 HELD = ("pump_servo", "pump_zeta")
@@ -33,7 +33,7 @@ HELD = ("pump_servo", "pump_zeta")
 class Drawing:
     """How the columns of a table of draws change one crane and scenario.
 
-    columns: names of factors, or "friction.Y_1" and so on for the parameters of a friction set. The crane must hold the set's own values.
+    columns: names of factors, or "friction.Y_1" and so on for the parameters of a set. The crane must hold the set's own values.
     """
 
     def __init__(self, crane: Crane, case: Scenario, columns: Sequence[str]) -> None:
@@ -47,8 +47,8 @@ class Drawing:
             self._held["control.K_2"] = gains(crane).K_2
 
     def _take(self, name: str, k: int) -> None:
-        if name.startswith(SET):
-            self._set[f"friction.system.{name.removeprefix(SET)}"] = k
+        if "." in name:
+            self._take_parameter(name, k)
             return
         for path, share in FACTORS[name].targets:
             if path.startswith("passive.") and self.crane.passive is None:
@@ -57,6 +57,14 @@ class Drawing:
                 self._set[path] = k
             else:
                 self._scales.setdefault(path, []).append((k, share(self.crane)))
+
+    def _take_parameter(self, column: str, k: int) -> None:
+        """A parameter of a set; a motor's loss belongs to every circuit with that motor."""
+        name, parameter = column.split(".")
+        motor = self.crane.active.motor
+        alike = self.crane.passive is not None and self.crane.passive.motor.D_max == motor.D_max
+        for circuit in ("active", "passive") if alike else ("active",):
+            self._set[f"{SETS[name].format(circuit=circuit)}.{parameter}"] = k
 
     def values(self, draws: FloatArray) -> dict[str, FloatArray]:
         """Path -> value in every draw [SI], shape (n,); draws has shape (n, columns)."""
@@ -98,9 +106,10 @@ class Drawing:
         check(sound, case)
         return sound, case
 
-    def check_ends(self, draws: FloatArray) -> None:
+    def check_ends(self, draws: FloatArray, *, crane: bool = True) -> None:
         """Refuse draws whose ends are no crane: every column at its least and largest value, the others at their middle draw.
 
+        crane: False where this crane has been found good before, and the scenario alone is to be checked.
         Errors: as `checked`, naming the factor.
         """
         middle = np.median(draws, axis=0)
@@ -109,7 +118,10 @@ class Drawing:
                 one = middle.copy()
                 one[k] = x
                 try:
-                    self.checked(one, "end of a distribution")
+                    if crane:
+                        self.checked(one, "end of a distribution")
+                    else:
+                        check(*next(self.pairs(one[None, :])))
                 except StillhookError as problem:
                     raise type(problem)(f"factor {name} = {x:.4g}: {problem}") from None
 
