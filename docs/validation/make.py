@@ -23,6 +23,7 @@ CASES = (
     "paper_d_friction",
     "paper_e_scenario_1",
     "paper_e_scenario_2",
+    "paper_e_scenario_3",
     "threshold_study",
 )
 MEASURED = ("bench_staircase",)  # need data that are not in the repository: left as they are where those are not at hand
