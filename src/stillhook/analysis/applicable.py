@@ -8,8 +8,9 @@ from typing import Any, NamedTuple
 from stillhook.scenario import Mode
 
 SATURATION_SHARE = 0.1
-"""Part of the counted time for which full pumps are tolerated [-]. A sine that is beyond the pumps for a tenth of the time asks for 1.2 % more
-speed than there is (1 / cos theta, theta = pi/20), and 0.13 % of its stroke is missed (sin theta - theta cos theta): less than friction costs."""
+"""Part of the counted time for which full pumps are tolerated [-]. A sine that is beyond the pumps for a tenth of the time asks for 1.2 %
+more speed than there is (1 / cos theta, theta = pi/20), and 0.13 % of its stroke is missed (sin theta - theta cos theta): less than what
+friction costs."""
 HS_SHARE = 0.6
 """Load up to which high-speed mode may be used, over the safe working load [-]. Source: Moslatt 2020 paper C: in HS the active motors
 deliver 30 % of 60 % of the SWL, and 90 t is the most that HS may carry on a crane of 150 t."""

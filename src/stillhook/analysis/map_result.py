@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,12 +21,30 @@ from stillhook.variables import BY_NAME
 if TYPE_CHECKING:
     import xarray
 
+
+class Shown(NamedTuple):
+    """How a value of a map is shown: in words with its unit, factor from SI to that unit, decimals."""
+
+    words: str
+    factor: float
+    digits: int
+
+
 FloatArray = NDArray[np.float64]
 BEST_CLASSIC = "best classic"
 CLASSIC = (Mode.NS, Mode.HS)
 """The two settings of the classic controller (level 3) between which an operator chooses."""
 COMPARED = ("e_c_pp", "p_max", "settling_time")
 """Of which the change against the best classic controller is given, where a map has them; suffix `_change`."""
+SHOWN: Mapping[str, Shown] = {
+    "e_c_pp": Shown("control error peak-to-peak [mm]", 1e3, 0),
+    "eta_c": Shown("compensation efficiency [%]", 1e2, 1),
+    "p_max": Shown("peak pressure [bar]", 1e-5, 0),
+    "alpha_m_min": Shown("least motor displacement [%]", 1e2, 0),
+    "settling_time": Shown("settling time [s]", 1.0, 2),
+    "alpha_m_end": Shown("motor displacement after the step [%]", 1e2, 0),
+}
+"""Values that tables and pictures show, in the order of the pictures."""
 
 
 @dataclass(frozen=True)
@@ -112,7 +130,7 @@ class Map:
             columns = {**{n: a[i] for n, a in self.values.items()}, **{f"{n}_change": a[i] for n, a in changes.items()}}
             columns |= {"applicable": self.applicable[i], "cause": self.cause[i], "status": self.status[i]}
             cells[label] = {name: self._without_empty(a).tolist() for name, a in columns.items()}
-        axes = {"load": list(self.axes.loads), "speed": list(self.axes.speeds), "s_w": list(self.axes.s_w)}
+        axes: dict[str, Any] = {"load": list(self.axes.loads), "speed": list(self.axes.speeds), "s_w": list(self.axes.s_w)}
         if self.axes.layers != (None,):
             axes["layer"] = list(self.axes.layers)
         if self.axes.periods != (None,):

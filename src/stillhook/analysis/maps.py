@@ -56,8 +56,8 @@ def operability_map(
     """Error, pressure and limits of controllers over load and peak speed of the tip; see `map_of`, whose result this is as a Dataset.
 
     Returns a Dataset with dimensions ("controller", "load", "speed"[, "layer"][, "period"]): the numbers of `NUMBERS`, `status`,
-    `applicable` and `cause`; beside the controllers that were asked for, "best classic" (cell by cell the applicable one of NS and HS with the
-    lower error), and `e_c_pp_change`, `p_max_change` against it.
+    `applicable` and `cause`; beside the controllers that were asked for, "best classic" (cell by cell the applicable one of NS and HS with
+    the lower error), and `e_c_pp_change`, `p_max_change` against it.
     """
     found = map_of(
         crane, controllers, loads=loads, speeds=speeds, period=period, motion=motion, s_w=s_w, layers=layers, periods=periods,
@@ -94,8 +94,8 @@ def map_of(
     parts of the SWL, "20 % to 100 % by 10 %". speeds are peak speeds of the tip. s_w, layers: see `axes_of`.
     period: of the sine that is the motion by default. motion: another motion, made larger or smaller in every cell until its highest speed
     between warm_up and duration is the cell's; its times stay. Paper E's velocity profile (figure 6) is not printed as numbers.
-    duration, warm_up: length of each run, and its start that does not count; the peak-to-peak error is that of the part that counts, at most
-    of 30 s. The tip's motion grows over the first 10 s, or over the warm-up where that is shorter.
+    duration, warm_up: length of each run, and its start that does not count; the peak-to-peak error is that of the part that counts, at
+    most of 30 s. The tip's motion grows over the first 10 s, or over the warm-up where that is shorter.
     step, threads, store, client, progress: as in `stillhook.engine.many.summaries`.
 
     Errors: ScenarioError, UnitError, SpecError, MotionError, one line each, before anything runs.
@@ -119,7 +119,12 @@ def map_of(
         status=np.array([s["status"] for s in answers], dtype=object).reshape(shape),
         cause=np.array(causes, dtype=object).reshape(shape),
         better="e_c_pp",
-        about={"speed_is": "peak speed of the tip", "motion": _words(motion, period, periods is not None), "duration": base.duration, "warm_up": base.warm_up},
+        about={
+            "speed_is": "peak speed of the tip",
+            "motion": _words(motion, period, periods is not None),
+            "duration": base.duration,
+            "warm_up": base.warm_up,
+        },
     ).with_best_classic()
 
 

@@ -31,8 +31,8 @@ STEP = "5 m/min"
 BAND = 0.02
 """Step of the wire speed, and how near to the new speed is settled, over the step. Source: paper E section 4.3 (0.1 m/min)."""
 RAMP, HOLD, AFTER = 8.0, 22.0, 15.0
-"""Time in which the operator's speed grows to that before the step, time for which it is then held, and time after the step [s]. The slowest
-mode is the position loop's, 1 / (K_p v_w) = 3 to 5 s at the printed gain: 22 s bring what the ramp left behind below the band."""
+"""Time in which the operator's speed grows to that before the step, time for which it is then held, and time after the step [s]. The
+slowest mode is the position loop's, 1 / (K_p v_w) = 3 to 5 s at the printed gain: 22 s bring what the ramp left behind below the band."""
 PIECES = 16
 """Straight pieces of the ramp, which follow a smoothstep: its corners are then a hundredth of those of a straight ramp."""
 LAST = 2.0
@@ -158,7 +158,7 @@ def operator_of(v: float, dv: float, lowering: bool) -> Operator:
     x = [i / PIECES for i in range(PIECES + 1)]
     rise = [(RAMP * i, v * i * i * (3.0 - 2.0 * i)) for i in x]
     points = [*rise, (RAMP + HOLD, v), (RAMP + HOLD, v + dv), (RAMP + HOLD + AFTER, v + dv)]
-    return Operator(profile=tuple((f"{t!r} s", f"{sign * u!r} m/s") for t, u in points))  # type: ignore[arg-type]
+    return Operator(profile=tuple((f"{t!r} s", f"{sign * u!r} m/s") for t, u in points))
 
 
 def _runs(crane: Crane, chosen: Sequence[Controller], axes: Axes, dv: float, lowering: bool) -> tuple[list[Crane], list[Scenario]]:

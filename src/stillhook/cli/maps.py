@@ -18,14 +18,8 @@ if TYPE_CHECKING:
     from stillhook.engine.run import Progress
 
 SETTLING = "settling"
-METRICS = {
-    "e_c_pp": ("e_c_pp", "control error peak-to-peak [mm]", 1e3, 0),
-    "eta_c": ("eta_c", "compensation efficiency [%]", 1e2, 1),
-    "p_max": ("p_max", "peak pressure [bar]", 1e-5, 0),
-    "alpha_m": ("alpha_m_min", "least motor displacement [%]", 1e2, 0),
-    SETTLING: ("settling_time", "settling time [s]", 1.0, 2),
-}
-"""Option -> value of a map, in words with the unit it is printed in, factor from SI, decimals."""
+METRICS = {"e_c_pp": "e_c_pp", "eta_c": "eta_c", "p_max": "p_max", "alpha_m": "alpha_m_min", SETTLING: "settling_time"}
+"""Option -> value of a map."""
 SAID = {"e_c_pp": "error", "p_max": "peak pressure", "settling_time": "settling time"}
 FILES = ("map.nc", "map.json")
 RANGE = 'list, or "A to B by STEP"'
@@ -44,12 +38,12 @@ def show_map(
     period: Annotated[str | None, typer.Option(help="Period of the sine (default 12 s); several add a dimension.")] = None,
     layer: Annotated[list[int] | None, typer.Option(help="Layer in use (default: outermost); repeat it for several.")] = None,
     s_w: Annotated[str | None, typer.Option("--s-w", help="Wire paid out, instead of the middle of a layer.")] = None,
-    motion: Annotated[str | None, typer.Option(help='Another motion, brought to each speed: "sine 2 m 13 s + sine 0.5 m 6 s", or a log.')] = None,
+    motion: Annotated[str | None, typer.Option(help='Another motion: "sine 2 m 13 s + sine 0.5 m 6 s", or a log.')] = None,
     duration: Annotated[str | None, typer.Option(help="Length of each run (default 30 s).")] = None,
     warm_up: Annotated[str | None, typer.Option("--warm-up", help="Start of each run that does not count (default 10 s).")] = None,
     store: Annotated[Path | None, typer.Option(help="Folder that keeps results as they finish; a stopped map goes on from it.")] = None,
     scheduler: Scheduler = None,
-    out: Annotated[Path | None, typer.Option("--out", help="Folder for NetCDF, pictures and numbers; nothing is written without it.")] = None,
+    out: Annotated[Path | None, typer.Option("--out", help="Folder for NetCDF, pictures and JSON; nothing is written without it.")] = None,
     json: Json = False,
 ) -> None:
     """Map of controllers over load and speed: error, pressure, and where each cannot be used, and why. Exit code 1 if none can be anywhere.
@@ -126,9 +120,11 @@ def _started(crane: Crane, bar: Progress | None) -> Progress:
 def _print(found: Map, metric: str) -> None:
     """A table for every controller, layer and period; then what the marks mean, and one line of summary."""
     from stillhook.analysis.applicable import MARKS
+    from stillhook.analysis.map_result import SHOWN
     from stillhook.units import in_display, number, show
 
-    name, words, factor, digits = METRICS[metric]
+    name = METRICS[metric]
+    words, factor, digits = SHOWN[name]
     axes, used = found.axes, set()
     print(f"{found.crane.name}: {words}; load on the hook down, {found.about['speed_is']} [m/min] across")
     head = ["", *(number(in_display(v, "speed"), 4) for v in axes.speeds)]
@@ -144,7 +140,8 @@ def _print(found: Map, metric: str) -> None:
                 where = [show(axes.s_w[k], "length", 3) + " of wire", *([f"layer {layer}"] if layer else []), *_wave(found, period)]
                 print_table(head, rows, title=f"{said(label)}  ({', '.join(where)})")
     if used:
-        print("not applicable: " + "; ".join(f"{MARKS.get(c, 'never')} = {c}" for c in [*(c for c in MARKS if c in used), *sorted(used - set(MARKS))]))
+        known = [c for c in MARKS if c in used]
+        print("not applicable: " + "; ".join(f"{MARKS.get(c, 'never')} = {c}" for c in [*known, *sorted(used - set(known))]))
     print(one_line(found))
 
 
