@@ -15,7 +15,7 @@ from typing import Annotated
 import typer
 
 from stillhook._version import __version__
-from stillhook.cli import calc, cranes, friction, identify, maps, runs, stability
+from stillhook.cli import calc, cranes, envelope, friction, identify, maps, runs, stability
 from stillhook.errors import StillhookError
 
 INTERRUPTED, UNREAD = 130, 141
@@ -44,6 +44,7 @@ def _root(
 
 cranes.register(app)
 runs.register(app)
+envelope.register(app)
 stability.register(app)
 maps.register(app)
 app.add_typer(calc.app, name="calc")
