@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 from stillhook.analysis.controllers import Controller
+from stillhook.analysis.linear import gain_limit
 from stillhook.crane import Crane
 from stillhook.engine.pack import gains, wire_speed_max
 from stillhook.errors import StillhookError
@@ -29,8 +30,8 @@ K_1_RANGE = (0.95, 1.10)
 """Search range of K_1 over the ideal one [-]: leakage takes 1 to 4 % of the speed, print has 0.82."""
 K_2_LEAD = 0.15
 """Longest lead K_2 / K_1 that is searched [s]: two and a half times the lag of the published pumps."""
-K_P_RANGE = (0.02, 2.0)
-"""Search range of K_p [1/m]; the margins end it long before its upper end."""
+K_P_RANGE = (0.02, 0.5)
+"""Search range of K_p over its limit of marginal stability at full displacement [-]; the margins end it before its upper end."""
 LEAD_BEYOND = 0.1
 """Lead beyond the delay of the motion signal that is searched [s]."""
 U_THR_RANGE = (0.1, 0.95)
@@ -63,12 +64,12 @@ def space(crane: Crane, mode: Mode, free: Sequence[str] = (), *, delay: float = 
             raise StillhookError(f'free: "{name}" is no setting of {mode.value}, which has {", ".join(known)}{nearest(name, known)}')
         if list(free).count(name) > 1:
             raise StillhookError(f'free: "{name}" is named twice. Name each setting once.')
-    K_1 = 1.0 / wire_speed_max(crane)
+    K_1, K_p_ms = 1.0 / wire_speed_max(crane), gain_limit(crane).K_p_ms
     motor, c = crane.active.motor, crane.control
     ends = {
         "K_1": (K_1_RANGE[0] * K_1, K_1_RANGE[1] * K_1),
         "K_2": (0.0, K_2_LEAD * K_1),
-        "K_p": K_P_RANGE,
+        "K_p": (K_P_RANGE[0] * K_p_ms, K_P_RANGE[1] * K_p_ms),
         "t_lead": (0.0, delay + LEAD_BEYOND),
         "u_thr": U_THR_RANGE,
         "alpha_min": (motor.alpha_min, max(ALPHA_MOST, motor.alpha_min)),
