@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from stillhook.analysis.margins import ContinuousLoop, SampledLoop, balanced, hold_matrices
+from stillhook.analysis.margins import ContinuousLoop, SampledLoop, balanced, hold_matrices, whole_cycles
 from stillhook.analysis.operating_point import OperatingPoint
 from stillhook.control.plc import Memory
 from stillhook.crane import Crane
@@ -210,15 +210,12 @@ def plc_loop(crane: Crane, point: OperatingPoint, *, mode: Mode | str = Mode.SSC
     """
     linear = linearise(point)
     T = crane.control.t_cycle
-    rest = math.fmod(delay, T)
-    n = round((delay - rest) / T)
-    if rest > T * (1.0 - 1e-9):
-        n, rest = n + 1, 0.0
+    n, rest = whole_cycles(delay, T)
     u_p = linear.inputs.index("u_p")
     commands = [i for i, name in enumerate(linear.inputs) if name not in TIP]
     Phi, Gamma = hold_matrices(linear.A, linear.B[:, commands], T)
-    late_Phi, early = hold_matrices(linear.A, linear.B[:, [u_p]], T - rest)
-    _, late = hold_matrices(linear.A, linear.B[:, [u_p]], rest)
+    held = Gamma[:, commands.index(u_p)]
+    early = held if rest == 0.0 else hold_matrices(linear.A, linear.B[:, [u_p]], T - rest)[1][:, 0]
     K, M = _control_slopes(crane, point, Mode(mode))
     size = len(linear.states)
     whole = np.zeros((size + len(REMEMBERED), size + len(REMEMBERED)))
@@ -226,7 +223,7 @@ def plc_loop(crane: Crane, point: OperatingPoint, *, mode: Mode | str = Mode.SSC
     whole[size:] = M
     pad = np.zeros(len(REMEMBERED))
     out = np.concatenate([linear.C[OUTPUTS.index("s_hoisted")], pad])
-    return SampledLoop(whole, np.concatenate([early[:, 0], pad]), np.concatenate([late_Phi @ late[:, 0], pad]), out, T, n)
+    return SampledLoop(whole, np.concatenate([early, pad]), np.concatenate([held - early, pad]), out, T, n)
 
 
 REMEMBERED = ("F", "p_mean", "u_m")

@@ -9,7 +9,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -23,6 +24,7 @@ from stillhook.errors import StillhookError
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
+Transfer = Callable[[ComplexArray], ComplexArray]
 
 POINTS = 1500
 """Points of the coarse grid of frequencies, from LOWEST of the slowest mode to HIGHEST of the fastest one or the Nyquist frequency."""
@@ -31,8 +33,12 @@ AROUND = np.sort(np.concatenate([s * np.geomspace(1e-3, 8.0, 12) for s in (-1.0,
 """Extra points about each mode, in half widths of its resonance: the least damped one is then seen whole."""
 ROUNDING = 1e-10
 """What eigenvalues of these loops are sure to, over the largest one."""
+CYCLE_ROUNDING = 1e-9
+"""Part of a cycle below which a delay is a whole number of cycles: rounding of texts and sums."""
+PARALLEL = 1e5
+"""Condition of the eigenvectors up to which residues are used: digits lost, at most five of sixteen."""
 DELAYS = 20
-"""Most delays between none and the given one that `strongest_gain` looks at."""
+"""Most delays between none and the given one that `strongest_up_to` looks at."""
 GAIN_MARGIN = 2.0
 PHASE_MARGIN = math.radians(45.0)
 SENSITIVITY_PEAK = 2.0
@@ -61,7 +67,11 @@ class ContinuousLoop:
     def response(self, omega: FloatArray) -> ComplexArray:
         """L(i omega) at K_p = 1; omega [rad/s]."""
         s = np.asarray(1j * omega, dtype=np.complex128)
-        return np.asarray(_resolvent(self.A, self.B, self.C, s) * np.exp(-s * self.delay), dtype=np.complex128)
+        return np.asarray(self._transfer(s) * np.exp(-s * self.delay), dtype=np.complex128)
+
+    @cached_property
+    def _transfer(self) -> Transfer:
+        return _transfer(self.A, self.B, self.C)
 
     def closed_poles(self, K_p: float) -> ComplexArray:
         """Poles of the closed loop [1/s]. Errors: StillhookError with a delay, which gives infinitely many."""
@@ -94,9 +104,14 @@ class SampledLoop:
     def response(self, omega: FloatArray) -> ComplexArray:
         """L(e^{i omega t_cycle}) at K_p = 1; omega up to the Nyquist frequency [rad/s]."""
         z = np.asarray(np.exp(1j * omega * self.t_cycle), dtype=np.complex128)
-        now = _resolvent(self.Phi, self.Gamma_0, self.C, z)
-        before = _resolvent(self.Phi, self.Gamma_1, self.C, z) if np.any(self.Gamma_1) else 0.0
-        return np.asarray((now + before / z) * z ** (-self.n), dtype=np.complex128)
+        now, before = self._transfers
+        whole = now(z) + before(z) / z if before is not None else now(z)
+        return np.asarray(whole * z ** (-self.n), dtype=np.complex128)
+
+    @cached_property
+    def _transfers(self) -> tuple[Transfer, Transfer | None]:
+        before = _transfer(self.Phi, self.Gamma_1, self.C) if np.any(self.Gamma_1) else None
+        return _transfer(self.Phi, self.Gamma_0, self.C), before
 
     def closed_matrix(self, K_p: float) -> FloatArray:
         """Matrix of one cycle of the closed loop: state, then the commands still on their way, newest first."""
@@ -156,14 +171,19 @@ def sampled(loop: ContinuousLoop, t_cycle: float, delay: float = 0.0) -> Sampled
     The delay is that of the whole way around: encoder, bus, computing. It need not be a whole number of cycles.
     Source: Astrom and Wittenmark, Computer-Controlled Systems, section 2.3 (sampling of systems with time delay).
     """
-    n, rest = divmod((delay + loop.delay) / t_cycle, 1.0)
-    if rest > 1.0 - 1e-9:
-        n, rest = n + 1.0, 0.0
-    rest = 0.0 if rest < 1e-9 else rest * t_cycle
-    Phi, _ = hold_matrices(loop.A, loop.B[:, None], t_cycle)
-    late_Phi, early = hold_matrices(loop.A, loop.B[:, None], t_cycle - rest)
-    _, late = hold_matrices(loop.A, loop.B[:, None], rest)
-    return SampledLoop(Phi, early[:, 0], late_Phi @ late[:, 0], loop.C, t_cycle, int(n))
+    n, rest = whole_cycles(delay + loop.delay, t_cycle)
+    Phi, whole = hold_matrices(loop.A, loop.B[:, None], t_cycle)
+    if rest == 0.0:
+        return SampledLoop(Phi, whole[:, 0], np.zeros(len(Phi)), loop.C, t_cycle, n)
+    _, early = hold_matrices(loop.A, loop.B[:, None], t_cycle - rest)
+    return SampledLoop(Phi, early[:, 0], whole[:, 0] - early[:, 0], loop.C, t_cycle, n)
+
+
+def whole_cycles(delay: float, t_cycle: float) -> tuple[int, float]:
+    """Whole cycles in a delay, and the rest of it [s]; a rest of rounding counts as none."""
+    n = math.floor(delay / t_cycle + CYCLE_ROUNDING)
+    rest = delay - n * t_cycle
+    return n, rest if rest > CYCLE_ROUNDING * t_cycle else 0.0
 
 
 def hold_matrices(A: FloatArray, B: FloatArray, t: float) -> tuple[FloatArray, FloatArray]:
@@ -236,9 +256,18 @@ def strongest_gain(
     """
     _check_wanted(delay, gain_margin, phase_margin, sensitivity)
     alpha = crane.active.motor.alpha_min if alpha_m is None else alpha_m
-    t_cycle, loop = crane.control.t_cycle, position_loop(crane, alpha)
-    delays = np.linspace(0.0, delay, min(math.ceil(delay / t_cycle), DELAYS) + 1)
-    return min(strongest(sampled(loop, t_cycle, float(d)), gain_margin, phase_margin, sensitivity) for d in delays)
+    loop = sampled(position_loop(crane, alpha), crane.control.t_cycle, delay)
+    return strongest_up_to(loop, gain_margin, phase_margin, sensitivity)
+
+
+def strongest_up_to(
+    loop: SampledLoop, gain_margin: float = GAIN_MARGIN, phase_margin: float = PHASE_MARGIN, sensitivity: float = SENSITIVITY_PEAK
+) -> float:
+    """Largest gain that keeps the margins with the loop's delay and with every shorter one, cycle by cycle [1/m]; see `strongest_gain`."""
+    cycles = np.unique(np.linspace(0, loop.n, min(loop.n, DELAYS) + 1).astype(int))
+    bare = replace(loop, n=0, Gamma_0=loop.Gamma_0 + loop.Gamma_1, Gamma_1=np.zeros_like(loop.Gamma_1))
+    held = [bare, *(replace(loop, n=int(n)) for n in cycles)] if np.any(loop.Gamma_1) else [replace(loop, n=int(n)) for n in cycles]
+    return min(strongest(each, gain_margin, phase_margin, sensitivity) for each in held)
 
 
 def strongest(
@@ -275,11 +304,19 @@ def _check_wanted(delay: float, gain_margin: float, phase_margin: float, sensiti
         raise StillhookError(f"sensitivity = {sensitivity:g}: the peak of a loop is above 1. Give a number above 1.")
 
 
-def _resolvent(A: FloatArray, B: FloatArray, C: FloatArray, s: ComplexArray) -> ComplexArray:
-    """C (s - A)^-1 B at many s."""
-    M = s[:, None, None] * np.eye(len(A)) - A
-    x = np.linalg.solve(M, np.broadcast_to(B.astype(np.complex128)[:, None], (len(s), len(A), 1)))
-    return np.asarray((C @ x[:, :, 0].T), dtype=np.complex128)
+def _transfer(A: FloatArray, B: FloatArray, C: FloatArray) -> Transfer:
+    """C (s - A)^-1 B as a function of s: by poles and residues, or by solving where the eigenvectors are nearly parallel."""
+    poles, right = np.linalg.eig(A)
+    if np.linalg.cond(right) < PARALLEL:
+        residues = (C @ right) * np.linalg.solve(right, B.astype(np.complex128))
+        return lambda s: np.asarray((residues / (s[:, None] - poles)).sum(axis=1), dtype=np.complex128)
+
+    def solved(s: ComplexArray) -> ComplexArray:
+        M = s[:, None, None] * np.eye(len(A)) - A
+        x = np.linalg.solve(M, np.broadcast_to(B.astype(np.complex128)[:, None], (len(s), len(A), 1)))
+        return np.asarray((C @ x[:, :, 0].T), dtype=np.complex128)
+
+    return solved
 
 
 def _grid(loop: Loop) -> FloatArray:

@@ -17,7 +17,7 @@ from scipy.optimize import minimize_scalar
 
 from stillhook.analysis.linear import eigenfrequency, gain_limit
 from stillhook.analysis.linearise import linearise, plant_loop, plc_loop, settled_displacement
-from stillhook.analysis.margins import Loop, Margins, margins, position_loop, sampled, strongest
+from stillhook.analysis.margins import Loop, Margins, SampledLoop, margins, position_loop, sampled, strongest_up_to
 from stillhook.analysis.operating_point import OperatingPoint, operating_point
 from stillhook.analysis.steady import steady
 from stillhook.analysis.transfer import About, lever, motor_slope, on_layer, whole_matrices
@@ -117,6 +117,10 @@ def stability(crane: Crane, alpha_m: float | None = None, *, layer: int | None =
     Errors: StillhookError for a number outside its range, or K_p = 0.
     Source: Moslatt 2020 paper E eqs 12 to 21, corrected (`stillhook.analysis.transfer`); PLC and delay are not in print.
     """
+    return _published(crane, alpha_m, layer, v_tip, delay, strong=True)
+
+
+def _published(crane: Crane, alpha_m: float | None, layer: int | None, v_tip: float, delay: float, *, strong: bool) -> Stability:
     machine, K_wire = (crane, 1.0) if layer is None else on_layer(crane, layer)
     _check(v_tip, delay)
     alpha = steady(machine, -v_tip, Mode.SSC, K_wire=K_wire).alpha_m if alpha_m is None else alpha_m
@@ -126,7 +130,7 @@ def stability(crane: Crane, alpha_m: float | None = None, *, layer: int | None =
     A = whole_matrices(machine, _about(machine, v_tip, alpha, K_wire), K_wire=K_wire)[0]
     where = {"alpha_m": alpha, "K_wire": K_wire, "J_m": e.J_m, "v_tip": v_tip}
     found = {"K_p_ms": limit.K_p_ms, "omega_c": limit.omega_c, "omega_0": e.omega_0, "zeta": e.zeta, "period": e.period}
-    return _stability(crane, where, found, (plain, held), delay, np.linalg.eigvals(A))
+    return _stability(crane, where, found, (plain, held), delay, np.linalg.eigvals(A), strong=strong)
 
 
 def full_stability(
@@ -188,7 +192,14 @@ def _about(crane: Crane, v_tip: float, alpha_m: float, K_wire: float) -> About:
 
 
 def _stability(
-    crane: Crane, where: Mapping[str, float], found: Mapping[str, float], loops: tuple[Loop, Loop], delay: float, poles: Any
+    crane: Crane,
+    where: Mapping[str, float],
+    found: Mapping[str, float],
+    loops: tuple[Loop, SampledLoop],
+    delay: float,
+    poles: Any,
+    *,
+    strong: bool = True,
 ) -> Stability:
     K_p = crane.control.K_p
     plain, held = (margins(loop, K_p) for loop in loops)
@@ -202,7 +213,7 @@ def _stability(
         delay=delay,
         K_p_ms_plc=held.gain_margin * K_p,
         omega_c_plc=held.omega_c,
-        K_p_strong=strongest(loops[1]),
+        K_p_strong=strongest_up_to(loops[1]) if strong else math.nan,
         poles=tuple(complex(p) for p in sorted(poles, key=lambda p: (abs(p), p.imag))),
         stable=plain.stable,
         stable_plc=held.stable,
@@ -249,6 +260,7 @@ def sweep(
     rows = [_swept(crane, what, float(v), alpha_m, delay) for v in at]
     data = {n: (name, [getattr(r, n) for r in rows], _attrs(n)) for n in SWEPT}
     fixed = {} if what is Over.ALPHA_M else {"alpha_m": alpha_m}
+    fixed |= {} if what is Over.DELAY else {"delay": delay}
     return xarray.Dataset(data, coords={name: (name, at, _attrs(name))}, attrs={"crane": crane.name, "K_p": crane.control.K_p, **fixed})
 
 
@@ -267,17 +279,17 @@ def _default(crane: Crane, what: Over) -> FloatArray:
 
 def _swept(crane: Crane, what: Over, value: float, alpha_m: float, delay: float) -> Stability:
     if what is Over.ALPHA_M:
-        return stability(crane, value, delay=delay)
+        return _published(crane, value, None, 0.0, delay, strong=False)
     if what is Over.LAYER:
-        return stability(crane, alpha_m, layer=int(value), delay=delay)
+        return _published(crane, alpha_m, int(value), 0.0, delay, strong=False)
     if what is Over.DELAY:
-        return stability(crane, alpha_m, delay=value)
+        return _published(crane, alpha_m, None, 0.0, value, strong=False)
     changes: dict[Over, Mapping[str, Any]] = {
         Over.LEAKAGE: {"active": {"C_leak": f"{value!r} m^3/s/Pa"}},
         Over.DAMPING: {"control": {"B_v": f"{value!r} N m s/rad"}},
         Over.BULK_MODULUS: {"active": {"line": {"bulk_modulus": f"{value!r} Pa"}}},
     }
-    return stability(changed(crane, changes[what]), alpha_m, delay=delay)
+    return _published(changed(crane, changes[what]), alpha_m, None, 0.0, delay, strong=False)
 
 
 def bode(crane: Crane, alpha_m: float = 1.0, *, K_wire: float = 1.0, delay: float = 0.0, omega: FloatArray | None = None) -> xarray.Dataset:

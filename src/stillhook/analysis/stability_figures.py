@@ -31,8 +31,9 @@ def gain_limit_figure(crane: Crane, data: xarray.Dataset) -> Figure:
     """
     figure, ax = _figure(7.5, 4.6)
     D = [in_display(a * crane.active.motor.D_total, "displacement") for a in data["alpha_m"].values]
+    late = f" and {1e3 * data.attrs['delay']:g} ms of delay" if data.attrs["delay"] else ""
     ax.plot(D, data["K_p_ms"], color=COLOURS[0], label="published loop")
-    ax.plot(D, data["K_p_ms_plc"], color=COLOURS[1], ls="--", label=f"with PLC, cycle {1e3 * crane.control.t_cycle:g} ms")
+    ax.plot(D, data["K_p_ms_plc"], color=COLOURS[1], ls="--", label=f"with PLC ({1e3 * crane.control.t_cycle:g} ms){late}")
     ax.axhline(crane.control.K_p, color=GREY, ls=":", label=f"K_p of the crane, {crane.control.K_p:g} 1/m")
     _mark_modes(ax, crane, lambda a: in_display(a * crane.active.motor.D_total, "displacement"))
     ax.set(xlabel="motor displacement [cm³/rev]", ylabel="K_p of marginal stability [1/m]", ylim=(0.0, None), xlim=(D[0], D[-1]))
@@ -146,10 +147,18 @@ def motor_pole_figure(crane: Crane, modes: tuple[Mode, ...] = (Mode.SSC, Mode.SS
         poles = np.array([motor_poles(crane, v, mode=mode) for v in speeds])
         zeta = -poles[:, 0].real / np.abs(poles[:, 0])
         left.plot([in_display(v, "speed") for v in speeds], zeta, color=colour, label=f"{mode}: motors' own loop")
-        right.plot(poles.real, poles.imag, color=colour, lw=1.2)
+        width = 3.0 if mode is modes[0] else 1.2
+        right.plot(poles.real, poles.imag, color=colour, lw=width)
         swing = np.array([_swing(crane, v, mode) for v in speeds])
-        left.plot([in_display(v, "speed") for v in speeds], -swing.real / np.abs(swing), color=colour, ls=":", label=f"{mode}: oil spring")
-        right.plot(swing.real, swing.imag, color=colour, ls=":")
+        left.plot(
+            [in_display(v, "speed") for v in speeds],
+            -swing.real / np.abs(swing),
+            color=colour,
+            ls=":",
+            lw=width,
+            label=f"{mode}: oil spring",
+        )
+        right.plot(swing.real, swing.imag, color=colour, ls=":", lw=width)
     left.set(xlabel="steady tip speed [m/min]", ylabel="damping ratio [-]", ylim=(0.0, 1.05))
     right.set(xlabel="real part [1/s]", ylabel="imaginary part [1/s]")
     left.legend(fontsize="small")
@@ -178,7 +187,8 @@ def _mark_modes(ax: Any, crane: Crane, at: Any) -> None:
         ax.plot([at(lo), at(hi)], [y, y], color=colour, lw=4, solid_capstyle="butt", transform=ax.get_xaxis_transform())
         if lo == hi:
             ax.plot([at(lo)], [y], "D", color=colour, ms=5, transform=ax.get_xaxis_transform())
-        ax.annotate(f" {mode.upper()}", (at(hi), y), xycoords=ax.get_xaxis_transform(), fontsize="x-small", va="center", color=colour)
+        place = {"xy": (at(lo), y), "xytext": (-6, 0), "xycoords": ax.get_xaxis_transform(), "textcoords": "offset points"}
+        ax.annotate(mode.upper(), **place, fontsize="x-small", va="center", ha="right", color=colour)
 
 
 def _figure(width: float, height: float) -> tuple[Figure, Any]:
