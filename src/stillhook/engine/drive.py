@@ -96,9 +96,10 @@ class Drive:
         """Extremes over the whole run, taken in pieces; in manual mode the tip asks for nothing."""
         v_max, tip, wire = 0.0, [], []
         for k, count in self.pieces():
-            rows = self.rows(k, count + 1)
-            s, v = rows[:, 0], rows[:, 1]
-            v_op, s_op, mode = (rows[:, i] for i in (6, 7, 8)) if self.cols == TICK else (0.0, 0.0, MODE_CODE[self.case.mode])
+            t = np.arange(k, k + count + 1, dtype=np.float64) * self.t_cycle
+            thin = _tip(self.motion, k, count + 1, self.t_cycle)
+            s, v = thin[:, 0], thin[:, 1]
+            v_op, s_op, mode = *operator_motion(self.case.operator, t), mode_codes(self.case, t)
             follows = np.where(np.asarray(mode) > MANUAL, 1.0, 0.0)
             v_max = max(v_max, float(np.max(np.abs(v_op - follows * v))))
             tip += [float(s.min()), float(s.max())]

@@ -20,12 +20,20 @@ COLDEST, HOTTEST = 200.0, 500.0
 """Gas temperatures at mid stroke that are reckoned with [K]: above the critical point by far, within the equation of state."""
 
 
-@functools.lru_cache(maxsize=256)
 def gas_record(acc: Accumulator) -> Gas:
     """The engine's gas: a polynomial through the gas law over the piston's stroke, checked against the law itself.
 
     Errors: SpecError where real gas is asked for and its library is missing, or the stroke is too large for the fit.
     """
+    gas, law = acc.gas, acc
+    if gas.model is GasModel.POLYTROPIC:  # its ratio hangs on no pressure: one fit for every charge
+        law = acc.model_copy(update={"gas": gas.model_copy(update={"p_0": 1.0})})
+    return Gas(*(gas.p_0 * i for i in _coefficients(law)))
+
+
+@functools.lru_cache(maxsize=256)
+def _coefficients(acc: Accumulator) -> tuple[float, ...]:
+    """Coefficients of the gas pressure over p_0 in the piston's place."""
     gas = acc.gas
     xi = np.cos(np.pi * (np.arange(POINTS) + 0.5) / POINTS)
     ratio = pressure_ratio(acc, xi)
@@ -37,7 +45,7 @@ def gas_record(acc: Accumulator) -> Gas:
             f"passive.accumulator: V_stroke {acc.V_stroke:g} m^3 is too large for the gas volume {gas.V_0:g} m^3: the gas law is "
             f"fitted to {worst:.0e} only (allowed {FIT_TOLERANCE:.0e}). Raise gas.V_0 or lower V_stroke."
         )
-    return Gas(*(float(gas.p_0 * i) for i in c))
+    return tuple(float(i) for i in c)
 
 
 def pressure_ratio(acc: Accumulator, xi: NDArray[np.float64]) -> NDArray[np.float64]:

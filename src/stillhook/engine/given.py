@@ -18,6 +18,8 @@ STATISTICS_STEP = 5e-3
 EVERY = 0.1
 """Default spacing of a stored series [s]."""
 
+_NO_CRANE = "crane = {}: not a Crane. Read one with load_crane, by name or path."
+
 
 def paired(crane: Crane | Sequence[Crane], case: Scenario | Sequence[Scenario]) -> tuple[list[Crane], list[Scenario]]:
     """Cranes and scenarios in pairs; one of either goes with all of the other. Errors: ScenarioError, SpecError."""
@@ -28,8 +30,10 @@ def paired(crane: Crane | Sequence[Crane], case: Scenario | Sequence[Scenario]) 
     if not cranes:
         raise SpecError("simulate: the list of cranes is empty. Give at least one Crane.")
     first = cranes[0]
+    cases = checked_cases(first, case)
     for i, each in enumerate(cranes):
-        cases = checked_cases(each, case)
+        if not isinstance(each, Crane):
+            raise SpecError(_NO_CRANE.format(units.came(each)))
         if each.plant is not first.plant or each.control.t_cycle != first.control.t_cycle:
             a, b = (f"{c.plant} with a PLC cycle of {units.show(c.control.t_cycle, 'time')}" for c in (first, each))
             raise SpecError(f'simulate: crane 0 "{first.name}" is {a}, crane {i} "{each.name}" {b}. Run winches of one kind together.')
@@ -43,7 +47,7 @@ def paired(crane: Crane | Sequence[Crane], case: Scenario | Sequence[Scenario]) 
 def checked_cases(crane: Crane, case: Scenario | Sequence[Scenario]) -> list[Scenario]:
     """The scenarios as a list. Errors: ScenarioError, SpecError where something else was given."""
     if not isinstance(crane, Crane):
-        raise SpecError(f"crane = {units.came(crane)}: not a Crane. Read one with load_crane, by name or path.")
+        raise SpecError(_NO_CRANE.format(units.came(crane)))
     if isinstance(case, Scenario):
         return [case]
     cases = list(case) if isinstance(case, Iterable) else [case]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from typing import Annotated, Any, Self, TypeVar
 
 from pydantic import Field, ValidationError, model_validator
@@ -66,6 +67,7 @@ def system_friction(name: str) -> SystemFriction:
     return _read(SystemFriction, name, values(without_title(library_tree("friction", name, "system friction"))))
 
 
+@functools.cache
 def leak_table(name: str) -> LeakTable:
     """One pump leak table of the library; SpecError for an unknown name."""
     data = values(without_title(library_tree("pumps", name, "leak table")))
