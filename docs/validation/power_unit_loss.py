@@ -1,0 +1,238 @@
+"""Paper E, introduction: one of three hydraulic power units shuts down in AHC, is isolated, and the gains are reconfigured."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray
+from batch import Numbers, side_by_side, sine
+from blocks import percent, save, table, verdict
+
+from stillhook import Crane, Scenario, load_crane, simulate
+from stillhook.engine.checks import layer_diameter_at
+from stillhook.engine.pack import gains, wire_speed_max
+from stillhook.io.figures import four_panels
+from stillhook.library import changed
+
+PAGE = "power-unit-loss.md"
+CRANE = load_crane("nov-250t")
+MODES = ("ns", "hs", "ssc")
+UNITS = (1, 2, 3)
+PERIOD = 12.0  # s
+SPEEDS = (30.0, 50.0, 65.0, 75.0, 85.0)  # m/min
+LIMIT_SHARES = tuple(0.90 + 0.01 * i for i in range(11))  # of the speed without leakage, among which the limit is looked for
+MOMENTS = 5  # over one period of the sine at which the unit stops
+FIRST = 48.0  # s: the earliest of them
+NEVER = "1000 s"  # detection after the end of the run: no reconfiguration
+LOAD, WIRE = "100 t", 100.0  # m
+CM = 100.0
+
+
+def crane_of(mode_changes: Mapping[str, Any]) -> Crane:
+    return changed(CRANE, mode_changes) if mode_changes else CRANE
+
+
+def share_left(unit: int, passive: bool = False) -> float:
+    """Part of the pumps that is left without this unit."""
+    assert CRANE.passive is not None
+    D = CRANE.passive.pump.D if passive else CRANE.active.pump.D
+    return 1.0 - D[unit - 1] / sum(D)
+
+
+def case(v: float, mode: str, loss: Mapping[str, Any] | None, period: float = PERIOD, **more: Any) -> Scenario:
+    asked: dict[str, Any] = {"load": LOAD, "s_w": f"{WIRE} m", "warm_up": "40 s", "duration": "82 s", **more}
+    losing = {} if loss is None else {"power_loss": dict(loss)}
+    return Scenario(tip=sine(v / 60.0, period), mode=mode, **asked, **losing)
+
+
+def losses(unit: int, period: float = PERIOD, **more: str) -> list[dict[str, Any] | None]:
+    """No loss, and losses at moments spread over a period."""
+    times = [FIRST + period * i / MOMENTS for i in range(MOMENTS)]
+    return [None, *({"time": f"{t!r} s", "unit": unit, **more} for t in times)]
+
+
+class Outcome(NamedTuple):
+    """Largest error [cm] and highest pressure [bar] without a loss, and the worst of the losses over the moment of the loss."""
+
+    quiet: float
+    error: float
+    p_quiet: float
+    p: float
+
+
+def outcome(runs: Sequence[Numbers]) -> Outcome:
+    e, p = [CM * one["e_c_max"] for one in runs], [one["p_max"] / 1e5 for one in runs]
+    return Outcome(e[0], max(e[1:]), p[0], max(p[1:]))
+
+
+def outcomes(asked: Iterable[tuple[Crane, Sequence[Scenario]]]) -> list[Outcome]:
+    """One outcome for every crane with its cases, the first of which has no loss."""
+    groups = list(asked)
+    runs = side_by_side([(crane, one) for crane, cases in groups for one in cases])
+    n = 1 + MOMENTS
+    return [outcome(runs[i * n : (i + 1) * n]) for i in range(len(groups))]
+
+
+def transients(detection: str) -> dict[tuple[int, float, str], Outcome]:
+    keys = [(unit, v, mode) for unit in UNITS[:2] for v in SPEEDS for mode in MODES]
+    found = outcomes((CRANE, [case(v, m, loss) for loss in losses(u, detection=detection)]) for u, v, m in keys)
+    return dict(zip(keys, found, strict=True))
+
+
+def limits() -> dict[tuple[int, str], float]:
+    """Highest speed of the tip at which the pumps do not saturate, unit 0: with all of them [m/min]. Units 2 and 3 are alike."""
+    stop = [None, *({"time": "5 s", "unit": unit} for unit in UNITS)]
+    keys = [(unit, mode, part) for unit in (0, 1, 2) for mode in MODES for part in LIMIT_SHARES]
+    asked = [case(part * ideal_limit(mode, unit), mode, stop[unit], duration="53 s") for unit, mode, part in keys]
+    runs = side_by_side((CRANE, one) for one in asked)
+    free = [key for key, one in zip(keys, runs, strict=True) if one["saturation_time"] == 0.0]
+    found = {(u, m): max(part for unit, mode, part in free if (unit, mode) == (u, m)) * ideal_limit(m, u) for u in (0, 1, 2) for m in MODES}
+    return found | {(3, m): found[2, m] for m in MODES}
+
+
+def ideal_limit(mode: str, unit: int) -> float:
+    """The same without leakage: share left of the speed at the mode's smallest displacement on this layer [m/min]."""
+    c = CRANE.control
+    alpha = {"ns": c.alpha_ns, "hs": c.alpha_hs, "ssc": CRANE.active.motor.alpha_min}[mode]
+    left = 1.0 if unit == 0 else share_left(unit)
+    return 60.0 * left * wire_speed_max(CRANE, alpha, layer_diameter_at(CRANE, WIRE))
+
+
+class Row(NamedTuple):
+    """One variant: of the crane, of the loss (unit 2), of the case."""
+
+    label: str
+    changes: Mapping[str, Any] = {}
+    loss: Mapping[str, str] = {}
+    period: float = PERIOD
+    more: Mapping[str, str] = {}
+
+
+V_VARIED = 65.0  # m/min: more than NS has left without unit 2, less than HS and SSC have
+K_2 = gains(CRANE).K_2
+ROWS = (
+    Row("**as above** (12 s, known after 0.1 s, flow gone in 0.3 s)"),
+    Row("known at once", loss={"detection": "0 s"}),
+    Row("known after 0.5 s", loss={"detection": "0.5 s"}),
+    Row("known after 2 s", loss={"detection": "2 s"}),
+    Row("known after 5 s", loss={"detection": "5 s"}),
+    Row("never known", loss={"detection": NEVER}),
+    Row("flow gone at once", loss={"run_down": "0 s"}),
+    Row("flow gone in 2 s", loss={"run_down": "2 s"}),
+    Row("6 s", period=6.0),
+    Row("8 s", period=8.0),
+    Row("empty hook", more={"load": "0 t"}),
+    Row("200 t", more={"load": "200 t"}),
+    Row("NS 0.90, HS 0.70", {"control": {"alpha_ns": 0.9, "alpha_hs": 0.7, "alpha_swl": 0.8}}),
+    Row("motors in open loop with feedback", {"active": {"motor": {"variant": "open-loop-feedback"}}}),
+    Row("friction of crane 1", {"friction": {"library": "crane-1"}}),
+    Row("`K_2` none", {"control": {"K_2": "0 s^2/m"}}),
+    Row("`K_2` doubled", {"control": {"K_2": f"{2.0 * K_2} s^2/m"}}),
+    Row("1500 m of wire out", more={"s_w": "1500 m"}),
+)
+
+
+def sensitivity() -> list[tuple[object, ...]]:
+    asked = [
+        (crane_of(row.changes), [case(V_VARIED, m, loss, row.period, **row.more) for loss in losses(2, row.period, **row.loss)])
+        for row in ROWS
+        for m in MODES
+    ]
+    found = outcomes(asked)
+    rows = []
+    for i, row in enumerate(ROWS):
+        ns, hs, ssc = found[3 * i : 3 * i + 3]
+        cells = (f"{one.quiet:.1f}, {one.error:.1f}" for one in (ns, hs, ssc))
+        rows.append((row.label, *cells, f"{ns.p_quiet:.0f}, {ns.p:.0f}", f"{ssc.p_quiet:.0f}, {ssc.p:.0f}"))
+    return rows
+
+
+def passive() -> list[tuple[object, ...]]:
+    """How hard the passive pumps work while a unit is missing."""
+    rows = []
+    for unit in (0, 1, 3):
+        loss = None if unit == 0 else {"time": "5 s", "unit": unit}
+        one = simulate(CRANE, case(V_VARIED, "ssc", loss, duration="148 s", warm_up="100 s"), every="0.1 s")
+        last = one.sel(time=slice(100.0, None))  # four periods
+        rows.append(
+            (
+                "none" if unit == 0 else unit,
+                percent(1.0 if unit == 0 else share_left(unit, passive=True)),
+                percent(float(last["alpha_pp"].mean())),
+                f"{float(last['alpha_pp'].mean()) * (1.0 if unit == 0 else share_left(unit, passive=True)):.3f}",
+                f"{float(last['p_hp'].mean()) / 1e5:.1f} bar",
+                f"{100.0 * float(one['e_c_pp']):.1f} cm",
+            )
+        )
+    return rows
+
+
+def transient_row(unit: int, v: float, known: Mapping[Any, Outcome], never: Mapping[Any, Outcome]) -> tuple[object, ...]:
+    cells = []
+    for mode in MODES:
+        a, b = known[unit, v, mode], never[unit, v, mode]
+        cells += [f"{a.quiet:.1f}", f"{a.error:.1f}", f"{b.error:.0f}"]
+    ssc = known[unit, v, "ssc"]
+    return (unit, f"{v:g}", *cells, f"{ssc.p_quiet:.0f}, {ssc.p:.0f}")
+
+
+def claims(
+    known: Mapping[Any, Outcome], never: Mapping[Any, Outcome], limit: Mapping[tuple[int, str], float]
+) -> dict[str, tuple[str, str, str]]:
+    """claim -> theirs, ours, verdict; the index repeats them."""
+    inside = {key: one for key, one in known.items() if key[1] <= limit[key[0], key[2]]}
+    growth = max(one.error - one.quiet for one in inside.values())
+    beside = [never[key].error for key in inside]
+    least = {m: min(limit[u, m] for u in UNITS) for m in MODES}
+    return {
+        "AHC goes on through the loss of a power unit": (
+            "on the fly, without stopping",
+            f"largest error grows by {growth:.1f} cm at most, worst moment, as long as the rest can deliver the speed",
+            verdict(growth < 10.0, "not reproduced"),
+        ),
+        "gains are reconfigured": (
+            "yes",
+            f"without it the largest error is {min(beside):.0f} to {max(beside):.0f} cm in the same cases",
+            verdict(min(beside) > 3.0 * growth, "makes no difference"),
+        ),
+        "speed left without the largest unit": (
+            "not stated",
+            ", ".join(f"{m.upper()} {least[m]:.0f} of {limit[0, m]:.0f} m/min" for m in MODES),
+            "derived",
+        ),
+    }
+
+
+def compute() -> tuple[dict[str, str], dict[str, tuple[str, str, str]], dict[str, xarray.Dataset]]:
+    """Blocks of the page, its claims, and the runs of the picture."""
+    known, never, limit = transients("0.1 s"), transients(NEVER), limits()
+    told = claims(known, never, limit)
+    head = ("unit", "m/min", *(f"{m.upper()} {what}" for m in MODES for what in ("quiet", "loss", "not known")), "`p` SSC, bar")
+    speeds = [
+        (
+            "none" if unit == 0 else f"{unit}, {D * 2e6 * np.pi:.0f} cm³/rev",
+            percent(1.0 if unit == 0 else share_left(unit)),
+            *(f"{limit[unit, m]:.0f} ({ideal_limit(m, unit):.0f})" for m in MODES),
+        )
+        for unit, D in zip((0, *UNITS), (0.0, *CRANE.active.pump.D), strict=True)
+    ]
+    blocks = {
+        "claims": table(("claim", "theirs", "ours", "verdict"), [(name, *what) for name, what in told.items()]),
+        "speeds": table(("unit lost", "active pumps left", *(f"{m.upper()}, m/min" for m in MODES)), speeds),
+        "transients": table(head, [transient_row(u, v, known, never) for u in UNITS[:2] for v in SPEEDS]),
+        "passive": table(
+            ("unit lost", "passive pumps left", "mean setting", "of all passive pumps", "accumulator", "error p-p"), passive()
+        ),
+        "sensitivity": table(("variant, unit 2, 65 m/min", *(m.upper() for m in MODES), "`p` NS, bar", "`p` SSC, bar"), sensitivity()),
+    }
+    loss = {"time": "60 s", "unit": 2}
+    runs = {m.upper(): simulate(CRANE, case(V_VARIED, m, loss), every="0.02 s") for m in MODES}
+    runs["SSC, not known"] = simulate(CRANE, case(V_VARIED, "ssc", loss | {"detection": NEVER}), every="0.02 s")
+    return blocks, told, runs
+
+
+def draw(runs: Mapping[str, xarray.Dataset]) -> None:
+    title = "nov-250t, 100 t, tip 65 m/min with 12 s: unit 2 (500 of 1355 cm³/rev) stops at 60 s"
+    save(four_panels(runs, title=title, start=50.0, end=82.0), "power-unit-loss.png")
