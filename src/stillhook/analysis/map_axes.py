@@ -9,7 +9,9 @@ from typing import NamedTuple
 
 from stillhook.analysis.drum import layer_row
 from stillhook.crane import Crane
+from stillhook.engine.pack import drum_record
 from stillhook.errors import ScenarioError, UnitError
+from stillhook.physics.drum import wire_usable
 from stillhook.units import came, parse, show
 
 Texts = str | Sequence[str]
@@ -75,7 +77,7 @@ def axes_of(
         raise ScenarioError(f"speeds: {show(peaks[0], 'speed')} moves nothing. Start above 0.")
     over_layers = layers is not None and not isinstance(layers, int)
     chosen: Sequence[int] = [crane.drum.layers] if layers is None else [layers] if isinstance(layers, int) else list(layers)
-    wire = (parse(s_w, "length", "s_w"),) if s_w is not None else tuple(middle_of(crane, n) for n in _layers(crane, chosen))
+    wire = (_wire(crane, s_w),) if s_w is not None else tuple(middle_of(crane, n) for n in _layers(crane, chosen))
     return Axes(
         loads=found,
         speeds=peaks,
@@ -83,6 +85,16 @@ def axes_of(
         s_w=wire,
         periods=(None,) if periods is None else quantities(periods, "time", "periods"),
     )
+
+
+def _wire(crane: Crane, s_w: str) -> float:
+    """Wire paid out, as given [m]."""
+    value, most = parse(s_w, "length", "s_w"), float(wire_usable(drum_record(crane)))
+    if not 0.0 <= value <= most:
+        raise ScenarioError(
+            f's_w {show(value, "length")}: "{crane.name}" can pay out 0 m to {show(most, "length")}. Give a value in between.'
+        )
+    return value
 
 
 def _layers(crane: Crane, chosen: Sequence[int]) -> Sequence[int]:

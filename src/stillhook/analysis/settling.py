@@ -121,7 +121,7 @@ def settling_of(
     cranes, cases = _runs(crane, chosen, axes, dv, lowering)
     n_sub = steps_per_cycle(cranes[0], step, SERIES_STEP)
     shares = [_Share(cranes[k : k + VL], cases[k : k + VL], dv, n_sub) for k in range(0, len(cases), VL)]
-    answers = list(_landed(shares, threads, client, progress or (lambda share: None)))
+    answers = list(_landed(shares, threads, client, progress or _nobody))
     shape = (len(chosen), *axes.shape)
     return Map(
         crane=crane,
@@ -134,6 +134,10 @@ def settling_of(
         better="settling_time",
         about={"speed_is": "wire speed before the step", "wire_step": dv, "lowering": lowering, "duration": RAMP + HOLD + AFTER},
     ).with_best_classic()
+
+
+def _nobody(share: float) -> None:
+    """Nobody wants to know how far it is."""
 
 
 def _check_room(crane: Crane, axes: Axes, dv: float, in_middle: bool) -> None:

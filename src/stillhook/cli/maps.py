@@ -108,13 +108,17 @@ def _run(crane: Crane, controllers: str, metric: str, given: dict[str, Any], sto
 
 
 def _started(crane: Crane, bar: Progress | None) -> Progress:
-    """Progress that says when the winch model must be compiled first."""
+    """Progress that says when the winch model must be compiled first, once everything that was given has been found good."""
     from stillhook.engine.build import is_compiled
     from stillhook.engine.lanes import VL
 
-    if not is_compiled(crane.plant.value, VL):
-        say("compiling the winch model for this machine (once, about 10 s) ...")
-    return bar or (lambda share: None)
+    def told(share: float) -> None:
+        if share == 0.0 and not is_compiled(crane.plant.value, VL):
+            say("compiling the winch model for this machine (once, about 10 s) ...")
+        if bar is not None:
+            bar(share)
+
+    return told
 
 
 def _print(found: Map, metric: str) -> None:
@@ -138,7 +142,8 @@ def _print(found: Map, metric: str) -> None:
                     texts = [MARKS.get(c, "never") if c else f"{v * factor:.{digits}f}" for v, c in cells]
                     rows.append([show(load, "mass"), *texts])
                 where = [show(axes.s_w[k], "length", 3) + " of wire", *([f"layer {layer}"] if layer else []), *_wave(found, period)]
-                print_table(head, rows, title=f"{said(label)}  ({', '.join(where)})")
+                print(f"\n{said(label)}: {', '.join(where)}")
+                print_table(head, rows)
     if used:
         known = [c for c in MARKS if c in used]
         print("not applicable: " + "; ".join(f"{MARKS.get(c, 'never')} = {c}" for c in [*known, *sorted(used - set(known))]))
