@@ -35,6 +35,8 @@ K_P_RANGE = (0.02, 0.5)
 LEAD_BEYOND = 0.1
 """Lead beyond the delay of the motion signal that is searched [s]."""
 U_THR_RANGE = (0.1, 0.95)
+SAME = 1e-5
+"""Part by which a setting may differ from what it was and still be left out of a file [-]: half of its last digit."""
 ALPHA_MOST = 0.98
 """Largest least displacement of SSC: at 1 it would be a fixed motor."""
 
@@ -131,12 +133,13 @@ def _raised(crane: Crane, alpha_min: float, control: Mapping[str, float]) -> dic
 
 
 def tuned_controller(crane: Crane, start: Controller, values: Mapping[str, float], name: str) -> Controller:
-    """A controller with these settings on top of those of `start`, in the form of a file: numbers with five digits and units.
+    """A controller with these settings on top of those of `start`, in the form of a file: what differs, with five digits and units.
 
     K_p is rounded down, alpha_min up, so that margins that were kept stay kept.
     """
     plain = start.on(crane)
-    numbers = {n: rounded(n, v) for n, v in values.items()}
+    old_values = present(plain)
+    numbers = {n: rounded(n, v) for n, v in values.items() if not math.isclose(v, old_values[n], rel_tol=SAME)}
     if "alpha_min" in numbers:
         numbers |= _raised(plain, numbers["alpha_min"], numbers)
     old = start.changes_on(crane)

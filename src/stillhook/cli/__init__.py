@@ -15,7 +15,7 @@ from typing import Annotated
 import typer
 
 from stillhook._version import __version__
-from stillhook.cli import calc, cranes, envelope, friction, identify, maps, runs, stability
+from stillhook.cli import calc, cranes, envelope, friction, identify, maps, runs, stability, tune
 from stillhook.errors import StillhookError
 
 INTERRUPTED, UNREAD = 130, 141
@@ -47,6 +47,7 @@ runs.register(app)
 envelope.register(app)
 stability.register(app)
 maps.register(app)
+tune.register(app)
 app.add_typer(calc.app, name="calc")
 app.add_typer(identify.app, name="identify")
 app.add_typer(friction.app, name="friction")
