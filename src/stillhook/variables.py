@@ -131,7 +131,7 @@ QUANTITIES = (
     _v("J_wire", "J", "kg m^2", "inertia", "", "share of the wire on the drum, at the motor shaft", "figure 2.19"),
     _v("v_w_max_alpha", "v_w", "m/s", "speed", "", "wire speed with the pumps full and no leakage"),
     _v("omega_0", "omega_0", "rad/s", "frequency", "", "undamped eigenfrequency of the active circuit, p_b held", "paper C eq. 9"),
-    _v("period", "T", "s", "time", "", "period 2 pi / omega_0"),
+    _v("period", "T", "s", "time", "", "period 2 pi / omega_0; on an axis of a map, that of the wave"),
     _v("zeta", "zeta", "1", "", "", "damping ratio of the active circuit", "paper C eq. 8"),
     _v("C_h", "C_h", "m^3/Pa", "", "", "hydraulic capacitance of a line", "eq. 2.14"),
     _v("C_leak", "C_leak", "m^3/s/Pa", "leakage", "", "leak conductance", "eq. 2.17"),
