@@ -1,0 +1,333 @@
+"""Paper E's tests of the motors' displacement control at the quay: open loop with and without feedback, closed loop; 12 s and 6 s."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray
+from batch import side_by_side
+from blocks import percent, save, table, verdict
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+from quay import CRANE, OPEN_LOOP, OPEN_LOOP_10, OPEN_LOOP_BLIND, WARM
+from scipy.integrate import solve_ivp
+
+from stillhook import Crane, Scenario, Sine, simulate
+from stillhook.analysis.steady import reduction_lead
+from stillhook.engine.pack import active_record
+from stillhook.io.figures import COLOURS, GREY
+from stillhook.library import changed
+from stillhook.physics.swash import displacement, pilot, swash_acceleration
+
+PAGE = "paper-e-motor-servo.md"
+PICTURE = "paper-e-motor-servo.png"
+D_ONE = 215.0  # cm^3/rev, one motor: 20 cm^3/rev is 9.3 % of it, and 1.9 % of all five
+PATTERNS = ((12.0, 3.2), (6.0, 1.2))  # period [s], "amplitude" [m]
+HALF = 0.5  # of the printed number: it is the way from trough to crest
+DURATION = 72.0  # s: 6 waves of 12 s, 12 of 6 s
+OFFSET = 20.0  # cm^3/rev: "up to"
+EASILY = 0.95  # share of the pumps below which the speed is met easily
+STEPS = (1.0, 0.9, 0.8, 0.7, 0.6, 0.7, 0.8, 0.9, 1.0)
+HOLD = 2.0  # s a step
+SPEEDS = np.arange(70.0, 121.0)  # m/min
+Array = NDArray[np.float64]
+
+
+class Variant(NamedTuple):
+    """One way to control the motors: name, what is changed in the crane."""
+
+    label: str
+    changes: Mapping[str, Any] = {}
+
+
+CLOSED = Variant("closed loop")
+OPEN = Variant("open loop with feedback (this crane)", OPEN_LOOP)
+OPEN_10 = Variant("open loop with feedback, 10 % offset, 6 % hysteresis", OPEN_LOOP_10)
+BLIND = Variant("open loop without feedback", OPEN_LOOP_BLIND)
+VARIANTS = (CLOSED, OPEN, OPEN_10, BLIND)
+
+
+def servo_at(omega_n: str) -> dict[str, Any]:
+    return {"active": {"motor": {**OPEN_LOOP["active"]["motor"], "servo": {"omega_n": omega_n}}}}
+
+
+def play_of(offset: float, hysteresis: float) -> dict[str, Any]:
+    return {"active": {"motor": {**OPEN_LOOP["active"]["motor"], "offset": offset, "hysteresis": hysteresis}}}
+
+
+ROWS = (
+    Variant("**as above** (offset 7.5 %, hysteresis 4 %, 5 rad/s, `u_thr` 0.6)", OPEN_LOOP),
+    Variant("offset 5 %", play_of(0.05, 0.04)),
+    Variant("offset 10 %", play_of(0.10, 0.04)),
+    Variant("no hysteresis", play_of(0.075, 0.0)),
+    Variant("hysteresis 8 %", play_of(0.075, 0.08)),
+    Variant("motors of 10 rad/s (0.5 s for the stroke)", servo_at("10 rad/s")),
+    Variant("motors of 3 rad/s (1.7 s)", servo_at("3 rad/s")),
+    Variant("motors of 1.4 rad/s (3.5 s, the slowest that paper C names)", servo_at("1.4 rad/s")),
+    Variant("`u_thr` 0.5", OPEN_LOOP | {"control": {"u_thr": 0.5}}),
+    Variant("`u_thr` 0.4", OPEN_LOOP | {"control": {"u_thr": 0.4}}),
+    Variant("`u_thr` 0.7", OPEN_LOOP | {"control": {"u_thr": 0.7}}),
+    Variant("`alpha_min` 0.5 instead of 0.6", {"active": {"motor": {**OPEN_LOOP["active"]["motor"], "alpha_min": 0.5}}}),
+    Variant("`K_2` 0", OPEN_LOOP | {"control": {"K_2": "0 s^2/m"}}),
+    Variant("friction of L4593, the largest set", OPEN_LOOP | {"friction": {"library": "L4593"}}),
+)
+
+
+def crane_of(v: Variant) -> Crane:
+    return changed(CRANE, v.changes) if v.changes else CRANE
+
+
+def case(amplitude: float, period: float) -> Scenario:
+    tip = Sine.from_si(amplitude, period)
+    return Scenario(load="0 t", s_w="15 m", mode="ssc", tip=tip, warm_up=f"{WARM:g} s", duration=f"{WARM + DURATION:g} s")
+
+
+class Found(NamedTuple):
+    """One run: series after the warm-up; tip and wire speed [m/min]; error peak-to-peak [cm]; largest pump and smallest motor displacement
+    [-]; by how much the motors stand above their command at most, and their least displacement above the least command [cm^3/rev each];
+    shares of the time with pumps full, motors full [-]."""
+
+    run: xarray.Dataset
+    v_tip: float
+    v_w: float
+    e_c_pp: float
+    alpha_p: float
+    alpha_m: float
+    above: float
+    bottom: float
+    pumps_full: float
+    motors_full: float
+
+
+def found(v: Variant, period: float, amplitude: float) -> Found:
+    run = simulate(crane_of(v), case(amplitude, period), every="0.02 s").sel(time=slice(WARM, None))
+    return Found(
+        run=run,
+        v_tip=60.0 * float(run["v_tip_max"]),
+        v_w=60.0 * float(run["v_w_max"]),
+        e_c_pp=100.0 * float(run["e_c_pp"]),
+        alpha_p=float(run["alpha_p_max"]),
+        alpha_m=float(run["alpha_m_min"]),
+        above=D_ONE * max(float((run["alpha_m"] - run["u_m"]).max()), 0.0),
+        bottom=D_ONE * float(run["alpha_m"].min() - run["u_m"].min()),
+        pumps_full=float(run["saturation_time"]) / DURATION,
+        motors_full=float((run["alpha_m"] > 0.999).mean()),
+    )
+
+
+class Followed(NamedTuple):
+    """Fastest tip that leaves the pumps something, and the wire's speed there; the wire's highest speed whatever the tip asks [m/min]."""
+
+    tip: float
+    wire: float
+    most: float
+
+
+def followed(v: Variant, period: float) -> Followed:
+    crane = crane_of(v)
+    found_ = side_by_side((crane, case(v_tip / 60.0 * period / (2.0 * math.pi), period)) for v_tip in SPEEDS)
+    full = next(i for i, x in enumerate(found_) if x["saturation_time"] > 0.0)
+    wire = [60.0 * x["v_w_max"] for x in found_]
+    return Followed(float(SPEEDS[full - 1]), wire[full - 1], max(wire))
+
+
+def stroke(crane: Crane, commands: Sequence[float], hold: float) -> tuple[Array, Array, Array]:
+    """Time [s], command and displacement [-] of motors that stand still, each command held for `hold` [s]: the twin's own control."""
+    A = active_record(crane)
+    held, state, n = 1.0, [1.0, 0.0], round(hold / 0.02)
+    times, wanted, alpha = [], [], []
+    for k, u in enumerate(commands):
+        out, held = pilot(u, held, A.control)
+
+        def rates(_: float, x: Array, out: float = float(out)) -> list[float]:
+            return [float(x[1]), float(swash_acceleration(x[0], x[1], out, A.motor_servo))]
+
+        t = np.linspace(0.0, hold, n, endpoint=False)
+        run = solve_ivp(rates, (0.0, hold), state, t_eval=[*t, hold], rtol=1e-8, atol=1e-10)
+        state = [float(run.y[0, -1]), float(run.y[1, -1])]
+        times.append(k * hold + t)
+        wanted.append(np.full(n, u))
+        alpha.append(np.array([displacement(a, A.motor_servo) for a in run.y[0, :-1]]))
+    return np.concatenate(times), np.concatenate(wanted), np.concatenate(alpha)
+
+
+def staircase_offsets() -> tuple[float, float]:
+    """Least and largest part of the full displacement by which the motors stand above a command below full, after each step [-]."""
+    _, wanted, alpha = stroke(crane_of(OPEN), STEPS, HOLD)
+    last = round(HOLD / 0.02) - 1
+    ends = range(last, len(alpha), last + 1)
+    above = [float(alpha[i] - wanted[i]) for i in ends if wanted[i] < 0.95]
+    return min(above), max(above)
+
+
+def done_in_a_second() -> float:
+    """Part of a change from full to the least displacement that the motors have made after 1 s [-]."""
+    t, _, alpha = stroke(CRANE, (CRANE.active.motor.alpha_min,), HOLD)
+    at = float(np.interp(1.0, t, alpha))
+    return (1.0 - at) / (1.0 - CRANE.active.motor.alpha_min)
+
+
+Readings = dict[tuple[str, float], tuple[Found, Found]]
+
+
+def claims(runs: Readings, limit: Mapping[str, Followed]) -> dict[str, tuple[str, str, str]]:
+    """claim -> theirs, ours, verdict; the index repeats them."""
+    whole = {v.label: [runs[v.label, T][0] for T, _ in PATTERNS] for v in VARIANTS}
+    half = [runs[OPEN.label, T][1] for T, _ in PATTERNS]
+    open_, closed, blind = (whole[v.label] for v in (OPEN, CLOSED, BLIND))
+    least, most = staircase_offsets()
+    lead = reduction_lead(CRANE, 110.0 / 60.0, 6.0)
+    same = all(abs(a.e_c_pp / b.e_c_pp - 1.0) < 0.1 for a, b in zip(open_, closed, strict=True))
+    u_04 = found(next(r for r in ROWS if r.label == "`u_thr` 0.4"), *PATTERNS[0]).motors_full
+    return {
+        "offset of open loop, a hysteresis": (
+            "5 to 10 %, noticeable",
+            f"{100.0 * least:.1f} to {100.0 * most:.1f} %, {D_ONE * most:.0f} cm³/rev at most at rest",
+            "built into the model",
+        ),
+        "sufficient change of displacement": (
+            "in less than 1 s",
+            f"{percent(done_in_a_second())} of the whole stroke after 1 s",
+            "follows from the printed 5 rad/s",
+        ),
+        "from the start of the reduction to 110 m/min": (
+            "1.1 s",
+            f"{lead:.2f} s at a period of 6 s",
+            verdict(abs(lead - 1.1) < 0.05, "no"),
+        ),
+        "open loop with feedback: accuracy": (
+            "not affected",
+            f"{open_[0].e_c_pp:.1f} and {open_[1].e_c_pp:.1f} cm; closed loop {closed[0].e_c_pp:.1f} and {closed[1].e_c_pp:.1f} cm",
+            verdict(same, "not reproduced"),
+        ),
+        "open loop with feedback: speed capacity": (
+            "reduced",
+            f"{limit[OPEN.label].most:.0f} instead of {limit[CLOSED.label].most:.0f} m/min; {limit[OPEN_10.label].most:.0f} with 10 %",
+            verdict(limit[OPEN.label].most < limit[CLOSED.label].most, "not reproduced"),
+        ),
+        "open loop without feedback: speed capacity": (
+            "less than with feedback",
+            f"tip of {open_[0].v_tip:.0f} m/min: wire {blind[0].v_w:.0f} instead of {open_[0].v_w:.0f} m/min",
+            verdict(blind[0].v_w < open_[0].v_w - 1.0, "not reproduced"),
+        ),
+        "open loop without feedback: control error": (
+            "affected: wire speed off",
+            f"{blind[0].e_c_pp:.0f} and {blind[1].e_c_pp:.0f} cm",
+            verdict(blind[0].e_c_pp > 2.0 * open_[0].e_c_pp, "not reproduced"),
+        ),
+        "motors move in both patterns (fig. 14)": (
+            "yes",
+            f"to {open_[0].alpha_m:.2f} and {open_[1].alpha_m:.2f}; if heights to {half[0].alpha_m:.2f} and {half[1].alpha_m:.2f}",
+            _reading([f.alpha_m < 0.98 for f in open_], [f.alpha_m < 0.98 for f in half]),
+        ),
+        "offset between feedback and setpoint, at the least displacement": (
+            "up to 20 cm³/rev",
+            f"{open_[0].bottom:.0f} and {open_[1].bottom:.0f} cm³/rev; if heights {half[0].bottom:.0f} and {half[1].bottom:.0f}",
+            _reading([abs(f.bottom - OFFSET) < 0.25 * OFFSET for f in open_], [abs(half[0].bottom - OFFSET) < 0.25 * OFFSET]),
+        ),
+        "the speed is met easily": (
+            "yes",
+            f"wire {open_[0].v_w:.0f} of {open_[0].v_tip:.0f} m/min, pumps {percent(open_[0].alpha_p)} and {percent(open_[1].alpha_p)}; "
+            f"if heights {percent(half[0].alpha_p)} and {percent(half[1].alpha_p)}",
+            verdict(all(f.alpha_p < EASILY for f in open_), "met, at 12 s with nothing left"),
+        ),
+        "at full displacement more often with `u_thr` 0.6 than with 0.4": (
+            "yes",
+            f"{percent(open_[0].motors_full)} of the time against {percent(u_04)} (12 s)",
+            verdict(open_[0].motors_full > u_04, "not reproduced"),
+        ),
+    }
+
+
+def _reading(amplitude: Sequence[bool], height: Sequence[bool]) -> str:
+    """Which reading of "amplitude" a sentence of the paper fits."""
+    return {
+        (True, True): "fits both readings",
+        (True, False): "fits amplitudes only",
+        (False, True): "fits heights only",
+        (False, False): "fits neither",
+    }[all(amplitude), all(height)]
+
+
+def pattern_rows(runs: Readings) -> list[tuple[object, ...]]:
+    rows = []
+    for (label, T), both in runs.items():
+        for share, f in zip((1.0, HALF), both, strict=True):
+            name = f"{T:g} s, {share * dict(PATTERNS)[T]:g} m, {label}"
+            speeds, motors = (f"{f.v_tip:.0f}", f"{f.v_w:.0f}"), (f"{f.alpha_m:.2f}", f"{f.bottom:.0f}", f"{f.above:.0f}")
+            rows.append((name, *speeds, f"{f.e_c_pp:.1f}", percent(f.alpha_p), percent(f.pumps_full), *motors))
+    return sorted(rows, key=lambda r: [float(x.split()[0]) for x in str(r[0]).split(", ")[:2]], reverse=True)
+
+
+def variant(v: Variant) -> tuple[object, ...]:
+    both = [found(v, T, A) for T, A in PATTERNS]
+    cells = (
+        (f"{f.e_c_pp:.1f}", percent(f.alpha_p), percent(f.pumps_full), f"{f.alpha_m:.2f}", f"{f.bottom:.0f}", f"{f.above:.0f}")
+        for f in both
+    )
+    return (v.label, *(" / ".join(pair) for pair in zip(*cells, strict=True)))
+
+
+def compute() -> tuple[dict[str, str], dict[str, tuple[str, str, str]], dict[tuple[float, float], xarray.Dataset]]:
+    """Blocks of the page, its claims, and the runs of the picture."""
+    runs = {(v.label, T): (found(v, T, A), found(v, T, HALF * A)) for T, A in PATTERNS for v in VARIANTS}
+    limit = {v.label: followed(v, PATTERNS[0][0]) for v in VARIANTS}
+    said = claims(runs, limit)
+    head = (
+        "pattern",
+        "tip m/min",
+        "wire",
+        "error p-p, cm",
+        "pumps",
+        "time pumps full",
+        "least `alpha_m`",
+        "above least command, cm³/rev",
+        "most on the way",
+    )
+    wide = (
+        "variant: 12 s / 6 s",
+        "error p-p, cm",
+        "pumps",
+        "time pumps full",
+        "least `alpha_m`",
+        "above least command, cm³/rev",
+        "most on the way",
+    )
+    limits = [(name, f"{x.tip:.0f} m/min", f"{x.wire:.0f} m/min", f"{x.most:.0f} m/min") for name, x in limit.items()]
+    blocks = {
+        "claims": table(("claim", "theirs", "ours", "verdict"), [(name, *what) for name, what in said.items()]),
+        "patterns": table(head, pattern_rows(runs)),
+        "limits": table(("motors (12 s)", "fastest tip without full pumps", "wire then", "fastest wire at all"), limits),
+        "sensitivity": table(wide, [variant(r) for r in ROWS]),
+    }
+    shown = {(T, share): runs[OPEN.label, T][i].run for T, _ in PATTERNS for i, share in enumerate((1.0, HALF))}
+    return blocks, said, shown
+
+
+def draw(runs: Mapping[tuple[float, float], xarray.Dataset]) -> None:
+    """Steps at standstill (figure 13) above the two patterns in both readings (figure 14)."""
+    figure = Figure(figsize=(10.0, 9.5), layout="constrained")
+    grid = figure.add_gridspec(3, 2)
+    top = figure.add_subplot(grid[0, :])
+    t, wanted, alpha = stroke(crane_of(OPEN), STEPS, HOLD)
+    panels = [(top, t, wanted, alpha, "at standstill, steps of the command")]
+    for (T, share), run in runs.items():
+        row, column = (1 if share == 1.0 else 2), (0 if PATTERNS[0][0] == T else 1)
+        cut = run.sel(time=slice(WARM, WARM + 2.0 * T))
+        reading = "amplitude" if share == 1.0 else "height"
+        title = f"{T:g} s, {dict(PATTERNS)[T]:g} m of {reading}: up to {60.0 * float(run['v_tip_max']):.0f} m/min"
+        panels.append((figure.add_subplot(grid[row, column]), cut["time"].values - WARM, cut["u_m"].values, cut["alpha_m"].values, title))
+    for ax, x, command, setting, title in panels:
+        ax.plot(x, D_ONE * command, color=GREY, ls="--", lw=1.2, label="command")
+        ax.plot(x, D_ONE * setting, color=COLOURS[0], lw=1.3, label="motor")
+        ax.set_ylim(0.5 * D_ONE, 1.05 * D_ONE)
+        ax.set_title(title, fontsize="medium")
+        ax.set_ylabel("displacement [cm³/rev]")
+        ax.set_xlabel("time [s]")
+        ax.grid(alpha=0.3)
+    top.legend(loc="lower right", frameon=False)
+    figure.suptitle("nov-250t, motors in open loop with feedback, u_thr 0.6: as paper E figures 13 and 14", fontsize="medium")
+    save(figure, PICTURE)
