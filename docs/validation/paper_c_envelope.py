@@ -1,0 +1,217 @@
+"""Operating range of paper C figure 4 on the 150 t crane, and the setting curves of figure 2.17 (paper E figure 4) on the 250 t crane."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+import xarray
+from blocks import percent, save, table, verdict
+
+from stillhook import Crane, load_crane
+from stillhook.analysis.envelope import envelope, setting_curves, wire_out_on
+from stillhook.analysis.envelope_figures import layer_figure, load_speed_figure, setting_figure
+from stillhook.analysis.envelope_limits import Direction, Station, Top
+from stillhook.analysis.steady import speed_limit, steady
+from stillhook.engine.pack import wire_speed_max
+from stillhook.library import changed
+from stillhook.scenario import Mode
+
+PAGE = "paper-c-envelope.md"
+C150, E250 = load_crane("nov-150t"), load_crane("nov-250t")
+HS_LOAD = 90e3  # kg: 60 % of the SWL of the 150 t crane
+ABOVE = tuple(1e3 * t for t in (90.1, 100, 105, 110, 115, 120, 130))  # kg
+LOADS = tuple(1e3 * t for t in (0, 30, 60, 90, 110, 130, 150))  # kg: rows of the table
+PRINTED_HS = 90.0  # m/min
+NO_LEAK = {
+    "active": {
+        "motor": {"C_1": "0 L/min/bar", "C_2": "0 L/min/bar/(rev/min)"},
+        "pump": {"leak_scale": 1e-9},
+    }
+}
+MORE_LEAK = {
+    "active": {
+        "motor": {"C_1": "0.0775 L/min/bar", "C_2": "1.94e-05 L/min/bar/(rev/min)"},
+        "pump": {"leak_scale": 2},
+    }
+}
+BY_RULE = {"active": {"motor": {"alpha_min": 0.546}}, "control": {"alpha_hs": 0.546}}
+
+
+class Row(NamedTuple):
+    """One variant of the 150 t crane: what is changed."""
+
+    label: str
+    changes: Mapping[str, Any] = {}
+
+
+ROWS = (
+    Row("**as above** (NS 0.91, HS 0.83, least 0.70)"),
+    Row("NS 0.85", {"control": {"alpha_ns": 0.85}}),
+    Row("NS 1.00", {"control": {"alpha_ns": 1.0}}),
+    Row("HS 0.75", {"control": {"alpha_hs": 0.75}}),
+    Row("HS by the 30 % rule, 0.6 × 0.91 = 0.546; least 0.546 too", BY_RULE),
+    Row("least 0.60", {"active": {"motor": {"alpha_min": 0.6}}}),
+    Row("least 0.80", {"active": {"motor": {"alpha_min": 0.8}}}),
+    Row("motors and pumps that do not leak", NO_LEAK),
+    Row("motors and pumps that leak twice as much", MORE_LEAK),
+    Row("friction of L4593, the largest set", {"friction": {"library": "L4593"}}),
+    Row("`K_1` 4 % above the ideal one", {"control": {"K_1": f"{1.04 / wire_speed_max(C150)!r} s/m"}}),
+    Row("threshold `u_thr` 0.5", {"control": {"u_thr": 0.5}}),
+    Row("SSC keeps 0.53 for the SWL (30 % at relief pressure)", {"control": {"alpha_swl": 0.53}}),
+)
+
+
+def variant_of(crane: Crane, changes: Mapping[str, Any]) -> Crane:
+    return changed(crane, changes) if changes else crane
+
+
+def station(crane: Crane, load: float) -> Station:
+    """Hoisting on the outermost layer, which is the slower direction by less than 0.1 %."""
+    return Station(crane, load, wire_out_on(crane, crane.drum.layers), Direction.HOISTING)
+
+
+def top(crane: Crane, mode: str, load: float) -> Top:
+    """Highest speed on the outermost layer; mode "" the machine."""
+    here = station(crane, load)
+    return here.top_of_mode(Mode(mode)) if mode else here.top_of_machine()
+
+
+def gain(crane: Crane, mode: str, load: float) -> float:
+    """Speed over that of NS, less 1."""
+    return top(crane, mode, load).v_w / top(crane, "ns", load).v_w - 1.0
+
+
+def whole_gain(crane: Crane, mode: str) -> tuple[float, float]:
+    """Largest gain over NS at loads above 90 t, and the largest load at which nine tenths of it are there [kg]."""
+    gains = {load: gain(crane, mode, load) for load in ABOVE}
+    most = max(gains.values())
+    return most, max(load for load, g in gains.items() if g >= 0.9 * most)
+
+
+def pumps_at(crane: Crane, mode: str, load: float, v: float) -> float:
+    """Pump setting of a mode at a wire speed [-]."""
+    here = station(crane, load)
+    return abs(here.at(v, here.displacement(Mode(mode))(v)).alpha_p)
+
+
+def mpm(v: float) -> str:
+    return f"{60.0 * v:.1f}"
+
+
+def tenth(part: float) -> str:
+    return f"{100.0 * part:+.1f} %".replace("-", "−")
+
+
+def claims_c() -> dict[str, tuple[str, str, str]]:
+    """claim -> theirs, ours, verdict."""
+    ns, hs, any_ = (top(C150, m, HS_LOAD).v_w for m in ("ns", "hs", ""))
+    alpha_hs, d = C150.control.alpha_hs, station(C150, HS_LOAD).winch.geometry.d
+    ideal_hs, on_wire = wire_speed_max(C150, alpha_hs), wire_speed_max(C150, alpha_hs, d)
+    most, until = whole_gain(C150, "ssc-cubic")
+    machine, at_swl = gain(C150, "", ABOVE[0]), gain(C150, "ssc-cubic", C150.SWL)
+    pumps = pumps_at(C150, "ssc-cubic", HS_LOAD, hs)
+    ideal = C150.control.alpha_ns / C150.active.motor.alpha_min - 1.0
+    ratio = C150.control.alpha_hs / C150.control.alpha_ns
+    return {
+        "C fig. 4: HS reaches 90 m/min with 90 t": (
+            "90 m/min",
+            f"{mpm(hs)} m/min; {mpm(on_wire)} without leakage, {mpm(ideal_hs)} on the outer diameter",
+            f"{percent(1.0 - 60.0 * hs / PRINTED_HS)} less: leakage",
+        ),
+        "C fig. 4: the winch can go substantially faster than NS": (
+            "yes", f"{mpm(any_)} against {mpm(ns)} m/min", verdict(any_ > 1.15 * ns, "not reproduced")
+        ),
+        "C: loads above 90 t get up to 30 % more speed": (
+            "+30 %",
+            f"{percent(most, sign=True)} (cubic SSC), machine {percent(machine, sign=True)}; {percent(ideal, sign=True)} without leakage",
+            verdict(most > 0.29, "less: leakage"),
+        ),
+        "C fig. 4: the range is that of NS and a triangle": (
+            "meets NS at the SWL",
+            f"whole gain up to {until / 1e3:.0f} t, {tenth(at_swl)} at {C150.SWL / 1e3:.0f} t",
+            verdict(abs(at_swl) < 0.02, "not reproduced"),
+        ),
+        "C: the new controller leaves a tenth of the pumps at the top of HS": (
+            "90 %", percent(pumps), verdict(abs(pumps - 0.9) < 0.02, "not reproduced")
+        ),
+        "C: HS holds 30 % of 60 % of the SWL where NS holds 30 % of it": (
+            "displacements 0.60 : 1", f"{ratio:.2f} : 1", "contradicts 90 m/min and +30 %"
+        ),
+        "C: 18 % of the SWL": ("36 t", "27 t of 150 t", "misprint"),
+    }  # fmt: skip
+
+
+def claims_e(curves: xarray.Dataset) -> dict[str, tuple[str, str, str]]:
+    ideal = float(curves["v_w_cross_ideal"].sel(mode="ssc", classic="ns"))
+    plant = float(curves["v_w_cross"].sel(mode="ssc", classic="ns"))
+    v_ns, v_hs, v_ssc = (speed_limit(E250, m) for m in (Mode.NS, Mode.HS, Mode.SSC))
+    empty = {m: top(E250, m, 0.0).v_w for m in ("ns", "hs", "ssc")}
+    left = 1.0 - steady(E250, v_ns, Mode.SSC).u_p
+    left_plant = 1.0 - pumps_at(E250, "ssc", 0.0, empty["ns"])
+    return {
+        "2.17, E fig. 4: speed at full displacement": (
+            "72.47 m/min (E tables 1, 2)", f"{60.0 * wire_speed_max(E250):.5f} m/min", "reproduced"
+        ),
+        "2.17, E fig. 4: SSC falls below the classic displacement beyond a speed": (
+            "they cross",
+            f"{60.0 * ideal:.2f} m/min, {60.0 * plant:.2f} on the outermost wire",
+            verdict(math.isfinite(ideal), "not reproduced"),
+        ),
+        "2.17, E fig. 4: SSC goes faster without full pumps": (
+            "yes",
+            f"at the top of NS {percent(left)} of the pumps left, {percent(left_plant)} with leakage; "
+            f"top speed {percent(v_ssc / v_ns - 1.0, sign=True)}, {percent(empty['ssc'] / empty['ns'] - 1.0, sign=True)} with leakage",
+            verdict(left > 0.0 and left_plant > 0.0, "not reproduced"),
+        ),
+        "the same against HS": (
+            "not said",
+            f"top speed {percent(v_ssc / v_hs - 1.0, sign=True)}, {percent(empty['ssc'] / empty['hs'] - 1.0, sign=True)} with leakage",
+            "HS at our 0.60 is faster",
+        ),
+    }  # fmt: skip
+
+
+def load_rows(crane: Crane) -> list[tuple[object, ...]]:
+    """Highest speed of every mode by load [m/min], what binds the machine, and the least displacement of SSC."""
+    rows = []
+    for load in LOADS:
+        modes = [top(crane, m, load) for m in ("ns", "hs", "ssc", "ssc-cubic")]
+        any_ = top(crane, "", load)
+        here = station(crane, load)
+        cells = ["–" if math.isnan(t.v_w) else mpm(t.v_w) for t in modes]
+        least = (f"{here.alpha_least:.2f}", f"{here.alpha_reserve:.2f}")
+        rows.append((f"{load / 1e3:.0f}", *cells, mpm(any_.v_w), str(any_.binds), *least))
+    return rows
+
+
+def variant(row: Row) -> tuple[object, ...]:
+    crane = variant_of(C150, row.changes)
+    ns, hs, linear, cubic = (top(crane, m, HS_LOAD).v_w for m in ("ns", "hs", "ssc", "ssc-cubic"))
+    speeds = (mpm(ns), mpm(hs), mpm(linear), mpm(cubic))
+    gains = (percent(gain(crane, m, ABOVE[0]), sign=True) for m in ("ssc-cubic", "ssc"))
+    pumps = percent(pumps_at(crane, "ssc-cubic", HS_LOAD, hs))
+    return (row.label, *speeds, pumps, *gains, tenth(gain(crane, "ssc-cubic", crane.SWL)))
+
+
+def compute() -> tuple[dict[str, str], dict[str, tuple[str, str, str]], dict[str, Any]]:
+    """Blocks of the page, its claims, and what the pictures show."""
+    curves = setting_curves(E250, modes=("ns", "hs", "ssc", "ssc-cubic"))
+    found = claims_c() | claims_e(curves)
+    by_load = ("load, t", "NS", "HS", "SSC", "cubic SSC", "machine", "what binds the machine", "`D_m,min` of SSC", "30 % at relief")
+    wide = ("variant, 90 t", "NS, m/min", "HS", "SSC", "cubic SSC", "its pumps at HS", "gain over NS above 90 t", "linear", "at the SWL")
+    blocks = {
+        "claims": table(("claim", "theirs", "ours", "verdict"), [(name, *what) for name, what in found.items()]),
+        "loads": table(by_load, load_rows(C150)),
+        "sensitivity": table(wide, [variant(r) for r in ROWS]),
+    }
+    return blocks, found, {"curves": curves}
+
+
+def draw(results: Mapping[str, Any]) -> None:
+    save(load_speed_figure(envelope(C150)), "paper-c-envelope.png")
+    title = "nov-250t, empty hook, outermost layer: motors and pumps at a steady wire speed"
+    save(setting_figure(results["curves"], title=title), "paper-e-settings.png")
+    layers = envelope(C150, layers=range(1, C150.drum.layers + 1), loads=[HS_LOAD, C150.SWL])
+    save(layer_figure(layers), "paper-c-envelope-layers.png")
