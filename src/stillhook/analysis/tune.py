@@ -258,7 +258,7 @@ class _Search:
         delay = max(c.sensors.delay for c in self.cases)
         guess = {"K_p": SAFE * gain_allowed(self.crane, self.mode, self.limits), "t_lead": lateness(self.crane, delay=delay)}
         values |= {n: v for n, v in guess.items() if n in values}
-        return np.clip(np.array(to_vector(self.settings, values)), 0.0, 1.0)
+        return np.asarray(np.clip(np.array(to_vector(self.settings, values)), 0.0, 1.0), dtype=np.float64)
 
     def polish(self) -> None:
         """The rest of the budget from the best point on: Nelder and Mead's simplex, held in the unit cube."""
