@@ -23,9 +23,10 @@ def side_by_side(runs: Iterable[tuple[Crane, Scenario]]) -> list[Numbers]:
     return [{name: values[i] for name, values in columns.items()} for i in range(len(asked))]
 
 
-def wave(parts: Sequence[tuple[float, float]], v_peak: float, phase: float = 0.0) -> Motion:
-    """Sines in these proportions, so large that the tip's highest speed is v_peak [m/s]; each next one starts `phase` [rad] later."""
-    t = np.arange(0.0, LOOKED_AT, 0.01)
+def wave(parts: Sequence[tuple[float, float]], v_peak: float, phase: float = 0.0, *, start: float = 0.0, end: float = LOOKED_AT) -> Motion:
+    """Sines in these proportions, so large that the tip's highest speed from start to end [s] is v_peak [m/s]; each next one starts
+    `phase` [rad] later."""
+    t = np.arange(start, end, 0.01)
 
     def motion(scale: float) -> Motion:
         return Sum([Sine.from_si(scale * A, T, i * phase) for i, (A, T) in enumerate(parts)])

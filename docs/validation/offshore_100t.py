@@ -91,7 +91,7 @@ class Row(NamedTuple):
     more: Mapping[str, Any] = {}
 
     def tip(self, v: float) -> Motion:
-        return sine(v, self.parts[0][1]) if len(self.parts) == 1 else wave(self.parts, v, phase=2.0)
+        return sine(v, self.parts[0][1]) if len(self.parts) == 1 else wave(self.parts, v, phase=2.0, start=40.0, end=118.0)
 
     def crane(self, u_thr: float = U_THR_USUAL) -> Crane:
         return at(changed(CRANE, self.changes) if self.changes else CRANE, u_thr)
