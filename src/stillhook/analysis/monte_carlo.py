@@ -67,10 +67,10 @@ def monte_carlo(
     Errors: SpecError, ScenarioError of one line before anything runs, also where an end of a distribution is no crane.
     """
     cranes, cases = paired(crane, case)
-    names = _labels(cases, labels)
+    names = case_labels(cases, labels)
     known = (uncertainty or Uncertainty.default()).on(cranes[0], cases[0])
     table = draws(known, n, seed)
-    drawings = _drawings(cranes, cases, known, table)
+    drawings = base_drawings(cranes, cases, known, table)
     numbers, status, at_values = run_drawn(
         drawings, table.values, step=step, threads=threads, store=store, client=client, progress=progress
     )
@@ -92,7 +92,7 @@ def monte_carlo(
     return data
 
 
-def _labels(cases: Sequence[Scenario], labels: Sequence[str] | None) -> list[str]:
+def case_labels(cases: Sequence[Scenario], labels: Sequence[str] | None) -> list[str]:
     """Names along "case": those given, those of the cases, their modes, or numbers; whichever tell them apart."""
     own = [[c.name for c in cases], [c.mode.value for c in cases], [str(i) for i in range(len(cases))]]
     for names in [list(labels)] if labels is not None else own:
@@ -101,7 +101,7 @@ def _labels(cases: Sequence[Scenario], labels: Sequence[str] | None) -> list[str
     raise ScenarioError(f"labels = {came(labels)}: give {len(cases)} different names, one for each case.")
 
 
-def _drawings(cranes: Sequence[Crane], cases: Sequence[Scenario], known: Uncertainty, table: Draws) -> list[Drawing]:
+def base_drawings(cranes: Sequence[Crane], cases: Sequence[Scenario], known: Uncertainty, table: Draws) -> list[Drawing]:
     """What the draws do to every case; checked at the ends of the distributions, a crane once."""
     based: dict[int, Crane] = {}
     seen: set[int] = set()

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from stillhook.analysis.distribution import Distribution, Law, distribution
+from stillhook.analysis.distribution import Distribution, distribution
 from stillhook.analysis.drawn import SETS
 from stillhook.analysis.factors import EXCLUSIVE, FACTORS
 from stillhook.crane import Crane
@@ -175,7 +175,7 @@ def draws(uncertainty: Uncertainty, n: int, seed: int = 0) -> Draws:
         raise SpecError(f"draws = {came(n)}: give a whole number from 1 to {MOST}.")
     if type(seed) is not int or seed < 0:
         raise SpecError(f"seed = {came(seed)}: give a whole number of 0 or more.")
-    return shaped(uncertainty, even(n, len(FACTORS), seed), seed)
+    return shaped(uncertainty, even(n, len(FACTORS), seed), (seed,))
 
 
 def even(n: int, d: int, seed: int) -> FloatArray:
@@ -186,8 +186,8 @@ def even(n: int, d: int, seed: int) -> FloatArray:
     return points[:n]
 
 
-def shaped(uncertainty: Uncertainty, u: FloatArray, seed: int) -> Draws:
-    """Draws from points of the unit cube, shape (n, all factors of the table); sets at random from the seed."""
+def shaped(uncertainty: Uncertainty, u: FloatArray, stream: tuple[int, ...]) -> Draws:
+    """Draws from points of the unit cube, shape (n, all factors of the table); sets at random, from seeds that begin with stream."""
     columns: list[str] = []
     values: list[FloatArray] = []
     groups: dict[str, tuple[int, ...]] = {}
@@ -198,14 +198,9 @@ def shaped(uncertainty: Uncertainty, u: FloatArray, seed: int) -> Draws:
         if isinstance(known, Distribution):
             found, names = known.at(u[:, k], f.least, f.most)[:, None], [name]
         else:
-            drawn = draw(known, len(u), np.random.default_rng([seed, k]))
+            drawn = draw(known, len(u), np.random.default_rng([*stream, k]))
             found, names = drawn.values, [f"{name}.{x}" for x in drawn.names]
         groups[name] = tuple(range(len(columns), len(columns) + len(names)))
         columns += names
         values.append(found)
     return Draws(tuple(columns), np.concatenate(values, axis=1), groups)
-
-
-def held(uncertainty: Uncertainty) -> list[str]:
-    """Factors that do not vary."""
-    return [name for name, x in uncertainty.factors.items() if isinstance(x, Distribution) and x.law is Law.FIXED]
