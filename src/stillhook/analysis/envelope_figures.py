@@ -96,7 +96,7 @@ def setting_figure(curves: xarray.Dataset, *, title: str = "") -> Figure:
     axes[1].set(ylabel="pumps alpha_p [-]", ylim=(0.0, 1.3), xlabel="wire speed [m/min]", xlim=(0.0, float(x[-1])))
     for ax in axes:
         ax.grid(alpha=0.3)
-    axes[0].plot([], [], color=GREY, ls="--", lw=1.0, label="without leakage")
+    axes[0].plot([], [], color=GREY, ls="--", lw=1.0, label="without leakage, published diameter")
     handles, labels = axes[0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=len(labels), fontsize="small", frameon=False)
     figure.suptitle("\n".join(textwrap.wrap(title or _curve_title(curves), 100)), fontsize="medium")
