@@ -22,6 +22,7 @@ CASES = (
     "paper_c_offshore_contrast",
     "paper_c_oscillation",
     "paper_d_friction",
+    "paper_e_maps",
     "paper_e_motor_servo",
     "paper_e_scenario_1",
     "paper_e_scenario_2",

@@ -1,0 +1,247 @@
+"""Paper E's maps of classic control and SSC over load and speed: control error, peak pressure, settling time, motor displacement."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+from blocks import percent, save, table, verdict
+from numpy.typing import NDArray
+
+from stillhook import Crane, load_crane
+from stillhook.analysis.map_figures import change_figure, value_figure
+from stillhook.analysis.map_result import BEST_CLASSIC, Map
+from stillhook.analysis.maps import map_of
+from stillhook.analysis.settling import settling_of
+from stillhook.library import changed
+from stillhook.sea.text import parse_motion
+
+PAGE = "paper-e-maps.md"
+CRANE = load_crane("nov-250t")
+SCENARIO_3 = parse_motion("sine 2 m 13 s + sine 0.5 m 6 s")
+FEWER = "20 % to 100 % by 20 %"
+"""Loads of the sensitivity tables."""
+SWITCH = 81.0
+"""Speed that parts slow from fast [m/min]: "velocities above 80 m/min"."""
+LOW, AROUND_80 = (0.0, 51.0), (69.0, 81.0)
+"""Speeds that the page calls low, and around 80 m/min."""
+MISSED = "not reproduced"
+Y = CRANE.friction.system
+
+
+class Row(NamedTuple):
+    """One variant: what is changed in the crane, and in the map."""
+
+    label: str
+    changes: Mapping[str, Any] = {}
+    asked: Mapping[str, Any] = {}
+
+
+def friction(share: float) -> dict[str, Any]:
+    return {"friction": {"system": {"Y_1": Y.Y_1 * share, "Y_6": Y.Y_6 * share}}}
+
+
+BASE = Row("**as above** (12 s, NS 0.80, HS 0.60)")
+HS_048 = Row("HS 0.48 (60 % of NS)", {"control": {"alpha_hs": 0.48}, "active": {"motor": {"alpha_min": 0.48}}})
+NS_09 = Row("NS 0.90, SSC as it was", {"control": {"alpha_ns": 0.9, "alpha_swl": 0.8}})
+OPEN_LOOP = Row("motors in open loop with feedback", {"active": {"motor": {"variant": "open-loop-feedback"}}})
+OIL = Row("lines of 160 L instead of 80 L", {"active": {"line": {"V": "160 L"}}})
+MAP_ROWS = (
+    BASE,
+    Row("sine of 6 s", asked={"period": "6 s"}),
+    Row("sine of 8 s", asked={"period": "8 s"}),
+    Row("sine of 16 s", asked={"period": "16 s"}),
+    Row("swell and roll of scenario 3, scaled", asked={"motion": SCENARIO_3}),
+    HS_048,
+    NS_09,
+    Row("NS 0.70, SSC as it was", {"control": {"alpha_ns": 0.7, "alpha_swl": 0.8}}),
+    Row("SSC may go to 0.60 at the SWL", {"control": {"alpha_swl": 0.6}}),
+    Row("the same, and to 0.55 at all", {"control": {"alpha_swl": 0.6}, "active": {"motor": {"alpha_min": 0.55}}}),
+    Row("friction of the load 30 % less", friction(0.7)),
+    Row("friction of the load 30 % more", friction(1.3)),
+    Row("`K_2` = 0", {"control": {"K_2": "0 s^2/m"}}),
+    Row("`K_1` as printed, 0.68 s/m", {"control": {"K_1": "0.68 s/m"}}),
+    OPEN_LOOP,
+    OIL,
+    Row("layer 6 instead of 12", asked={"layers": 6}),
+)
+STEP_ROWS = (
+    BASE,
+    Row("lowering instead of hoisting", asked={"lowering": True}),
+    HS_048,
+    NS_09,
+    Row("friction of the load 30 % less", friction(0.7)),
+    Row("friction of the load 30 % more", friction(1.3)),
+    Row("`K_p` 0.30 instead of 0.16 1/m", {"control": {"K_p": "0.3 1/m"}}),
+    OPEN_LOOP,
+    OIL,
+)
+
+
+def crane_of(row: Row) -> Crane:
+    return changed(CRANE, row.changes) if row.changes else CRANE
+
+
+def speeds(found: Map) -> NDArray[np.float64]:
+    return 60.0 * np.array(found.axes.speeds)
+
+
+def of(found: Map, label: str, a: NDArray[Any]) -> NDArray[Any]:
+    """One controller's cells, load by speed."""
+    return np.asarray(a[found.labels.index(label)][:, :, 0, 0])
+
+
+def change(found: Map, name: str, low: float, high: float) -> NDArray[np.float64]:
+    """Changes of SSC against the best classic controller at these speeds, where both apply [-]."""
+    v, part = speeds(found), of(found, "ssc", found.changes()[name])
+    inside = part[:, (v > low) & (v < high)]
+    return inside[np.isfinite(inside)]
+
+
+def span(a: NDArray[np.float64]) -> str:
+    """Smallest and largest change, and the median."""
+    if not a.size:
+        return "–"
+    return f"{percent(a.min(), sign=True)[:-2]} to {percent(a.max(), sign=True)} (median {percent(float(np.median(a)), sign=True)})"
+
+
+def top_speeds(found: Map, label: str) -> list[float]:
+    """Highest speed at which the controller can be used, for every load [m/min]; 0 where it cannot."""
+    return [float(max(speeds(found)[row], default=0.0)) for row in of(found, label, found.applicable)]
+
+
+def gain_of_speed(found: Map) -> float:
+    """Largest gain of top speed by SSC over the best classic controller above 60 % of the SWL [-]."""
+    heavy = [m > 0.6 * CRANE.SWL * 1.001 for m in found.axes.loads]
+    pairs = zip(heavy, top_speeds(found, "ssc"), top_speeds(found, BEST_CLASSIC), strict=True)
+    return max(new / old - 1.0 for is_heavy, new, old in pairs if is_heavy and old > 0.0)
+
+
+def by_load(found: Map, label: str) -> str:
+    """Highest speeds with the loads up to which they hold, where the controller can be used at all."""
+    tops = [(m, v) for m, v in zip(found.axes.loads, top_speeds(found, label), strict=True) if v > 0.0]
+    ends = [pair for pair, after in zip(tops, [*tops[1:], (0.0, 0.0)], strict=True) if pair[1] != after[1]]
+    return ", ".join(f"{v:.0f} up to {m / 1e3:.0f} t" for m, v in ends)
+
+
+def claims(waves: Map, steps: Map) -> dict[str, tuple[str, str, str]]:
+    """claim -> theirs, ours, verdict; the index repeats them."""
+    slow, fast = (change(waves, "e_c_pp", *ends) for ends in ((0.0, SWITCH), (SWITCH, 999.0)))
+    p_slow, p_fast = (change(waves, "p_max", *ends) for ends in ((0.0, SWITCH), (SWITCH, 999.0)))
+    ssc, classic = (of(waves, x, waves.applicable) for x in ("ssc", BEST_CLASSIC))
+    low, around = change(steps, "settling_time", *LOW), change(steps, "settling_time", *AROUND_80)
+    at_80 = np.isclose(speeds(steps), 80.0)
+    t = {x: np.where(of(steps, x, steps.applicable), of(steps, x, steps.values["settling_time"]), np.nan)[:, at_80] for x in ("hs", "ssc")}
+    against_hs = (t["ssc"] / t["hs"] - 1.0)[np.isfinite(t["ssc"] / t["hs"])]
+    more = int((of(steps, "ssc", steps.applicable) & ~of(steps, BEST_CLASSIC, steps.applicable)).sum())
+    classic_alpha = of(steps, BEST_CLASSIC, steps.values["alpha_m_end"])[of(steps, BEST_CLASSIC, steps.applicable)]
+    ssc_alpha = of(steps, "ssc", steps.values["alpha_m_end"])[of(steps, "ssc", steps.applicable)]
+    settings = ", ".join(f"{x:.2f}" for x in sorted({round(float(a), 2) for a in classic_alpha}))
+    v_ns, v_hs = max(top_speeds(waves, "ns")), max(top_speeds(waves, "hs"))
+    gain = gain_of_speed(waves)
+    return {
+        "7: classic control is not applicable at high speeds": (
+            "dark red areas",
+            f"NS ends at {v_ns:.0f} m/min, HS at {v_hs:.0f} m/min and 150 t",
+            verdict(v_ns < 120.0 and not classic[-1, -1], MISSED),
+        ),
+        "7: SSC is stable and consistent in the whole range": (
+            "all of it",
+            f"{percent(float(ssc.mean()))} of the map, classic {percent(float(classic.mean()))}; not the heavy and fast corner",
+            verdict(bool(ssc.all()), "in most of it"),
+        ),
+        "7: control error of SSC against the better of NS and HS, up to 80 m/min": ("lower", span(slow), verdict(slow.max() < 0.0, MISSED)),
+        "7: the same above 80 m/min": (
+            "lower, classic significantly worse",
+            span(fast),
+            verdict(np.median(fast) < np.median(slow), MISSED),
+        ),
+        "8: peak pressure of SSC, up to 80 m/min": (
+            "small differences, in favour of SSC",
+            span(p_slow),
+            verdict(p_slow.max() < 0.0, MISSED) + ", and not small",
+        ),
+        "8: peak pressure above 80 m/min": (
+            "most significant reductions",
+            span(p_fast),
+            verdict(np.median(p_fast) < np.median(p_slow), MISSED),
+        ),
+        "C: higher speed with loads above 60 % of the SWL": (
+            "up to +30 % (150 t crane)",
+            f"up to {percent(gain, sign=True)}, in steps of 10 m/min",
+            verdict(gain >= 0.25, MISSED),
+        ),
+        "10: settling at low speed (up to 50 m/min)": ("significant improvement", span(low), verdict(low.max() < 0.0, MISSED)),
+        "10: settling around 80 m/min": (
+            "SSC performs better",
+            f"{span(around)} against NS; {span(against_hs)} against HS at 80 m/min",
+            verdict(around.max() < 0.0, "mostly against HS, not against NS"),
+        ),
+        "10: SSC covers parts of the map that classic does not": ("yes", f"{more} cells of {ssc.size}", verdict(more > 0, MISSED)),
+        "11: motor displacement, classic against SSC": (
+            "two fixed settings against large variations",
+            f"{settings} against {ssc_alpha.min():.2f} to {ssc_alpha.max():.2f}",
+            verdict(len(set(np.round(classic_alpha, 2))) == 2, MISSED),
+        ),
+    }
+
+
+def map_row(row: Row, found: Map) -> tuple[object, ...]:
+    summary = found.summary()
+    ends = ((0.0, SWITCH), (SWITCH, 999.0))
+    changes = [change(found, name, *e) for name in ("e_c_pp", "p_max") for e in ends]
+    return (
+        row.label,
+        *(percent(float(np.median(a)), sign=True) if a.size else "–" for a in changes),
+        *(percent(summary[x]["applicable_share"]) for x in ("ns", "hs", "ssc", BEST_CLASSIC)),
+    )
+
+
+def step_row(row: Row, found: Map) -> tuple[object, ...]:
+    v = speeds(found)
+    low = (v > LOW[0]) & (v < LOW[1])
+    t = found.values["settling_time"]
+    seconds = [float(np.nanmedian(np.where(of(found, x, found.applicable), of(found, x, t), np.nan)[:, low])) for x in ("ns", "hs", "ssc")]
+    changes = [change(found, "settling_time", *ends) for ends in (LOW, AROUND_80, (SWITCH, 999.0))]
+    return (row.label, *(f"{x:.2f} s" for x in seconds), *(percent(float(np.median(a)), sign=True) if a.size else "–" for a in changes))
+
+
+def corner(found: Map) -> str:
+    """How far SSC is from being applicable at the highest speed."""
+    share = of(found, "ssc", found.values["saturation_time"])[:, -1] / 20.0
+    error = of(found, "ssc", found.values["e_c_pp"])[:, -1]
+    light = [i for i, m in enumerate(found.axes.loads) if m <= 0.61 * CRANE.SWL]
+    return (
+        f"Highest speeds in m/min by load: NS {by_load(found, 'ns')}; HS {by_load(found, 'hs')}; "
+        f"SSC {by_load(found, 'ssc')}. At 120 m/min and up to 150 t the pumps of SSC are full for {percent(share[light].min())} to "
+        f"{percent(share[light].max())} of the time, and the error is {error[light].min() * 1e3:.0f} to {error[light].max() * 1e3:.0f} mm."
+    )
+
+
+def compute() -> tuple[dict[str, str], dict[str, tuple[str, str, str]], dict[str, Map]]:
+    """Blocks of the page, its claims, and the maps of the pictures."""
+    waves, steps = map_of(CRANE), settling_of(CRANE)
+    found = claims(waves, steps)
+    rows = [map_row(r, map_of(crane_of(r), loads=FEWER, **r.asked)) for r in MAP_ROWS]
+    tests = [step_row(r, settling_of(crane_of(r), loads="20 % to 100 % by 40 %", **r.asked)) for r in STEP_ROWS]
+    head = ("variant", "error up to 80", "above", "pressure up to 80", "above", "NS", "HS", "SSC", "best classic")
+    wide = ("variant", "NS up to 50", "HS", "SSC", "change up to 50", "70 and 80", "above 80")
+    blocks = {
+        "claims": table(("claim", "theirs", "ours", "verdict"), [(name, *what) for name, what in found.items()]),
+        "corner": corner(waves),
+        "sensitivity": table(head, rows),
+        "settling": table(wide, tests),
+    }
+    return blocks, found, {"waves": waves, "steps": steps}
+
+
+def draw(maps: Mapping[str, Map]) -> None:
+    shown = (BEST_CLASSIC, "ssc")
+    for name in ("e_c_pp", "p_max"):
+        save(value_figure(maps["waves"], name, labels=shown), f"paper-e-maps-{name.replace('_', '-')}.png")
+    for name in ("settling_time", "alpha_m_end"):
+        save(value_figure(maps["steps"], name, labels=shown), f"paper-e-maps-{name.replace('_', '-')}.png")
+    changes = change_figure(maps["waves"])
+    assert changes is not None
+    save(changes, "paper-e-maps-change.png")
