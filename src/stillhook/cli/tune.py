@@ -106,16 +106,28 @@ def _tuned(
     _said_if_compiling(crane)
     for which in chosen:
         with progress_bar(f"tuning {which.name}") as bar:
-            tuned.append(tune_one(crane, which, objective=objective, progress=bar, **asked))
+            mine = asked | {"free": _free_of(which, asked["free"], chosen)}
+            tuned.append(tune_one(crane, which, objective=objective, progress=bar, **mine))
         everything.append(tuned[-1])
         if pareto and tuned[-1].met and not tuned[-1].interrupted:
             with progress_bar(f"front of {which.name}") as bar:
-                fronts[which.name], more = front_of(crane, which, progress=bar, **asked)
+                fronts[which.name], more = front_of(crane, which, progress=bar, **mine)
             everything += more
         if everything[-1].interrupted:
             say(f"stopped in {which.name} after {everything[-1].evaluations} evaluations: the best found so far")
             break
     return tuned, fronts, everything
+
+
+def _free_of(which: Controller, free: list[str], chosen: list[Controller]) -> list[str]:
+    """Of the settings to tune those that this motor law knows; one that none of the controllers knows is left in, to be refused."""
+    from stillhook.analysis.tune_space import tunable
+
+    known = {n for c in chosen for n in tunable(c.mode)}
+    mine = [n for n in free if n in tunable(which.mode) or n not in known]
+    if free and not mine:
+        _refuse(f"--free {','.join(free)}: {which.name} knows none of them; it has {', '.join(tunable(which.mode))}.")
+    return mine
 
 
 def _said_if_compiling(crane: Crane) -> None:
