@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 from scipy.optimize import brentq
 
-from stillhook.analysis.operating_point import OperatingPoint, operate, winch_at
+from stillhook.analysis.operating_point import NoSteadyOperation, OperatingPoint, operate, winch_at
 from stillhook.analysis.steady import motor_law, settled
 from stillhook.control.motors import displacement_min
 from stillhook.control.passive import displacement_for_weight
@@ -35,6 +35,8 @@ BREAK_AWAY = 1e-6
 """Wire speed at which the winch breaks away [m/s]: friction is at its highest."""
 V_BEYOND = 1.5
 """How far limits are looked for, over the speed of full pumps and the smallest displacement without leakage."""
+BEYOND = 10.0
+"""What stands for pumps and pressure where no steady operation exists, over their limits."""
 V_EXACT, ALPHA_EXACT = 1e-9, 1e-6
 """What speeds [m/s] and the best displacement [-] are solved to."""
 
@@ -146,12 +148,17 @@ class Station:
         motor, lever, relief = self.crane.active.motor, self.winch.geometry.lever, self.crane.active.relief.p
 
         @cache
-        def at(v: float) -> OperatingPoint:
-            return self.at(v, alpha_m(v))
+        def used(v: float) -> tuple[float, float]:
+            """Pumps [-] and highest pressure over relief pressure [-]; both beyond 1 where nothing turns the shaft that fast."""
+            try:
+                o = self.at(v, alpha_m(v))
+            except NoSteadyOperation:
+                return BEYOND, BEYOND
+            return abs(o.alpha_p), max(o.p_a, o.p_b) / relief
 
         found = {
-            Limit.PUMP: self._first(lambda v: 1.0 - abs(at(v).alpha_p)),
-            Limit.PRESSURE: self._first(lambda v: relief - max(at(v).p_a, at(v).p_b)),
+            Limit.PUMP: self._first(lambda v: 1.0 - used(v)[0]),
+            Limit.PRESSURE: self._first(lambda v: 1.0 - used(v)[1]),
             Limit.RESERVE: self._first(lambda v: alpha_m(v) - self.alpha_reserve),
             Limit.MOTOR: self._first(lambda v: speed_limit(motor, alpha_m(v)) * lever - v),
         }
@@ -183,12 +190,13 @@ class Station:
         """Highest speed with the best fixed displacement: what pumps, pressure, reserve and speed limits allow whatever the controller.
 
         Flow and speed limits fall with the displacement, pressure and reserve rise with it: the best one is the smallest, or where
-        they meet.
+        they meet. Where pressure or reserve hold the displacement up, they are told as what binds, though the pumps are full as well.
         """
-        least = max(self.crane.active.motor.alpha_min, min(self.alpha_reserve, 1.0))
+        alpha_min = self.crane.active.motor.alpha_min
+        least = max(alpha_min, min(self.alpha_reserve, 1.0))
         best = self._fixed(least)
         if best.binds is not Limit.PRESSURE or least == 1.0:
-            return best
+            return best._replace(binds=Limit.RESERVE) if best.binds is Limit.PUMP and least > alpha_min else best
 
         def gap(alpha: float) -> float:
             rising, falling = self._rising_and_falling(self._fixed(alpha))
@@ -197,7 +205,8 @@ class Station:
         if gap(1.0) <= 0.0:
             return self._fixed(1.0)
         alpha = float(brentq(gap, least, 1.0, xtol=ALPHA_EXACT))
-        return max(self._fixed(alpha), self._fixed(min(alpha + ALPHA_EXACT, 1.0)), key=lambda t: -math.inf if math.isnan(t.v_w) else t.v_w)
+        both = (self._fixed(alpha), self._fixed(min(alpha + ALPHA_EXACT, 1.0)))
+        return max(both, key=lambda t: -math.inf if math.isnan(t.v_w) else t.v_w)._replace(binds=Limit.PRESSURE)
 
     def _fixed(self, alpha: float) -> Top:
         return self.top(lambda v: alpha)

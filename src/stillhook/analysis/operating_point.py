@@ -38,6 +38,10 @@ P_EXACT, ALPHA_EXACT = 1e-6, 1e-13
 MOST_TURNS = 100
 
 
+class NoSteadyOperation(StillhookError):
+    """No pressure up to DP_MOST turns the shaft at this speed: turbulence and friction take more than the motors give."""
+
+
 class Winch(NamedTuple):
     """A crane with a load and a wire paid out, ready for many operating points: plant module, its Params with the pumps' stops free,
     the drum there, and the wire paid out [m]."""
@@ -117,8 +121,8 @@ def operating_point(
     up positive [m/s]: -v_w while compensating (the load stands), 0 while the operator hoists; water as in a Scenario; friction model;
     V_o oil in the accumulator [m^3], None mid stroke; alpha_pp setting of the passive pumps, None what the PLC asks for once the mean
     pressure has settled.
-    Errors: StillhookError for a number outside its range, a load that the crane does not carry, a wire that goes slack, or where
-    no pressure difference up to 1000 bar gives the torque.
+    Errors: StillhookError for a number outside its range, a load that the crane does not carry, a wire that goes slack;
+    NoSteadyOperation, one of its kind, where no pressure difference up to 1000 bar gives the torque.
     Source: the plants of Moslatt 2020 section 2.5 as in `stillhook.plants`. Valid for an instant: the accumulator fills or empties.
     Pump settings beyond 1 are told, not held; a relief valve that is open counts with its flow.
     """
@@ -212,7 +216,7 @@ def _balanced_torque(w: Winch, x: Any, u: Any, tip: Tip, p: Any) -> Any:
 
     dp = _root(acceleration, 0.0, DP_NEAR, DP_MOST)
     if dp is None:
-        raise StillhookError(
+        raise NoSteadyOperation(
             f'"{w.name}": no pressure up to {show(DP_MOST, "pressure")} holds this load at this speed, motors at {x.alpha_m:.3g}. '
             "Go slower, lower the load or raise alpha_m."
         )
