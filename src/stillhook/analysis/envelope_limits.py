@@ -184,7 +184,7 @@ class Station:
 
     def _weight(self, load: float) -> float:
         """Wire tension with a payload [N]."""
-        return self.F_w * (load + self.crane.hook_mass) / self.winch.params.hoist.load.m
+        return float(self.F_w * (load + self.crane.hook_mass) / self.winch.params.hoist.load.m)
 
     def top_of_machine(self) -> Top:
         """Highest speed with the best fixed displacement: what pumps, pressure, reserve and speed limits allow whatever the controller.
