@@ -29,7 +29,7 @@ CONFIDENCE = 0.95
 RESAMPLES = 200
 """Bootstrap resamples: the ends of a 95 % interval then stand within about a tenth of its width."""
 SETTLED = 0.1
-"""Largest change of an index from half the draws to all of them that counts as converged [-]."""
+"""Change of an index from half the draws to all of them that counts as converged [-]."""
 MATTERS = 0.05
 """Total index from which a factor is named [-]: a twentieth of the variance."""
 LEAST = 16
@@ -50,7 +50,7 @@ class Index(NamedTuple):
 class Sensitivity:
     """Indices of one number of one case: factor -> index, largest total first.
 
-    change: largest change of an index from half the draws to all; n rows of each of the two tables of draws; runs made for it.
+    change: how far the indices are from settled, see `indices`; n rows of each of the two tables of draws; runs made for it.
     mean, deviation of the number over the draws [SI]. Where the number does not vary there are no indices.
     """
 
@@ -65,7 +65,7 @@ class Sensitivity:
 
     @property
     def converged(self) -> bool:
-        """Whether half the draws give the same indices within `SETTLED`."""
+        """Whether half the draws give the same indices within `SETTLED`, and no first order is beyond its total one by more."""
         return bool(self.change <= SETTLED)
 
     def words(self) -> list[str]:
@@ -88,8 +88,8 @@ class Sensitivity:
         if not self.indices:
             return ""
         if self.converged:
-            return f"half the draws change no index by more than {self.change:.2f}"
-        return f"not converged: half the draws change an index by {self.change:.2f}; take more draws"
+            return f"settled within {self.change:.2f}: half the draws give the same"
+        return f"not converged: indices are settled within {self.change:.2f} only; take more draws"
 
 
 class Design(NamedTuple):
@@ -114,7 +114,8 @@ def design(A: FloatArray, B: FloatArray, groups: Sequence[Sequence[int]]) -> Des
 
 
 def indices(f: FloatArray, d: int, n: int, seed: int = 0) -> tuple[list[Index], float]:
-    """Indices of every group from the values f at `Design.rows`, shape (n (d + 2),), and the largest change of one from half the draws.
+    """Indices of every group from the values f at `Design.rows`, shape (n (d + 2),), and how far they are from settled: the largest change
+    of one from half the draws, or the excess of a first order over its total one, which can only be chance.
 
     Saltelli 2010 for the first order, Jansen for the total one, by scipy.stats.sobol_indices; 95 % intervals by bootstrap.
     """
@@ -123,7 +124,7 @@ def indices(f: FloatArray, d: int, n: int, seed: int = 0) -> tuple[list[Index], 
     rows = f.reshape(d + 2, n)
     first, total = _orders(rows)
     half = np.stack(_orders(rows[:, : n // 2]))
-    change = float(np.max(np.abs(half - np.stack([first, total]))))
+    change = max(float(np.max(np.abs(half - np.stack([first, total])))), float(np.max(first - total)))
     found = bootstrap(
         (np.arange(n),),
         lambda i: np.concatenate(_orders(rows[:, i])),

@@ -33,7 +33,7 @@ def band_figure(run: xarray.Dataset, title: str = "") -> Figure:
         for y, (case, colour) in enumerate(zip(cases, COLOURS * len(cases), strict=False)):
             values = _shown(run[name].sel(case=case).values, kind)
             spread = 0.16 * (np.argsort(np.argsort(run["factor_value"].values[:, 0])) / max(len(values) - 1, 1) - 0.5)
-            ax.plot(values, y + 0.22 + spread, ".", color=colour, alpha=0.25, ms=3, mew=0)
+            ax.plot(values, y + 0.22 + spread, ".", color=colour, alpha=0.45, ms=4, mew=0)
             b = found[case][name]
             low, median, high = (float(in_display(x, kind)) for x in (b.low, b.median, b.high))
             ax.plot([low, high], [y - 0.08, y - 0.08], color=colour, lw=5, solid_capstyle="butt", label="5 to 95 %" if y == 0 else None)
@@ -116,6 +116,7 @@ def _bars(ax: Any, s: Sensitivity, names: Sequence[str]) -> None:
     ax.set_yticks(range(len(names)), names)
     ax.set_ylim(len(names) - 0.5, -0.5)
     ax.axvline(0.0, color=GREY, lw=0.8)
+    ax.set_xlim(-0.1 * SHARE, 1.1 * SHARE)
     ax.grid(axis="x", alpha=0.3)
 
 

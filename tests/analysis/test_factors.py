@@ -1,0 +1,185 @@
+"""Uncertain factors: the quick way to a drawn crane gives what a crane file gives, and every drawn crane is one."""
+
+import time
+
+import numpy as np
+import pytest
+
+from stillhook import Scenario, load_crane
+from stillhook.analysis.distribution import Distribution, Law, distribution
+from stillhook.analysis.drawn import HELD, Drawing
+from stillhook.analysis.factors import FACTORS
+from stillhook.analysis.uncertainty import Uncertainty
+from stillhook.crane import effective_inertia
+from stillhook.engine.pack import gains
+from stillhook.errors import SpecError, StillhookError, UnitError
+from stillhook.library import changed, cranes
+
+CASE = Scenario(load="50 t", s_w="100 m", tip="sine 2 m 12 s", duration="60 s")
+OPEN_LOOP = {"active": {"motor": {"variant": "open-loop"}}}
+ROUNDING = 1e-12
+"""Relative: a value written with all its digits and read again."""
+QUICK = 2e-3
+"""Most time for a crane with all factors drawn [s]: ten times what an idle machine takes, since tests share theirs with others; the road
+of a crane file takes about as much for one number."""
+TAILS = 0.02
+"""Share of 4096 Sobol points beyond a quantile: a few of their steps."""
+
+
+def everything(crane):
+    return [name for name, f in FACTORS.items() if not f.absent(crane, CASE)]
+
+
+def middle(name, factor=1.1):
+    """A value off the crane's own: a multiple, or the upper end of a default in SI."""
+    f = FACTORS[name]
+    return factor if any(t.share is not None for t in f.targets) else f.default.values[-1]
+
+
+@pytest.mark.parametrize("name", cranes())
+def test_a_drawn_crane_is_what_a_crane_file_with_the_same_numbers_gives(name):
+    crane = changed(load_crane(name), OPEN_LOOP)
+    drawing = Drawing(crane, CASE, everything(crane))
+    draw = np.array([middle(n) for n in drawing.columns])
+    quick, case = next(drawing.pairs(draw[None, :]))
+    slow, _ = drawing.checked(draw, "a test")
+    a, b = (c.model_dump(exclude={"sources"}) for c in (quick, slow))
+    assert_alike(a, b)
+    assert case.load == pytest.approx(1.1 * CASE.load)
+    assert case.sensors.delay == pytest.approx(0.02)
+
+
+def assert_alike(a, b):
+    if isinstance(a, dict):
+        assert a.keys() == b.keys()
+        for key in a:
+            assert_alike(a[key], b[key])
+    elif isinstance(a, float):
+        assert a == pytest.approx(b, rel=ROUNDING)
+    else:
+        assert a == b
+
+
+@pytest.mark.parametrize(
+    ("name", "tables"),
+    [
+        ("bulk_modulus", {"active": {"line": {"bulk_modulus": "19250 bar"}}, "passive": {"line": {"bulk_modulus": "19250 bar"}}}),
+        ("line_volume", {"active": {"line": {"V": "88 L"}}}),
+        ("boost", {"active": {"boost": {"p": "27.5 bar"}}}),
+        ("gas_pressure", {"passive": {"accumulator": {"gas": {"p_0": "308 bar"}}}}),
+        ("wire_stiffness", {"wire": {"E": "231 GPa"}}),
+        ("pump_leakage", {"active": {"pump": {"leak_scale": 1.1}}, "passive": {"pump": {"leak_scale": 1.1}}}),
+        ("motor_servo", {c: {"motor": {"servo": {"omega_n": "5.5 rad/s"}}} for c in ("active", "passive")}),
+    ],
+)
+def test_a_factor_changes_what_it_says_and_nothing_else(name, tables):
+    crane = load_crane("nov-250t")
+    quick, case = next(Drawing(crane, CASE, [name]).pairs(np.array([[1.1]])))
+    by_file = changed(crane, tables)
+    assert_alike(quick.model_dump(exclude={"sources"}), by_file.model_dump(exclude={"sources"}))
+    assert case is CASE
+
+
+@pytest.mark.parametrize("name", cranes())
+@pytest.mark.parametrize("factor", [0.8, 1.25])
+def test_drawn_inertia_is_still_the_sum_of_its_parts_and_the_wire_keeps_its_mass(name, factor):
+    crane = load_crane(name)
+    drawn, _ = next(Drawing(crane, CASE, ["inertia"]).pairs(np.array([[factor]])))
+    assert drawn.inertia.J_m_eff == pytest.approx(factor * crane.inertia.J_m_eff)
+    assert effective_inertia(drawn) == pytest.approx(factor * effective_inertia(crane))
+    assert drawn.wire is crane.wire
+
+
+def test_the_plc_does_not_know_that_its_pumps_are_slower():
+    """K_2 follows from the servo that the crane was set up for, not from the drawn one."""
+    crane = load_crane("nov-250t")
+    for name in HELD:
+        drawn, _ = next(Drawing(crane, CASE, [name]).pairs(np.array([[0.85]])))
+        assert gains(drawn) == gains(crane)
+        assert drawn.active.pump.servo != crane.active.pump.servo
+
+
+def test_factors_of_one_change_nothing_to_the_last_bit():
+    crane = load_crane("nov-250t")
+    names = [n for n in everything(crane) if all(t.share is not None for t in FACTORS[n].targets)]
+    drawn, case = next(Drawing(crane, CASE, names).pairs(np.ones((1, len(names)))))
+    leak = {c: {"pump": {"leak_scale": 1.0}} for c in ("active", "passive")}
+    plain = changed(crane, leak | {"control": {"K_2": f"{gains(crane).K_2!r} s^2/m"}})
+    assert drawn.model_dump(exclude={"sources"}) == plain.model_dump(exclude={"sources"})
+    assert case == CASE
+
+
+def test_untouched_parts_are_shared_and_a_crane_takes_microseconds():
+    crane = load_crane("nov-250t")
+    names = everything(crane)
+    drawing, draws = Drawing(crane, CASE, names), np.array([[middle(n) for n in names]] * 200)
+    start = time.process_time()
+    drawn = [c for c, _ in drawing.pairs(draws)]
+    assert (time.process_time() - start) / len(drawn) < QUICK
+    assert all(c.drum is crane.drum and c.passive.relief is crane.passive.relief for c in drawn)
+
+
+def test_ends_that_are_no_crane_are_refused_by_name():
+    crane = load_crane("nov-250t")
+    with pytest.raises(StillhookError, match=r"factor boost = 20: .*relief.p"):
+        Drawing(crane, CASE, ["boost"]).check_ends(np.array([[1.0], [20.0]]))
+    heavy = CASE.model_copy(update={"load": 249e3})
+    with pytest.raises(StillhookError, match=r"factor load = 1.03: Load 256.5 t exceeds the SWL"):
+        Drawing(crane, heavy, ["load"]).check_ends(np.array([[1.0], [1.03]]))
+    with pytest.raises(StillhookError, match="factor inertia"):
+        Drawing(crane, CASE, ["inertia"]).check_ends(np.array([[0.2], [1.0]]))
+
+
+def test_every_factor_says_why_its_default_is_as_wide_as_it_is():
+    for name, f in FACTORS.items():
+        assert f.name == name
+        assert f.reason.startswith(("assumed", "published", "paper")), name
+        assert not f.default.problem(f.least, f.most), name
+
+
+@pytest.mark.parametrize(
+    ("text", "quantiles"),
+    [
+        ({"normal": [2.0, 0.5]}, {0.5: 2.0, 0.8413447: 2.5}),
+        ({"lognormal": [2.0, 1.5]}, {0.5: 2.0, 0.8413447: 3.0}),
+        ({"uniform": [1.0, 3.0]}, {0.25: 1.5, 0.5: 2.0}),
+        ({"triangular": [0.0, 1.0, 2.0]}, {0.5: 1.0, 0.125: 0.5}),
+        (1.5, {0.1: 1.5, 0.9: 1.5}),
+    ],
+)
+def test_quantiles_of_every_law(text, quantiles):
+    found = distribution(text, "", "test", 0.0)
+    for u, x in quantiles.items():
+        assert float(found.at(np.array([u]))[0]) == pytest.approx(x, rel=1e-6)
+
+
+def test_a_normal_distribution_is_cut_where_physics_ends_and_not_clipped():
+    cut = Distribution(Law.NORMAL, (1.0, 0.5)).at((np.arange(4096) + 0.5) / 4096, 0.0)
+    assert cut.min() > 0.0
+    assert len(np.unique(cut)) == len(cut)  # clipped ones would be alike
+    assert np.mean(cut < 1.0) == pytest.approx((0.5 - 0.02275) / (1.0 - 0.02275), abs=TAILS)  # normal table: 2.275 % lie below 0
+
+
+@pytest.mark.parametrize(
+    ("table", "error", "words"),
+    [
+        ({"stiction": 1.0}, SpecError, "no factor; there are friction"),
+        ({"boost": {"normal": [1.0]}}, SpecError, "normal takes 2 values, came 1"),
+        ({"boost": {"normal": [1.0, -0.1]}}, SpecError, "a deviation above 0"),
+        ({"boost": {"normal": [1.0, 2.0]}}, SpecError, "31% of it lies outside"),
+        ({"boost": {"uniform": [1.2, 0.8]}}, SpecError, "values that rise"),
+        ({"boost": {"beta": [1, 2]}}, SpecError, "give one of normal, lognormal"),
+        ({"boost": "1 bar"}, SpecError, "a number is due"),
+        ({"boost": -1.0}, SpecError, "beyond 0 to inf"),
+        ({"delay": 0.02}, UnitError, "a bare number"),
+        ({"delay": {"uniform": ["0 ms", "20 s"]}}, SpecError, "beyond 0 to 10"),
+        ({"boost": {"set": "crane-2"}}, SpecError, "only friction and motor_loss are drawn from a set"),
+        ({"friction": {"set": "crane-2"}}, SpecError, r"has no \[evidence\]"),
+        ({"friction": {"set": "crane-22"}}, SpecError, "not in the library"),
+    ],
+)
+def test_bad_factors_are_refused_in_one_line(table, error, words):
+    with pytest.raises(error, match=words) as caught:
+        Uncertainty.of(table, "my.toml")
+    assert "\n" not in str(caught.value)
+    assert "my.toml" in str(caught.value)
