@@ -8,14 +8,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-import stillhook.analysis.tune as tuning
+import stillhook.analysis.tune_search as tuning
 from stillhook import Scenario, load_crane
 from stillhook.analysis.controllers import Controller, controller, controller_toml
 from stillhook.analysis.margins import margins, position_loop, sampled
 from stillhook.analysis.steady import speed_limit
 from stillhook.analysis.tune import Tuned, tune
 from stillhook.analysis.tune_compare import front, outcomes, pareto, trials_dataset, variations
-from stillhook.analysis.tune_goal import Limits, Objective, gain_allowed, hold_out, parse_limits, scenarios
+from stillhook.analysis.tune_goal import Limits, Objective, hold_out, parse_limits, scenarios
+from stillhook.analysis.tune_score import gain_allowed
 from stillhook.analysis.tune_space import of_vector, present, space, to_vector, tunable, tuned_controller, with_settings
 from stillhook.engine.many import summaries
 from stillhook.errors import StillhookError, UnitError

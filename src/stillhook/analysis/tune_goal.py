@@ -1,21 +1,17 @@
-"""What a tuning wants and what it must keep: scenarios, objectives, limits, and how a set of settings scores on them."""
+"""What a tuning wants and what it must keep: scenarios, hold-out waves, objectives, limits."""
 
 from __future__ import annotations
 
-import functools
 import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from itertools import pairwise
-from typing import Any, NamedTuple
 
 import numpy as np
 
-from stillhook.analysis.margins import GAIN_MARGIN, PHASE_MARGIN, SENSITIVITY_PEAK, margins, position_loop, sampled, strongest
-from stillhook.analysis.steady import speed_limit
-from stillhook.analysis.tune_space import least_displacement
+from stillhook.analysis.margins import GAIN_MARGIN, PHASE_MARGIN, SENSITIVITY_PEAK
 from stillhook.crane import Crane
 from stillhook.errors import StillhookError
 from stillhook.scenario import Mode, Scenario, Sensors
@@ -28,12 +24,6 @@ WARM_UP, COUNTED = 20.0, 32.0
 """Start of every run that is left out, and what counts [s]: a little more than the window of the peak-to-peak error."""
 HOLD_OUT_PERIODS, PARTS, HOLD_OUT_COUNTED = (6.5, 15.0), 6, 120.0
 """Hold-out waves: so many sines of these periods [s], none of them a tuning's, in random phase; their runs are longer."""
-STEP = 0.005
-"""What the displacements are cut down to for the margins, which are then on the safe side [-]."""
-OURS = ("saturated", "relief", "overspeed", "cavitation", "slack", "unstable", "uncompensated", "audit", "diverged")
-"""Parts of a status that a controller is to blame for: what load and motion do to wire and accumulator is none of its business."""
-NEAR = 0.01
-"""Part by which a limit may be missed and still counts as active."""
 
 
 class Objective(StrEnum):
@@ -60,7 +50,7 @@ class Limits:
     """What tuned settings must keep: highest pressure p_max [Pa]; gain margin [-], phase margin [rad] and sensitivity peak [-] of the
     position loop with its PLC, at the least displacement and on the outermost layer; v_w_capacity speed with the pumps full, for every
     load [m/s] (None: that of the start, "speed capacity kept"). Always kept: no saturation, no relief valve open, no motor overspeed,
-    no cavitation, no slack wire, in any scenario."""
+    no cavitation, no slack wire, in any scenario; and in the fast runs beside them nothing that the start does not do there either."""
 
     p_max: float = math.inf
     gain_margin: float = GAIN_MARGIN
@@ -106,21 +96,6 @@ def _plain(text: str, name: str) -> float:
     return value
 
 
-class Score(NamedTuple):
-    """How settings do: score objective over that of the start [-]; mean and largest error [m], highest pressure [Pa] over the scenarios;
-    per scenario e_c_pp [m], p_max [Pa] and u_p_max [-]; least v_w_capacity [m/s]; broken: the limits that are not kept, worst first."""
-
-    score: float
-    e_c_pp_mean: float
-    e_c_pp_worst: float
-    p_max: float
-    e_c_pp: tuple[float, ...]
-    pressures: tuple[float, ...]
-    u_p_max: float
-    v_w_capacity: float
-    broken: tuple[str, ...]
-
-
 def scenarios(
     crane: Crane,
     mode: Mode = Mode.SSC,
@@ -139,7 +114,7 @@ def scenarios(
     pairs = [(parse(v, "speed", "speeds"), parse(T, "time", "periods")) for v in speeds for T in periods]
     if not masses or not pairs:
         raise StillhookError("scenarios: give at least one load, one speed and one period.")
-    tips = [_sine(v, T) for v, T in pairs]
+    tips = [peak_sine(v, T) for v, T in pairs]
     return [_case(m, s_w, tip, mode, COUNTED, delay) for m in masses for tip in tips]
 
 
@@ -180,7 +155,7 @@ def _mass(crane: Crane, text: str) -> float:
     return parse(text, "mass", "loads")
 
 
-def _sine(v: float, T: float) -> Motion:
+def peak_sine(v: float, T: float) -> Motion:
     if not v > 0.0:
         raise StillhookError(f"speeds: {show(v, 'speed')}: give a peak speed above 0.")
     return Sine.from_si(v * T / (2.0 * math.pi), T, where="scenarios")
@@ -204,83 +179,3 @@ def _case(load: float, s_w: str, tip: Motion, mode: Mode, counted: float, delay:
         sensors=Sensors(delay=f"{delay!r} s"),
     )  # fmt: skip
     return case.model_copy(update={"load": load})
-
-
-def scored(crane: Crane, mode: Mode, cases: Sequence[Scenario], found: Sequence[Mapping[str, Any]], limits: Limits) -> Score:
-    """A set of settings by the summaries of its runs; score is left NaN (see `relative`)."""
-    e = tuple(float(s["e_c_pp"]) for s in found)
-    p = tuple(float(s["p_max"]) for s in found)
-    capacity = capacity_of(crane, mode, cases)
-    broken = [*linear_broken(crane, mode, limits, capacity)]
-    for name in OURS:
-        bad = sum(name in str(s["status"]).split(", ") for s in found)
-        if bad:
-            broken.append(f"{name} in {bad} of {len(found)} scenarios")
-    if not max(p) <= limits.p_max:
-        broken.append(f"p_max {show(max(p), 'pressure', 4)} above {show(limits.p_max, 'pressure', 4)}")
-    u_p = max(float(s["u_p_max"]) for s in found)
-    return Score(math.nan, float(np.mean(e)), max(e), max(p), e, p, u_p, min(capacity), tuple(broken))
-
-
-def relative(score: Score, start: Score, objective: Objective) -> Score:
-    """The score as a part of that of the start."""
-    w = WEIGHTS[objective]
-    ours, theirs = ((s.e_c_pp_mean, s.e_c_pp_worst, s.p_max) for s in (score, start))
-    return score._replace(score=sum(a * x / y for a, x, y in zip(w, ours, theirs, strict=True)))
-
-
-def capacity_of(crane: Crane, mode: Mode, cases: Sequence[Scenario]) -> list[float]:
-    """Speed with the pumps full for every load among the scenarios, on the published diameter [m/s]."""
-    return [speed_limit(crane, mode, load) for load in sorted({c.load for c in cases})]
-
-
-def linear_broken(crane: Crane, mode: Mode, limits: Limits, capacity: Sequence[float]) -> list[str]:
-    """Margins that the position loop does not keep, and speed that is missing: what can be said without a run."""
-    out = []
-    K_p, most = crane.control.K_p, gain_allowed(crane, mode, limits)
-    if K_p > most:
-        m = loop_margins(crane, mode)
-        out += [f"gain margin {m.gain_margin:.3g} below {limits.gain_margin:.3g}"] if m.gain_margin < limits.gain_margin else []
-        if m.phase_margin < limits.phase_margin:
-            out.append(f"phase margin {math.degrees(m.phase_margin):.3g} deg below {math.degrees(limits.phase_margin):.3g} deg")
-        if m.sensitivity_peak > limits.sensitivity_peak:
-            out.append(f"sensitivity peak {m.sensitivity_peak:.4g} above {limits.sensitivity_peak:.3g}")
-        out = out or [f"K_p {show(K_p, 'gain_per_length', 4)} above {show(most, 'gain_per_length', 4)}, which the margins allow"]
-    wanted = limits.v_w_capacity
-    if wanted is not None and min(capacity) < wanted * (1.0 - 1e-6):
-        out.append(f"speed capacity {show(min(capacity), 'speed', 4)} below {show(wanted, 'speed', 4)}")
-    return out
-
-
-def loop_margins(crane: Crane, mode: Mode) -> Any:
-    """Margins of the position loop with its PLC where they are least (`stillhook.analysis.margins.Margins`)."""
-    alpha = least_displacement(crane, mode)
-    return margins(sampled(position_loop(crane, alpha), crane.control.t_cycle), max(crane.control.K_p, 1e-6))
-
-
-def gain_allowed(crane: Crane, mode: Mode, limits: Limits) -> float:
-    """Largest K_p that keeps the margins [1/m]; the displacement is cut down to a whole STEP, which is on the safe side."""
-    alpha = least_displacement(crane, mode)
-    cut = max(math.floor(alpha / STEP + 1e-9) * STEP, STEP)
-    a, c = crane.active, crane.control
-    machine = (crane.inertia.J_m_eff, crane.i_hD, crane.drum.d_max, a.line, a.pump.D_total, a.pump.omega_p, a.pump.servo, a.motor.D_total)
-    return _allowed(_Machine(crane, (*machine, a.C_leak, c.B_v, c.t_cycle)), cut, limits)
-
-
-class _Machine:
-    """A crane as the position loop sees it: equal where its loop is equal, whatever its settings."""
-
-    def __init__(self, crane: Crane, key: tuple[Any, ...]) -> None:
-        self.crane, self.key = crane, key
-
-    def __hash__(self) -> int:
-        return hash(self.key)
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, _Machine) and self.key == other.key
-
-
-@functools.lru_cache(maxsize=4096)
-def _allowed(machine: _Machine, alpha: float, limits: Limits) -> float:
-    loop = sampled(position_loop(machine.crane, alpha), machine.crane.control.t_cycle)
-    return strongest(loop, limits.gain_margin, limits.phase_margin, limits.sensitivity_peak)

@@ -34,7 +34,7 @@ K_P_RANGE = (0.02, 0.5)
 """Search range of K_p over its limit of marginal stability at full displacement [-]; the margins end it before its upper end."""
 LEAD_BEYOND = 0.1
 """Lead beyond the delay of the motion signal that is searched [s]."""
-U_THR_RANGE = (0.1, 0.95)
+U_THR_RANGE = (0.1, 0.98)
 SAME = 1e-5
 """Part by which a setting may differ from what it was and still be left out of a file [-]: half of its last digit."""
 ALPHA_MOST = 0.98
