@@ -18,6 +18,8 @@ SEQUENTIAL, DIVERGING = "viridis", "PuOr_r"
 """Colours that colour-blind readers tell apart, and that keep their order in grey."""
 HATCHES = ("///", "...", "xx", "\\\\\\", "++", "oo", "--", "**", "||", "OO", "x.", "/.")
 SHADE, LINES, LIGHT = "#d0d0d0", "#333333", "#e8e8e8"
+BANDS = 21
+"""Colours on a scale: few enough to be told apart and to survive a small picture; odd, so that no change has a colour of its own."""
 LEVELS = 7
 """Contours, about."""
 PANEL = (4.6, 3.4)
@@ -130,8 +132,11 @@ def _edges(centres: FloatArray) -> FloatArray:
 
 def _mesh(ax: Any, found: Map, values: FloatArray, colours: str, low: float, high: float) -> Any:
     """Cells in colour."""
+    from matplotlib import colormaps
+
     speeds, loads = _scales(found)
-    return ax.pcolormesh(_edges(speeds), _edges(loads), np.ma.masked_invalid(values), cmap=colours, vmin=low, vmax=high)
+    bands = colormaps[colours].resampled(BANDS)
+    return ax.pcolormesh(_edges(speeds), _edges(loads), np.ma.masked_invalid(values), cmap=bands, vmin=low, vmax=high)
 
 
 def _contours(ax: Any, found: Map, values: FloatArray, low: float, high: float) -> None:
