@@ -1,15 +1,17 @@
 """Run every validation case and write its tables and pictures.
 
-    python docs/validation/make.py           write tables and pictures
+    python docs/validation/make.py           write tables and pictures; with names of scripts (paper_c_90t), of those pages only
     python docs/validation/make.py --check   write nothing; fail when a table is out of date
 """
 
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Mapping, Sequence
 from importlib import import_module
 from pathlib import Path
+from types import ModuleType
+from typing import NamedTuple
 
 HERE = Path(__file__).resolve().parent
 CASES = (
@@ -33,48 +35,66 @@ CASES = (
 MEASURED = ("bench_staircase",)  # need data that are not in the repository: left as they are where those are not at hand
 
 
-def pages() -> tuple[dict[str, str], list[Callable[[], None]]]:
-    """Every page's text as computed now, and what draws the pictures."""
+class Page(NamedTuple):
+    """A page's file name, its text as computed now, and what draws its pictures."""
+
+    name: str
+    text: str
+    draw: Callable[[], None]
+
+
+def _module(name: str) -> ModuleType:
     if str(HERE) not in sys.path:
         sys.path.insert(0, str(HERE))
-    blocks = import_module("blocks")
-    texts, draws, claims = {}, [], {}
-    for name in CASES:
-        case = import_module(name)
-        found, claims[case.PAGE], runs = case.compute()
-        texts[case.PAGE] = blocks.filled(case.PAGE, found)
-        draws.append(lambda case=case, runs=runs: case.draw(runs))
-    for name in MEASURED:
-        case = import_module(name)
-        if case.at_hand():
-            found, results = case.compute()
-            texts[case.PAGE] = blocks.filled(case.PAGE, found)
-            draws.append(lambda case=case, results=results: case.draw(results))
-    front = import_module("overview")
-    texts[front.PAGE] = blocks.filled(front.PAGE, front.compute(claims))
-    return texts, draws
+    return import_module(name)
 
 
-def outdated() -> Iterator[str]:
-    """One line per page whose tables differ from what the package computes now."""
-    for page, text in pages()[0].items():
-        if (HERE / page).read_text(encoding="utf-8") != text:
-            yield f"docs/validation/{page}: out of date; run: python docs/validation/make.py, and read the text around its tables again"
+def scripts() -> tuple[str, ...]:
+    """The scripts of all pages whose data are at hand."""
+    return CASES + tuple(name for name in MEASURED if _module(name).at_hand())
 
 
-def main() -> None:
-    """Write tables and pictures."""
-    texts, draws = pages()
-    for page, text in texts.items():
-        (HERE / page).write_text(text, encoding="utf-8", newline="\n")
-        print(f"docs/validation/{page}")
-    for draw in draws:
-        draw()
+def page(script: str) -> Page:
+    """One page, computed now."""
+    case = _module(script)
+    found, *_, shown = case.compute()
+    return Page(case.PAGE, _module("blocks").filled(case.PAGE, found), lambda: case.draw(shown))
+
+
+def front(written: Mapping[str, str]) -> Page:
+    """The front page, from the claims that stand on the other pages; text by file name where it is not yet in the file."""
+    overview = _module("overview")
+    names = [_module(name).PAGE for name in CASES]
+    texts = {name: written.get(name) or (HERE / name).read_text(encoding="utf-8") for name in names}
+    return Page(overview.PAGE, _module("blocks").filled(overview.PAGE, overview.compute(texts)), lambda: None)
+
+
+def outdated(script: str | None) -> str:
+    """What to say of a page (None: the front page) whose tables differ from what the package computes now; empty where they do not."""
+    name, text, _ = front({}) if script is None else page(script)
+    if (HERE / name).read_text(encoding="utf-8") == text:
+        return ""
+    return f"docs/validation/{name}: out of date; run: python docs/validation/make.py, and read the text around its tables again"
+
+
+def main(wanted: Sequence[str]) -> None:
+    """Write tables and pictures of these scripts, all unless named, and the front page."""
+    if unknown := [name for name in wanted if name not in scripts()]:
+        sys.exit(f"no script {unknown[0]}.py. There are: {', '.join(scripts())}")
+    texts: dict[str, str] = {}
+    for script in wanted or scripts():
+        done = page(script)
+        texts[done.name] = done.text
+        done.draw()
+        (HERE / done.name).write_text(done.text, encoding="utf-8", newline="\n")
+        print(f"docs/validation/{done.name}")
+    index = front(texts)
+    (HERE / index.name).write_text(index.text, encoding="utf-8", newline="\n")
 
 
 if __name__ == "__main__":
     if "--check" in sys.argv[1:]:
-        problems = list(outdated())
+        problems = [found for script in (*scripts(), None) if (found := outdated(script))]
         print(*problems, sep="\n", file=sys.stderr)
         sys.exit(1 if problems else 0)
-    main()
+    main(sys.argv[1:])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping
 
 from blocks import HERE, table
@@ -16,7 +17,6 @@ from stillhook.library import changed
 PAGE = "index.md"
 CRANE = load_crane("nov-250t")
 ERRATUM = changed(CRANE, {"control": {"K_1": "0.68 s/m"}})
-Claims = Mapping[str, tuple[str, str, str]]
 
 
 def linear_numbers() -> Iterator[tuple[str, str, str, str]]:
@@ -50,12 +50,20 @@ def title(page: str) -> str:
     return (HERE / page).read_text(encoding="utf-8").splitlines()[0].removeprefix("# ")
 
 
-def compute(claims: Mapping[str, Claims]) -> dict[str, str]:
-    """Blocks of the front page; claims by page."""
+def claims_of(text: str) -> list[list[str]]:
+    """Cells of a page's table of claims: claim, theirs, ours, verdict."""
+    block = re.search(r"<!-- claims -->\n(.*?)<!-- end -->", text, flags=re.DOTALL)
+    assert block is not None
+    return [[cell.strip() for cell in line.strip("|").split(" | ")] for line in block[1].splitlines()[2:]]
+
+
+def compute(texts: Mapping[str, str]) -> dict[str, str]:
+    """Blocks of the front page; text of every page with claims, by file name."""
     rows = []
-    for page, found in claims.items():
+    for page, text in texts.items():
+        found = claims_of(text)
         links = [f"[{title(page)}]({page})"] + [""] * (len(found) - 1)
-        rows += [(link, name, *what) for link, (name, what) in zip(links, found.items(), strict=True)]
+        rows += [(link, *cells) for link, cells in zip(links, found, strict=True)]
     pages = sorted(p.name for p in HERE.glob("*.md") if p.name != PAGE)
     numbers = [*linear_numbers(), *steady_numbers(), *reduced_numbers()]
     return {

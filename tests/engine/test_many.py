@@ -233,7 +233,7 @@ def test_workers_with_other_code_are_refused(cluster, monkeypatch):
 
 
 def test_a_killed_worker_loses_nothing(cluster):
-    c, client = cluster
+    _, client = cluster
     asked = {"s_w": "100 m", "tip": Sine(amplitude="1 m", period="10 s"), "duration": "4000 s"}
     cases = [Scenario(load=f"{10 + i} t", **asked) for i in range(96)]
     killed: list[int] = []
