@@ -284,9 +284,11 @@ def _write(report: _Report, trials: list[Tuned], out: Path, *, pareto: bool, qui
             path = part / f"{t.start.name}-tuned.toml"
             path.write_text(controller_toml(t.controller, crane, comment), encoding="utf-8")
             written.append(path.name)
-        save_figure(bars_figure(report.tuned, report.held_out, title=f"{crane.name}: as they start and at their best"), part / BARS)
+        rows = {t.start.name: (t.before, t.after, *held) for t, held in zip(report.tuned, report.held_out, strict=True)}
+        save_figure(bars_figure(rows, title=f"{crane.name}: as they start and at their best"), part / BARS)
         if pareto:
-            save_figure(pareto_figure(report.fronts, report.tuned, title=f"{crane.name}: error against pressure"), part / PARETO)
+            marks = {t.start.name: (t.before, t.after) for t in report.tuned}
+            save_figure(pareto_figure(report.fronts, marks, title=f"{crane.name}: error against pressure"), part / PARETO)
         save_run(trials_dataset(trials), part / TRIALS)
         save_json(report.data(), part / NUMBERS)
     if not quiet:
