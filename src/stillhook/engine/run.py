@@ -182,7 +182,7 @@ class Block:
 
     def _piece(self, k: int, count: int, n: int, first: int) -> None:
         rows = [lane[1].rows(k, count + 1) for lane in self.lanes]
-        D = rows[0] if len(rows) == 1 else aligned(np.stack(rows, axis=-1))
+        D = rows[0] if len(rows) == 1 else np.stack(rows, axis=-1, out=room_for((*rows[0].shape, len(rows))))
         self.d.run(
             self.A.reshape(-1), D.reshape(-1), self.drive.cols, self.H, self.W, self.out.reshape(-1), self.every,
             k, count, first, n, self.n_win, self.n_sub, self.drive.t_cycle,
@@ -232,11 +232,17 @@ class Block:
         )
 
 
-def aligned(values: Array) -> Array:
-    """A copy on a 64-byte boundary: no vector load crosses a cache line."""
-    room = np.empty(values.size + 8)
+def room_for(shape: tuple[int, ...]) -> Array:
+    """An array on a 64-byte boundary: no vector load crosses a cache line."""
+    size = math.prod(shape)
+    room = np.empty(size + 8)
     start = -room.ctypes.data % 64 // 8
-    out = room[start : start + values.size].reshape(values.shape)
+    return room[start : start + size].reshape(shape)
+
+
+def aligned(values: Array) -> Array:
+    """A copy on a 64-byte boundary."""
+    out = room_for(values.shape)
     out[...] = values
     return out
 
