@@ -14,6 +14,7 @@ from typing import NamedTuple
 
 from scipy.optimize import brentq
 
+from stillhook.analysis.applicable import HS_SHARE
 from stillhook.analysis.operating_point import NoSteadyOperation, OperatingPoint, operate, winch_at
 from stillhook.analysis.steady import motor_law, settled
 from stillhook.control.motors import displacement_min
@@ -29,8 +30,6 @@ from stillhook.scenario import Mode, Scenario
 
 RESERVE = 0.30
 """Part of the static load for which the active motors must have torque to spare: friction and acceleration. Source: paper C."""
-HS_SHARE = 0.60
-"""Part of the SWL up to which the high-speed mode may be used. Source: paper C."""
 BREAK_AWAY = 1e-6
 """Wire speed at which the winch breaks away [m/s]: friction is at its highest."""
 V_BEYOND = 1.5

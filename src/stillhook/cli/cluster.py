@@ -32,7 +32,7 @@ def client_of(address: str | None) -> Iterator[Any]:
             '--scheduler: dask.distributed is not installed. Install it with pip install "stillhook[dask]", here and on every worker.'
         ) from None
     try:
-        client = Client(address, timeout=PATIENCE)
+        client = Client(address, timeout=PATIENCE, set_as_default=False)
     except (OSError, ValueError, TypeError) as e:
         why = " ".join(str(e).split())[:120] or type(e).__name__
         raise SimulationError(

@@ -195,7 +195,7 @@ def _on_cluster(tasks: Sequence[_Task], client: Any, meter: _Meter) -> Iterator[
             given[future.key] = future, task
             put(future)
 
-    under_way = as_completed()
+    under_way = as_completed(loop=client.loop)
     try:
         for _ in range(room):
             give(under_way.add)
