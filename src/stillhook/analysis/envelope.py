@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from stillhook._version import __version__
+from stillhook.analysis.applicable import HS_SHARE
 from stillhook.analysis.controllers import Controller, controller
 from stillhook.analysis.drum import layer_row
-from stillhook.analysis.applicable import HS_SHARE
 from stillhook.analysis.envelope_limits import RESERVE, Direction, Limit, Station, Top
 from stillhook.analysis.steady import steady
 from stillhook.control.motors import displacement_calc_min
