@@ -1,0 +1,99 @@
+"""`stillhook uncertainty`: what a person reads, what a program reads, and what is refused."""
+
+import json
+
+import pytest
+
+from stillhook.cli import run as command
+from stillhook.io.results import load_run
+from stillhook.variables import BY_NAME
+
+SHORT = ["--duration", "32 s", "--warm-up", "20 s", "--draws", "16"]
+CASE = """crane = "nov-150t"
+[scenario]
+load = "60 t"
+s_w = "100 m"
+mode = "{mode}"
+tip = "sine 1 m 9 s"
+duration = "30 s"
+warm_up = "20 s"
+"""
+
+
+def test_bands_of_every_mode_in_one_table(capsys):
+    assert command(["uncertainty", *SHORT]) == 0
+    out = capsys.readouterr().out
+    for words in ("friction", "lognormal 1", "assumed", "16 draws (seed 0)", "ns", "hs", "ssc", "ssc / hs", "5 to 95 %"):
+        assert words in out
+
+
+def test_json_has_named_keys_and_everything_that_was_asked_for(capsys):
+    assert command(["uncertainty", *SHORT, "--modes", "hs,ssc", "--sobol", "--limit", "e_c_pp <= 1 m", "--json"]) == 0
+    data = json.loads(capsys.readouterr().out)
+    assert set(data) <= set(BY_NAME)
+    assert set(data["cases"]) == {"hs", "ssc"}
+    assert set(data["differences"]) == {"ssc / hs"}
+    assert data["cases"]["ssc"]["limits"]["e_c_pp <= 1 m"]["kept"] is True
+    assert {(s["case"], s["output"]) for s in data["sensitivity"]} == {
+        (c, o) for c in ("hs", "ssc", "ssc / hs") for o in ("e_c_pp", "p_max")
+    }
+    b = data["cases"]["ssc"]["band_90"]["p_max"]
+    assert b["low"] < b["median"] < b["high"]
+
+
+def test_the_answer_is_no_when_every_mode_goes_beyond_a_limit_too_often(capsys):
+    limits = ["--limit", "p_max <= 150 bar"]
+    assert command(["uncertainty", *SHORT, *limits]) == 1
+    assert "exceeded" in capsys.readouterr().out
+    assert command(["uncertainty", *SHORT, *limits, "--at-most", "1.0"]) == 0
+
+
+def test_a_case_file_runs_in_its_own_mode_and_results_are_written_whole(tmp_path, capsys):
+    (tmp_path / "case.toml").write_text(CASE.format(mode="hs"))
+    (tmp_path / "factors.toml").write_text('[factors]\nfriction = "default"\nleakage = { uniform = [0.5, 2.0] }\n')
+    out = tmp_path / "out"
+    given = [str(tmp_path / "case.toml"), "--factors", str(tmp_path / "factors.toml"), "--draws", "16", "--out", str(out)]
+    assert command(["uncertainty", *given]) == 0
+    assert {p.name for p in out.iterdir()} == {"uncertainty.nc", "uncertainty.json", "bands.png", "exceedance.png"}
+    run = load_run(out / "uncertainty.nc")
+    assert run["case"].values.tolist() == ["hs"]
+    assert run["factor"].values.tolist() == ["friction", "leakage"]
+    assert "written:" in capsys.readouterr().out
+
+
+def test_a_stopped_run_goes_on_from_its_store(tmp_path, capsys):
+    given = ["uncertainty", *SHORT, "--modes", "ssc", "--store", str(tmp_path / "store"), "--json"]
+    assert command(given) == 0
+    first = capsys.readouterr().out
+    assert any((tmp_path / "store").iterdir())
+    assert command(given) == 0
+    assert capsys.readouterr().out == first
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["--draws", "0"], "draws = 0"),
+        (["--seed", "-1"], "seed = -1"),
+        (["--limit", "e_c_pp < 1 m"], "write a name, <= or >="),
+        (["--modes", "sss"], 'did you mean "ssc"'),
+        (["--modes", "ssc,ssc"], "named twice"),
+        (["--at-most", "2"], "--at-most"),
+        (["--factors", "nowhere.toml"], "no such file"),
+        (["--load", "300 t"], "exceeds the SWL"),
+        (["--motion", "nowhere.csv"], "no such file"),
+        (["case.toml", "--load", "1 t"], "the case file says it"),
+        (["case.toml"], "no such file"),
+        (["--scheduler", "nowhere"], "nowhere"),
+    ],
+)
+def test_bad_input_is_refused_in_one_line(arguments, words, capsys):
+    assert command(["uncertainty", *arguments]) == 2
+    error = capsys.readouterr().err.strip()
+    assert words in error
+    assert "\n" not in error
+
+
+def test_help_shows_an_example(capsys):
+    assert command(["uncertainty", "--help"]) == 0
+    assert "Example: stillhook uncertainty" in " ".join(capsys.readouterr().out.split())
