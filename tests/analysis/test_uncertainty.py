@@ -119,12 +119,12 @@ def test_a_friction_set_with_evidence_is_drawn_with_its_correlation(tmp_path):
 def test_defaults_leave_out_what_changes_nothing_and_named_factors_are_refused():
     pure = load_crane("nov-100t-pure-active")
     case = CASE.model_copy(update={"load": 0.0})
-    assert {"gas_pressure", "motor_offset", "load"}.isdisjoint(Uncertainty.default().on(pure, case).factors)
+    assert {"gas_pressure", "motor_offset", "load"}.isdisjoint(Uncertainty.default().on((pure, case)).factors)
     for name, words in (("gas_pressure", "no passive circuit"), ("motor_offset", "closed-loop"), ("load", "nothing but the hook")):
         with pytest.raises(SpecError, match=f"factor {name}: it changes nothing here: .*{words}"):
-            known(**{name: "default"}).on(pure, case)
+            known(**{name: "default"}).on((pure, case))
     with pytest.raises(SpecError, match="count the same leaks twice"):
-        known(leakage="default", pump_leakage="default").on(CRANE, CASE)
+        known(leakage="default", pump_leakage="default").on((CRANE, CASE))
 
 
 def test_bands_of_known_numbers():
@@ -194,7 +194,7 @@ def test_bad_files_are_refused_in_one_line(tmp_path, text, words):
     path = tmp_path / "factors.toml"
     path.write_text(text)
     with pytest.raises(SpecError, match=words) as caught:
-        load_uncertainty(path).on(CRANE, CASE)
+        load_uncertainty(path).on((CRANE, CASE))
     assert "\n" not in str(caught.value)
 
 

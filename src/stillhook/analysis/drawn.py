@@ -113,7 +113,8 @@ class Drawing:
         Errors: as `checked`, naming the factor.
         """
         middle = np.median(draws, axis=0)
-        for k, name in enumerate(self.columns):
+        wanted = [(k, name) for k, name in enumerate(self.columns) if crane or self._in_case(name)]
+        for k, name in wanted:
             for x in sorted({float(draws[:, k].min()), float(draws[:, k].max())}):
                 one = middle.copy()
                 one[k] = x
@@ -124,6 +125,10 @@ class Drawing:
                         check(*next(self.pairs(one[None, :])))
                 except StillhookError as problem:
                     raise type(problem)(f"factor {name} = {x:.4g}: {problem}") from None
+
+    def _in_case(self, name: str) -> bool:
+        """Whether a column changes the scenario."""
+        return name in FACTORS and any(t.path.startswith(CASE) for t in FACTORS[name].targets)
 
 
 def _tree(values: Mapping[str, list[float]]) -> dict[str, Any]:

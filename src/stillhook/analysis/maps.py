@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -101,11 +101,10 @@ def map_of(
     Errors: ScenarioError, UnitError, SpecError, MotionError, one line each, before anything runs.
     Source: Moslatt 2020 paper E section 4.
     """
-    axes = axes_of(crane, loads, speeds, s_w=s_w, layers=layers, periods=periods)
-    chosen = controllers_of(controllers)
-    base = Scenario(load="0 t", s_w="0 m", duration=duration, warm_up=warm_up)
-    waves = _waves(base, axes, period, periods is not None, motion)
-    cranes, cases = _runs(crane, chosen, axes, base, waves)
+    axes, chosen, cranes, cases = cells_of(
+        crane, controllers, loads=loads, speeds=speeds, period=period, motion=motion, s_w=s_w, layers=layers, periods=periods,
+        duration=duration, warm_up=warm_up,
+    )  # fmt: skip
     answers = summaries(cranes, cases, step=step, threads=threads, store=store, client=client, progress=progress)
     shape = (len(chosen), *axes.shape)
     modes = [c.mode for c in chosen for _ in range(math.prod(axes.shape))]
@@ -122,10 +121,41 @@ def map_of(
         about={
             "speed_is": "peak speed of the tip",
             "motion": _words(motion, period, periods is not None),
-            "duration": base.duration,
-            "warm_up": base.warm_up,
+            "duration": cases[0].duration,
+            "warm_up": cases[0].warm_up,
         },
     ).with_best_classic()
+
+
+class Cells(NamedTuple):
+    """Axes and controllers of a map, and crane and scenario of every cell: controller by controller, the last axis fastest."""
+
+    axes: Axes
+    controllers: list[Controller]
+    cranes: list[Crane]
+    cases: list[Scenario]
+
+
+def cells_of(
+    crane: Crane,
+    controllers: Sequence[str | Path | Controller] = CLASSIC_AND_NEW,
+    *,
+    loads: Texts = LOADS,
+    speeds: Texts = SPEEDS,
+    period: str = PERIOD,
+    motion: Motion | None = None,
+    s_w: str | None = None,
+    layers: int | Sequence[int] | None = None,
+    periods: Texts | None = None,
+    duration: str = DURATION,
+    warm_up: str = WARM_UP,
+) -> Cells:
+    """What a map runs; parameters and errors as in `map_of`."""
+    axes = axes_of(crane, loads, speeds, s_w=s_w, layers=layers, periods=periods)
+    chosen = controllers_of(controllers)
+    base = Scenario(load="0 t", s_w="0 m", duration=duration, warm_up=warm_up)
+    waves = _waves(base, axes, period, periods is not None, motion)
+    return Cells(axes, chosen, *_runs(crane, chosen, axes, base, waves))
 
 
 def controllers_of(given: Sequence[str | Path | Controller]) -> list[Controller]:

@@ -68,7 +68,7 @@ def monte_carlo(
     """
     cranes, cases = paired(crane, case)
     names = case_labels(cases, labels)
-    known = (uncertainty or Uncertainty.default()).on(cranes[0], cases[0])
+    known = (uncertainty or Uncertainty.default()).on(*zip(cranes, cases, strict=True))
     table = draws(known, n, seed)
     drawings = base_drawings(cranes, cases, known, table)
     numbers, status, at_values = run_drawn(
@@ -107,7 +107,6 @@ def base_drawings(cranes: Sequence[Crane], cases: Sequence[Scenario], known: Unc
     seen: set[int] = set()
     out = []
     for crane, case in zip(cranes, cases, strict=True):
-        known.on(crane, case)
         if id(crane) not in based:
             based[id(crane)] = crane_with(crane, *known.sets) if known.sets else crane
         drawing = Drawing(based[id(crane)], case, table.columns)
@@ -130,7 +129,7 @@ def run_drawn(
     at_values: list[dict[str, Any]] = []
     while pairs := list(itertools.islice(work, AT_ONCE)):
         done = len(status)
-        told = _part_of(progress, done / total, len(pairs) / total)
+        told = part_of(progress, done / total, len(pairs) / total)
         part = summaries([c for c, _ in pairs], [s for _, s in pairs], progress=told, **how)
         found[done : done + len(part)] = [[s[name] for name in NUMBERS] for s in part]
         status += [s["status"] for s in part]
@@ -140,7 +139,7 @@ def run_drawn(
     return found[k:].reshape(k, n, len(NUMBERS)), rows, at_values
 
 
-def _part_of(progress: Progress | None, begin: float, size: float) -> Progress | None:
+def part_of(progress: Progress | None, begin: float, size: float) -> Progress | None:
     """Progress of a part of a longer run."""
     return None if progress is None else lambda share: progress(begin + share * size)
 
@@ -149,13 +148,14 @@ def _dataset(names: Sequence[str], table: Draws, numbers: FloatArray, status: li
     import xarray  # heavy
 
     dims = ("case", "draw")
-    columns: dict[str, Any] = {"status": (dims, np.array(status, dtype=object), _attrs("status"))}
-    columns |= {name: (dims, numbers[:, :, j], _attrs(name)) for j, name in enumerate(NUMBERS)}
-    columns["factor_value"] = (("draw", "factor"), table.values, _attrs("factor_value"))
+    columns: dict[str, Any] = {"status": (dims, np.array(status, dtype=object), attributes("status"))}
+    columns |= {name: (dims, numbers[:, :, j], attributes(name)) for j, name in enumerate(NUMBERS)}
+    columns["factor_value"] = (("draw", "factor"), table.values, attributes("factor_value"))
     return xarray.Dataset(columns, coords={"case": list(names), "draw": np.arange(len(table.values)), "factor": list(table.columns)})
 
 
-def _attrs(name: str) -> dict[str, str]:
+def attributes(name: str) -> dict[str, str]:
+    """Unit, meaning and source of a variable, for a Dataset."""
     v = BY_NAME[name]
     return {k: str(x) for k, x in (("units", v.unit), ("long_name", v.meaning), ("sign", v.sign), ("source", v.source)) if x}
 

@@ -176,7 +176,7 @@ def sensitivity(
     names = case_labels(cases, labels)
     if against is not None and against not in names:
         raise SpecError(f"against = {came(against)}: no case; there are {', '.join(names)}.")
-    known = (uncertainty or Uncertainty.default()).on(cranes[0], cases[0])
+    known = (uncertainty or Uncertainty.default()).on(*zip(cranes, cases, strict=True))
     table, plan, varied = _tables(known, n, seed)
     drawings = base_drawings(cranes, cases, known, table._replace(values=plan.rows))
     numbers, status, _ = run_drawn(drawings, plan.rows, progress=progress, **how)

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stillhook.analysis.distribution import Distribution, distribution
-from stillhook.analysis.drawn import SETS
+from stillhook.analysis.drawn import SETS, Pair
 from stillhook.analysis.factors import EXCLUSIVE, FACTORS
 from stillhook.crane import Crane
 from stillhook.errors import SpecError, StillhookError
@@ -27,7 +27,7 @@ Set = FrictionSet | LossSet
 
 MOST = 1_000_000
 """Draws at most: beyond it the table of results alone takes gigabytes."""
-DEFAULT = "default"
+DEFAULT, LOAD = "default", "load"
 
 
 @dataclass(frozen=True)
@@ -57,17 +57,21 @@ class Uncertainty:
         names = [name for name, f in FACTORS.items() if f.drawn]
         return cls({name: FACTORS[name].default for name in names}, frozenset(names))
 
-    def on(self, crane: Crane, case: Scenario) -> Uncertainty:
-        """The factors that change something here. Errors: SpecError where one that was named does not, or two count one thing twice."""
+    def on(self, *pairs: Pair) -> Uncertainty:
+        """The factors that change something in at least one pair of crane and scenario.
+
+        A load drawn by default is left out where it might exceed the SWL. Errors: SpecError where a factor that was named changes nothing,
+        or two count one thing twice.
+        """
         for a, b in EXCLUSIVE:
             if a in self.factors and b in self.factors:
                 raise SpecError(f"factors: {a} and {b} count the same leaks twice. Leave one of them out.")
         kept = {}
         for name, known in self.factors.items():
-            why = FACTORS[name].absent(crane, case)
-            if why and name not in self.optional:
-                raise SpecError(f"factor {name}: it changes nothing here: {why}")
-            if not why:
+            whys = [FACTORS[name].absent(crane, case) for crane, case in pairs]
+            if all(whys) and name not in self.optional:
+                raise SpecError(f"factor {name}: it changes nothing here: {whys[0]}")
+            if not (all(whys) or (name == LOAD and name in self.optional and any(_too_heavy(*pair) for pair in pairs))):
                 kept[name] = known
         if not kept:
             raise SpecError("factors: none. Name at least one, such as friction = { lognormal = [1, 1.3] }.")
@@ -98,6 +102,11 @@ class Uncertainty:
             words = known.describe(FACTORS[name].kind) if isinstance(known, Distribution) else f'set "{known.name}"'
             rows.append((name, words, told[name]["reason"]))
         return rows
+
+
+def _too_heavy(crane: Crane, case: Scenario) -> bool:
+    """Whether the default range of the load goes beyond the SWL."""
+    return case.load * FACTORS[LOAD].default.values[-1] > crane.SWL
 
 
 def _known(name: str, value: Any, where: str, folder: Path) -> Distribution | Set:

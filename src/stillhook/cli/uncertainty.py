@@ -162,7 +162,7 @@ def _print(asked: _Asked, data: dict[str, Any], indices: list[Sensitivity]) -> N
     crane, case = asked.cranes[0], asked.cases[0]
     tip = case.tip.describe().split(":")[0]
     title = f"{crane.name}, {show(case.load, 'mass')}, {show(case.s_w, 'length')} of wire out, tip: {tip}"
-    known = asked.known.on(crane, case)
+    known = asked.known.on(*zip(asked.cranes, asked.cases, strict=True))
     print_table(["uncertain", "distribution", "because"], [list(row) for row in known.describe()], title=title, left=3)
     print("Numbers without a unit are multiples of the crane's own number.\n")
     head = ["mode", "error\nas described", "error\nmedian", "error\n5 to 95 %"]
