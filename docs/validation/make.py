@@ -15,6 +15,7 @@ from typing import NamedTuple
 
 HERE = Path(__file__).resolve().parent
 CASES = (
+    "controllers_at_their_best",
     "feedforward_gains",
     "offshore_100t",
     "offshore_200t",

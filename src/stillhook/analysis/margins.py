@@ -33,6 +33,10 @@ AROUND = np.sort(np.concatenate([s * np.geomspace(1e-3, 8.0, 12) for s in (-1.0,
 """Extra points about each mode, in half widths of its resonance: the least damped one is then seen whole."""
 ROUNDING = 1e-10
 """What eigenvalues of these loops are sure to, over the largest one."""
+MOST_HELD = 60
+"""Cycles of delay up to which stability is judged by eigenvalues: each cycle adds one."""
+NEIGHBOURS = 1.5
+"""Most that the response grows between two points of the grid: they stand closer than any resonance is narrow."""
 CYCLE_ROUNDING = 1e-9
 """Part of a cycle below which a delay is a whole number of cycles: rounding of texts and sums."""
 PARALLEL = 1e5
@@ -223,10 +227,10 @@ def gain_limit_of(loop: Loop) -> tuple[float, float]:
 
 def is_stable(loop: Loop, K_p: float, K_ms: float | None = None) -> bool:
     """Whether the closed loop dies out, or at least stays (a winch that sticks keeps what it has), by its poles; a continuous loop with
-    delay by its gain limit K_ms."""
-    if isinstance(loop, SampledLoop):
+    delay, and one with more than `MOST_HELD` cycles of it, by its gain limit K_ms."""
+    if isinstance(loop, SampledLoop) and loop.n <= MOST_HELD:
         return bool(np.max(np.abs(loop.closed_poles(K_p))) < 1.0 + ROUNDING)
-    if loop.delay == 0.0:
+    if isinstance(loop, ContinuousLoop) and loop.delay == 0.0:
         poles = loop.closed_poles(K_p)
         return bool(np.max(poles.real) < ROUNDING * np.max(np.abs(poles)))
     return K_p < (gain_limit_of(loop)[0] if K_ms is None else K_ms)
@@ -288,9 +292,8 @@ def strongest(
 
 def _on_ray(loop: Loop, omega: FloatArray, L: ComplexArray, beyond: float) -> float:
     """Least gain at which the response crosses the unit circle at the angle `beyond` past -180 degrees."""
-    turn = -np.exp(-1j * beyond)
-    crossed = [loop.response(np.array([w]))[0] for w in _roots(loop, omega, np.imag(L * turn), lambda l: float(np.imag(l * turn)))]
-    return min((float(1.0 / abs(l)) for l in crossed if np.real(l * turn) > 0.0), default=math.inf)
+    size, _ = _farthest(loop, omega, L, complex(-np.exp(-1j * beyond)))
+    return 1.0 / size if size else math.inf
 
 
 def _check_wanted(delay: float, gain_margin: float, phase_margin: float, sensitivity: float) -> None:
@@ -323,7 +326,8 @@ def _grid(loop: Loop) -> FloatArray:
     """Frequencies at which crossovers are sought [rad/s]."""
     modes = loop.modes()
     swinging = modes[np.abs(modes) > 1e-6]
-    size = np.abs(swinging)
+    late = [math.pi / loop.delay] if isinstance(loop, ContinuousLoop) and loop.delay > 0.0 else []
+    size = np.concatenate([np.abs(swinging), late])
     top = min(HIGHEST * float(size.max()), loop.nyquist * (1.0 - 1e-9))
     coarse = np.geomspace(LOWEST * float(size.min()), top, POINTS)
     near = [abs(p.imag) + abs(p.real) * AROUND for p in swinging if abs(p.imag) > abs(p.real)]
@@ -336,19 +340,41 @@ def _roots(loop: Loop, omega: FloatArray, values: FloatArray, f: Callable[[compl
     at = np.nonzero(np.signbit(values[:-1]) != np.signbit(values[1:]))[0]
 
     def g(w: float) -> float:
-        return float(f(complex(loop.response(np.array([w]))[0])))
+        return float(f(_at(loop, w)))
 
     return [float(brentq(g, omega[i], omega[i + 1], xtol=1e-13, rtol=1e-14)) for i in at if math.isfinite(values[i] + values[i + 1])]
 
 
 def _limit(loop: Loop, omega: FloatArray, L: ComplexArray) -> tuple[float, float]:
     """Gain and frequency at which the response first reaches -1."""
-    at = _roots(loop, omega, L.imag, lambda l: l.imag)
-    left = [(-l.real, w) for w in at if (l := complex(loop.response(np.array([w]))[0])).real < 0.0]
-    if not left:
-        return math.inf, math.inf
-    size, w = max(left)
-    return 1.0 / size, w
+    size, w = _farthest(loop, omega, L, -1.0)
+    return (1.0 / size, w) if size else (math.inf, math.inf)
+
+
+def _farthest(loop: Loop, omega: FloatArray, L: ComplexArray, turn: complex) -> tuple[float, float]:
+    """Where the response, turned, passes the positive real axis farthest out: distance and frequency; 0 where it never does.
+
+    A delay makes thousands of crossings, nearly all of them small: they are taken from the largest on.
+    """
+    turned = L * turn
+    brackets = np.nonzero(
+        (np.signbit(turned.imag[:-1]) != np.signbit(turned.imag[1:])) & (np.maximum(turned.real[:-1], turned.real[1:]) > 0.0)
+    )[0]
+    reach = np.maximum(np.abs(L[brackets]), np.abs(L[brackets + 1]))
+    best, at = 0.0, math.inf
+    for k in np.argsort(-reach):
+        if NEIGHBOURS * reach[k] < best:
+            break
+        i = brackets[k]
+        w = float(brentq(lambda w: (_at(loop, w) * turn).imag, omega[i], omega[i + 1], xtol=1e-13, rtol=1e-14))
+        size = (_at(loop, w) * turn).real
+        if size > best:
+            best, at = size, w
+    return best, at
+
+
+def _at(loop: Loop, omega: float) -> complex:
+    return complex(loop.response(np.array([omega]))[0])
 
 
 def _phase(loop: Loop, crossovers: list[float], stable: bool) -> tuple[float, float, float]:
@@ -367,8 +393,8 @@ def _phase(loop: Loop, crossovers: list[float], stable: bool) -> tuple[float, fl
 def _peak(loop: Loop, K_p: float, omega: FloatArray, L: ComplexArray) -> tuple[float, float]:
     """Largest |1/(1 + L)| and its frequency."""
     i = int(np.argmin(np.abs(1.0 + L)))
-    w = _nearest_least(omega, i, lambda w: abs(1.0 + K_p * complex(loop.response(np.array([w]))[0])))
-    return 1.0 / abs(1.0 + K_p * complex(loop.response(np.array([w]))[0])), w
+    w = _nearest_least(omega, i, lambda w: abs(1.0 + K_p * _at(loop, w)))
+    return 1.0 / abs(1.0 + K_p * _at(loop, w)), w
 
 
 def _least(loop: Loop, omega: FloatArray, L: ComplexArray, f: Callable[[ComplexArray], FloatArray]) -> float:

@@ -80,6 +80,7 @@ def tune(
     limits: Limits | None = None,
     seed: int = 0,
     budget: int = BUDGET,
+    reference: Controller | None = None,
     threads: int = 2,
     progress: Progress | None = None,
 ) -> Tuned:
@@ -90,7 +91,8 @@ def tune(
     crane, controller: where the search starts; the tuned controller holds what differs from the crane. free: settings to tune, default
     all that the motor law knows (`tune_space.tunable`): K_1, K_2, K_p, t_lead, and u_thr, alpha_min, alpha_swl or alpha_ns or alpha_hs.
     objective: see `Objective`. cases: scenarios, run in the controller's mode; default `tune_goal.scenarios`. limits: see `Limits`.
-    seed: the same seed gives the same settings. budget: evaluations at most, each in all scenarios. progress: called with the share done.
+    seed: the same seed gives the same settings. budget: evaluations at most, each in all scenarios. reference: the controller whose speed
+    capacity and fast runs are kept, default `controller` itself. progress: called with the share done.
 
     The start is among what is tried, so where it keeps the limits the result is never worse. An interrupt (Ctrl-C) keeps the best found.
 
@@ -106,7 +108,7 @@ def tune(
     if not settings:
         raise StillhookError(f'"{controller.name}": nothing is left to tune. Name other settings.')
     search = Search(plain, controller.mode, mine, settings, goal, limits or Limits(), budget, threads, progress)
-    search.begin()
+    search.begin((reference or controller).on(crane))
     try:
         search.evolve(seed)
         search.polish()

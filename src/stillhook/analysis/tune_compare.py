@@ -173,7 +173,8 @@ def pareto(
         told((len(done) + share) / (points + 2))
 
     def add(objective: Objective, start: Controller, within: Limits | None) -> Tuned:
-        done.append(tune(crane, start, objective=objective, limits=within, progress=part, **common))  # type: ignore[arg-type]
+        found = tune(crane, start, objective=objective, limits=within, reference=controller, progress=part, **common)  # type: ignore[arg-type]
+        done.append(found)
         return done[-1]
 
     low = add(Objective.PRESSURE, controller, limits)

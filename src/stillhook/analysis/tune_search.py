@@ -76,15 +76,17 @@ class Search:
         """The score as a part of that of the start."""
         return relative(score, self.before, self.objective)
 
-    def begin(self) -> None:
-        """Run the start, which the scores are parts of; "speed capacity kept" becomes a number, and a fast run for each period."""
+    def begin(self, reference: Crane) -> None:
+        """Run the start, which the scores are parts of; "speed capacity kept" becomes a number, and a fast run for each period, both from
+        the crane that is the reference."""
         values = {s.name: present(self.crane)[s.name] for s in self.settings}
         kept = self.limits.v_w_capacity
         if kept is None:
-            self.limits = replace(self.limits, v_w_capacity=min(capacity_of(self.crane, self.mode, self.cases)))
-        ladders = fast_candidates(self.crane, self.mode, self.cases[0])
-        found = summaries(self.crane, [*self.cases, *(c for ladder in ladders for c in ladder)], threads=self.threads)
-        n = len(self.cases)
+            self.limits = replace(self.limits, v_w_capacity=min(capacity_of(reference, self.mode, self.cases)))
+        ladders = fast_candidates(reference, self.mode, self.cases[0])
+        n, quick = len(self.cases), [c for ladder in ladders for c in ladder]
+        cranes = [self.crane] * n + [reference] * len(quick)
+        found = summaries(cranes, [*self.cases, *quick], threads=self.threads)
         for i, ladder in enumerate(ladders):
             met = [blamed(str(s["status"])) for s in found[n + i * len(ladder) : n + (i + 1) * len(ladder)]]
             self.fast += [Fast(c, what) for c, what in zip(ladder, met, strict=True) if not what & {"saturated", "diverged"}][:1]

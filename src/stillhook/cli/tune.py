@@ -100,6 +100,7 @@ def _tuned(
 ) -> tuple[list[Tuned], dict[str, list[Point]], list[Tuned]]:
     """The tunings, their fronts, and all tunings that were run for either. An interrupt leaves out what has not begun."""
     from stillhook.analysis.tune import tune as tune_one
+    from stillhook.analysis.tune_compare import front
     from stillhook.analysis.tune_compare import pareto as front_of
 
     tuned, fronts, everything = [], {}, []
@@ -111,7 +112,8 @@ def _tuned(
         everything.append(tuned[-1])
         if pareto and tuned[-1].met and not tuned[-1].interrupted:
             with progress_bar(f"front of {which.name}") as bar:
-                fronts[which.name], more = front_of(crane, which, progress=bar, **mine)
+                _, more = front_of(crane, which, progress=bar, **mine)
+            fronts[which.name] = front([t for run in (tuned[-1], *more) for t in run.trials], [c.name for c in more[0].settings])
             everything += more
         if everything[-1].interrupted:
             say(f"stopped in {which.name} after {everything[-1].evaluations} evaluations: the best found so far")
