@@ -210,7 +210,7 @@ def margins(loop: Loop, K_p: float) -> Margins:
     L = K_p * loop.response(omega)
     K_ms, omega_c = _limit(loop, omega, L / K_p)
     stable = is_stable(loop, K_p, K_ms)
-    gain_crossovers = _roots(loop, omega, np.log(np.abs(L)), lambda L_1: math.log(K_p * abs(L_1)))
+    gain_crossovers = _roots(loop, omega, np.abs(L) - 1.0, lambda l: K_p * abs(l) - 1.0)
     phase_margin, omega_gc, delay_margin = _phase(loop, gain_crossovers, stable)
     M_s, omega_s = _peak(loop, K_p, omega, L)
     return Margins(K_ms / K_p, omega_c, phase_margin, omega_gc, delay_margin, M_s, omega_s, stable)
@@ -383,10 +383,9 @@ def _phase(loop: Loop, crossovers: list[float], stable: bool) -> tuple[float, fl
         return math.inf, math.nan, math.inf
     w = np.array(crossovers)
     beyond = np.angle(-loop.response(w))  # phase beyond -180 degrees, within half a turn
-    if not stable:
-        i = int(np.argmin(beyond)) if np.any(beyond < 0.0) else int(np.argmin(np.abs(beyond)))
-        return -abs(float(beyond[i])), float(w[i]), -abs(float(beyond[i])) / float(w[i])
     i = int(np.argmin(np.abs(beyond)))
+    if not stable:
+        return -abs(float(beyond[i])), float(w[i]), -abs(float(beyond[i])) / float(w[i])
     return abs(float(beyond[i])), float(w[i]), float(np.min(np.mod(beyond, 2.0 * math.pi) / w))
 
 

@@ -1,0 +1,209 @@
+"""Margins: loops whose margins follow from their definition, other implementations, and what PLC and delay do."""
+
+import math
+from dataclasses import replace
+
+import control
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.integrate import solve_ivp
+
+from stillhook import load_crane
+from stillhook.analysis.linear import gain_limit
+from stillhook.analysis.margins import (
+    ContinuousLoop,
+    gain_limit_of,
+    is_stable,
+    margins,
+    position_loop,
+    sampled,
+    strongest,
+    strongest_gain,
+    strongest_up_to,
+)
+from stillhook.analysis.transfer import loop_matrices, open_loop
+from stillhook.errors import StillhookError
+
+CRANES = [load_crane(n) for n in ("nov-250t", "nov-150t", "nov-100t-pure-active")]
+CRANE = CRANES[0]
+SAME = 1e-9  # the same number by another road, crossings found to 1e-13
+FRD = 1e-5  # python-control interpolates sampled loops on a grid ("frd") where its polynomials lose digits
+AT_LIMIT = 1e-6  # how near to its limit a loop is brought to see that it loses its balance there
+
+few = settings(max_examples=20)
+
+alphas = st.floats(0.1, 1.0)
+cranes = st.sampled_from(CRANES)
+delays = st.sampled_from([0.0, 0.003, 0.01, 0.05, 0.0537, 0.2])
+
+
+@few
+@given(cranes, alphas)
+def test_continuous_margins_agree_with_python_control(crane, alpha_m: float):
+    K_p = crane.control.K_p
+    ours = margins(position_loop(crane, alpha_m), K_p)
+    gm, pm, sm, wpc, wgc, wms = control.stability_margins(K_p * open_loop(crane, alpha_m))
+    assert (ours.gain_margin, ours.omega_c, ours.omega_gc) == pytest.approx((gm, wpc, wgc), rel=1e-7)
+    assert math.degrees(ours.phase_margin) == pytest.approx(pm, rel=1e-7)
+    assert (1.0 / ours.sensitivity_peak, ours.omega_s) == pytest.approx((sm, wms), rel=1e-6)
+
+
+@pytest.mark.filterwarnings("ignore:stability_margins")
+@pytest.mark.parametrize("alpha_m", [1.0, 0.6])
+def test_sampled_margins_agree_with_python_control(alpha_m: float):
+    T = CRANE.control.t_cycle
+    ours = margins(sampled(position_loop(CRANE, alpha_m), T), CRANE.control.K_p)
+    gm, pm, _, wpc, wgc, _ = control.stability_margins(CRANE.control.K_p * control.c2d(open_loop(CRANE, alpha_m), T, "zoh"))
+    assert (ours.gain_margin, ours.omega_c, ours.omega_gc) == pytest.approx((gm, wpc, wgc), rel=FRD)
+    assert math.degrees(ours.phase_margin) == pytest.approx(pm, rel=FRD)
+
+
+@few
+@given(cranes, alphas, delays)
+def test_limits_are_where_the_sampled_loop_loses_its_balance(crane, alpha_m: float, delay: float):
+    loop = sampled(position_loop(crane, alpha_m), crane.control.t_cycle, delay)
+    K_ms = gain_limit_of(loop)[0]
+    assert np.max(np.abs(loop.closed_poles(K_ms * (1.0 - AT_LIMIT)))) < 1.0
+    assert np.max(np.abs(loop.closed_poles(K_ms * (1.0 + 10.0 * AT_LIMIT)))) > 1.0
+
+
+@few
+@given(alphas, delays)
+def test_delay_margin_is_the_delay_that_brings_the_loop_to_its_limit(alpha_m: float, delay: float):
+    """Added to the delay, it makes a gain margin of one."""
+    loop, T = position_loop(CRANE, alpha_m), CRANE.control.t_cycle
+    K_p = 0.3 * gain_limit_of(sampled(loop, T, delay))[0]
+    more = margins(sampled(loop, T, delay), K_p).delay_margin
+    # delays between whole cycles interpolate the response a little differently: the sampled loop knows them exactly
+    assert margins(sampled(loop, T, delay + 0.98 * more), K_p).gain_margin > 1.0
+    assert margins(sampled(loop, T, delay + 1.02 * more), K_p).gain_margin < 1.0
+
+
+@few
+@given(alphas, st.floats(0.0, 0.3))
+def test_short_cycle_is_the_continuous_loop_with_delay(alpha_m: float, delay: float):
+    """A cycle of 0.1 ms adds half of itself as delay and nothing else."""
+    loop, T = position_loop(CRANE, alpha_m), 1e-4
+    held = margins(sampled(loop, T, delay), 0.16)
+    late = margins(replace(loop, delay=delay + T / 2.0), 0.16)
+    assert held.gain_margin == pytest.approx(late.gain_margin, rel=1e-5)
+    assert held.phase_margin == pytest.approx(late.phase_margin, rel=1e-6)
+
+
+def test_sampled_loop_is_what_a_simulation_of_held_commands_gives():
+    """Closed loop, cycle by cycle, the plant between them by an integrator that knows nothing of matrix exponentials; delay 17 ms."""
+    A, B, C = loop_matrices(CRANE, 0.7)
+    T, delay, K_p = 0.01, 0.017, 0.5
+    M = sampled(ContinuousLoop(A, B, C), T, delay).closed_matrix(K_p)
+    x, sent = np.array([0.0, 0.0, 1e5, 0.5, 1e-3]), [0.0, 0.0]  # commands on their way, newest first
+    y = np.concatenate([x, sent])
+    for _ in range(40):
+        now = -K_p * float(C @ x)
+        for span, u in ((delay - T, sent[1]), (2 * T - delay, sent[0])):  # 7 ms the older command, 3 ms the newer
+            run = solve_ivp(lambda _, s, u=u: A @ s + B * u, (0.0, span), x, method="DOP853", rtol=1e-12, atol=1e-12)
+            x = run.y[:, -1]
+        sent = [now, sent[0]]
+        y = M @ y
+    assert y[:5] == pytest.approx(x, rel=1e-7, abs=1e-9)
+
+
+def test_integrator_with_delay_has_the_margins_of_its_definition():
+    """K/s e^{-s tau}: phase margin pi/2 - K tau, gain margin pi/(2 K tau), delay margin pi/(2 K) - tau."""
+    loop = ContinuousLoop(np.array([[-1e-3]]), np.ones(1), np.ones(1), delay=0.2)
+    m = margins(loop, 2.0)
+    assert m.phase_margin == pytest.approx(math.pi / 2.0 - 0.4, rel=1e-3)  # the pole stands 1e-3 beside zero
+    assert m.gain_margin == pytest.approx(math.pi / 0.8, rel=1e-3)
+    assert m.delay_margin == pytest.approx(math.pi / 4.0 - 0.2, rel=2e-3)
+    assert m.stable
+    assert not margins(loop, 8.0).stable
+    assert margins(loop, 8.0).phase_margin < 0.0
+
+
+def test_several_crossovers_count_the_one_nearest_to_the_limit():
+    """A resonance above one on the far side of the first crossover: with a phase past -180 degrees there the loop is unstable, although
+    the first crossover alone shows 90 degrees."""
+    K_ms = gain_limit(CRANE, 1.0).K_p_ms
+    below, above = margins(position_loop(CRANE), 0.999 * K_ms), margins(position_loop(CRANE), 1.001 * K_ms)
+    assert below.stable
+    assert 0.0 < below.phase_margin < 0.2
+    assert below.omega_gc == pytest.approx(below.omega_c, rel=0.01)
+    assert not above.stable
+    assert -0.2 < above.phase_margin < 0.0
+    assert above.delay_margin < 0.0
+
+
+def test_delay_turns_the_resonance_away_from_the_limit_and_back_again():
+    """The loop meets its limit on the oil's resonance: a tenth of its period of delay raises the limit, a whole period brings it back."""
+    T = CRANE.control.t_cycle
+    limits = [gain_limit_of(sampled(position_loop(CRANE), T, d))[0] for d in (0.0, 0.1, 0.46)]
+    assert limits[1] > 1.9 * limits[0]
+    assert limits[2] < limits[0]
+
+
+# The strongest gain
+
+
+@few
+@given(cranes, st.floats(0.3, 1.0), delays)
+def test_strongest_gain_keeps_every_margin_and_wastes_none(crane, alpha_m: float, delay: float):
+    loop = sampled(position_loop(crane, alpha_m), crane.control.t_cycle, delay)
+    for wanted in ((2.0, math.radians(45.0), 2.0), (3.0, math.radians(20.0), 5.0), (1.1, math.radians(60.0), 9.0)):
+        K_p = strongest(loop, *wanted)
+        m = margins(loop, K_p)
+        assert m.gain_margin >= wanted[0] * (1.0 - 1e-6)
+        assert m.phase_margin >= wanted[1] * (1.0 - 1e-6)
+        assert m.sensitivity_peak <= wanted[2] * (1.0 + 1e-6)
+        more = margins(loop, K_p * 1.001)
+        assert more.gain_margin < wanted[0] or more.phase_margin < wanted[1] or more.sensitivity_peak > wanted[2]
+
+
+def test_strongest_gain_counts_on_no_delay():
+    """More delay raises the limit, so a gain from the delayed loop alone would be unsafe where the delay is less."""
+    at_delay = strongest(sampled(position_loop(CRANE, 0.6), CRANE.control.t_cycle, 0.1))
+    assert at_delay > strongest_gain(CRANE)
+    assert strongest_gain(CRANE, delay=0.1) == pytest.approx(strongest_gain(CRANE), rel=SAME)
+    assert strongest_gain(CRANE, delay=1.0) < 0.8 * strongest_gain(CRANE)
+
+
+def test_strongest_gain_of_the_250_t_crane():
+    """Three times the published 0.16 1/m at the smallest displacement, six times at the full one."""
+    assert strongest_gain(CRANE) == pytest.approx(0.4998, abs=5e-5)
+    assert strongest_gain(CRANE) == strongest_gain(CRANE, alpha_m=0.6)
+    assert strongest_gain(CRANE, alpha_m=1.0) == pytest.approx(0.9963, abs=5e-5)
+    assert strongest_gain(CRANE) < 0.5 * gain_limit_of(sampled(position_loop(CRANE, 0.6), 0.01))[0]
+
+
+def test_outermost_layer_and_smallest_displacement_are_the_worst():
+    from stillhook.analysis.transfer import on_layer
+
+    T = CRANE.control.t_cycle
+    for layer in (1, 6, 12):
+        machine, K_wire = on_layer(CRANE, layer)
+        assert strongest_up_to(sampled(position_loop(machine, 0.6, K_wire=K_wire), T)) > strongest_gain(CRANE)
+    assert strongest_gain(CRANE, alpha_m=0.8) > strongest_gain(CRANE)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "text"),
+    [
+        ({"delay": -0.1}, "delay = -0.1 s: allowed is 0 up to 10 s"),
+        ({"delay": math.nan}, "delay = nan"),
+        ({"gain_margin": 1.0}, "gain_margin = 1: a stable loop has more than 1"),
+        ({"phase_margin": 2.0}, "phase_margin = 2 rad"),
+        ({"sensitivity": 1.0}, "sensitivity = 1: the peak"),
+        ({"alpha_m": 0.0}, "alpha_m = 0: the displacement"),
+    ],
+)
+def test_numbers_outside_their_range_are_refused(wrong: dict[str, float], text: str):
+    with pytest.raises(StillhookError, match=text):
+        strongest_gain(CRANE, **wrong)
+
+
+def test_loop_without_feedback_has_no_margins():
+    with pytest.raises(StillhookError, match=r"K_p = 0 1/m: a loop without feedback"):
+        margins(position_loop(CRANE), 0.0)
+    with pytest.raises(StillhookError, match="no end of poles"):
+        replace(position_loop(CRANE), delay=0.1).closed_poles(0.16)
+    assert is_stable(replace(position_loop(CRANE), delay=0.1), 0.16)

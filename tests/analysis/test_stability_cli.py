@@ -1,0 +1,149 @@
+"""`stability`, its sweeps, and the command."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+
+from stillhook import load_crane
+from stillhook.analysis.linear import gain_limit
+from stillhook.analysis.stability import Over, bode, least_limit, root_locus, stability, sweep
+from stillhook.cli import run
+from stillhook.errors import StillhookError
+from stillhook.variables import BY_NAME
+
+CRANE = load_crane("nov-250t")
+KEYS = ("K_p_ms", "omega_c", "omega_0", "zeta", "gain_margin", "phase_margin", "delay_margin")
+DIGITS_6 = 5e-7
+
+
+def answer(capsys, *words: str) -> tuple[int, dict]:
+    code = run(["stability", *words, "--json"])
+    return code, json.loads(capsys.readouterr().out)
+
+
+def test_command_prints_the_published_numbers(capsys):
+    code, found = answer(capsys, "nov-250t")
+    assert code == 0
+    assert set(KEYS) <= set(found)
+    assert set(found) <= set(BY_NAME)
+    assert found["alpha_m"] == 1.0
+    assert found["K_p_ms"] == pytest.approx(2.026039, abs=DIGITS_6)
+    assert found["omega_0"] == pytest.approx(12.526991, abs=DIGITS_6)
+    assert found["gain_margin"] == pytest.approx(found["K_p_ms"] / 0.16)
+    assert len(found["poles"]) == 7
+
+
+def test_several_displacements_give_lists(capsys):
+    code, found = answer(capsys, "nov-250t", "--alpha-m", "1", "--alpha-m", "0.6", "--delay", "50 ms")
+    assert code == 0
+    assert found["K_p_ms"] == pytest.approx([2.026039, 0.998272], abs=DIGITS_6)
+    assert found["delay"] == [0.05, 0.05]
+
+
+def test_gain_beyond_the_limit_is_a_no(capsys, tmp_path):
+    file = tmp_path / "hot.toml"
+    file.write_text('base = "nov-250t"\n[control]\nK_p = "1.2 1/m"\n')
+    assert run(["stability", str(file), "--alpha-m", "1"]) == 0
+    assert run(["stability", str(file), "--alpha-m", "0.6"]) == 1
+    out = capsys.readouterr().out
+    assert "UNSTABLE. K_p 1.2 1/m, limit 0.9983 1/m. Lower K_p to 0.5 1/m or less." in out
+    code, found = answer(capsys, str(file), "--alpha-m", "0.6")
+    assert code == 1
+    assert found["phase_margin"] < 0.0
+    assert found["stable"] is False
+
+
+def test_whole_plant_by_command(capsys):
+    code, found = answer(capsys, "nov-250t", "--full", "--load", "100 t", "--s-w", "100 m", "--v-tip", "60 m/min")
+    assert code == 0
+    assert found["v_tip"] == 1.0
+    assert 0.8 < found["alpha_m"] < 0.9
+    assert found["K_p_ms"] == pytest.approx(2.90, abs=0.01)
+
+
+@pytest.mark.parametrize(
+    ("words", "text"),
+    [
+        (("--alpha-m", "1.2"), "alpha_m = 1.2: the displacement over its maximum lies above 0 and up to 1"),
+        (("--layer", "13"), 'layer = 13: "nov-250t" has layers 1 to 12'),
+        (("--delay", "-1 s"), "delay = -1 s: allowed is 0 up to 10 s"),
+        (("--full",), "--full needs --v-tip"),
+        (("--full", "--v-tip", "10 m/min", "--layer", "3"), "--layer belongs to the published model"),
+        (("--v-tip", "200 m/min", "--full"), "beyond their stop"),
+        (("--out", "/proc/none"), "/proc/none"),
+    ],
+)
+def test_bad_input_is_one_line_and_exit_code_2(capsys, words: tuple[str, ...], text: str):
+    assert run(["stability", "nov-250t", *words]) == 2
+    err = capsys.readouterr().err
+    assert text in err
+    assert err.count("\n") == 1
+
+
+def test_out_writes_pictures_sweeps_and_numbers(capsys, tmp_path):
+    import xarray
+
+    from stillhook.cli.stability import NAMES
+
+    folder = tmp_path / "out"
+    assert run(["stability", "nov-150t", "--out", str(folder)]) == 0
+    assert {p.name for p in folder.iterdir()} == set(NAMES)
+    with xarray.open_dataset(folder / "layer.nc", engine="h5netcdf") as data:
+        assert data["K_p_ms"].dims == ("layer",)
+        assert data["K_p_ms"].attrs["units"] == "1/m"
+    assert json.loads((folder / "stability.json").read_text())["K_p_ms"] > 0.0
+
+
+# The verb
+
+
+def test_layer_takes_its_own_diameter_and_inertia():
+    s = stability(CRANE, 0.6, layer=6)
+    assert s.K_wire == pytest.approx(1.322614, abs=DIGITS_6)
+    assert s.J_m < 4.1
+    assert s.K_p_ms > gain_limit(CRANE, 0.6, s.K_wire).K_p_ms  # a drum half full is lighter as well
+
+
+def test_tip_speed_moves_the_motors_poles_and_no_limit():
+    still, fast = stability(CRANE, 0.7), stability(CRANE, 0.7, v_tip=1.2)
+    names = [n for n in still._fields if n not in ("v_tip", "poles")]
+    assert all(getattr(still, n) == getattr(fast, n) for n in names)
+    assert not np.allclose(still.poles, fast.poles)
+    assert stability(CRANE, v_tip=1.6).alpha_m < 1.0
+
+
+def test_limit_rises_again_only_far_below_any_mode():
+    """Where it is least, about 7 % displacement, no mode goes: within the range of every mode the limit grows with the displacement."""
+    alpha_m, K_p = least_limit(CRANE)
+    assert alpha_m == pytest.approx(0.069, abs=0.001)
+    assert alpha_m < 0.2 * CRANE.active.motor.alpha_min
+    assert gain_limit(CRANE, 0.5 * alpha_m).K_p_ms > K_p
+    assert np.all(np.diff(sweep(CRANE, "alpha_m", np.linspace(0.1, 1.0, 10))["K_p_ms"].values) > 0.0)
+
+
+def test_sweeps_move_the_limit_as_physics_says():
+    for over in (Over.LEAKAGE, Over.DAMPING, Over.BULK_MODULUS):
+        data = sweep(CRANE, over)
+        assert np.all(np.diff(data["K_p_ms"].values) > 0.0)  # more damping, or a stiffer spring
+        middle = data["K_p_ms"].values[len(data["K_p_ms"]) // 2]
+        assert middle == pytest.approx(gain_limit(CRANE).K_p_ms, rel=1e-9)
+    assert np.all(np.diff(sweep(CRANE, "layer")["K_p_ms"].values) < 0.0)
+    delayed = sweep(CRANE, "delay", [0.0, 0.1])
+    assert delayed["K_p_ms"].values[0] == delayed["K_p_ms"].values[1]
+    assert delayed["phase_margin_plc"].values[0] > delayed["phase_margin_plc"].values[1]
+
+
+def test_bode_and_root_locus_meet_at_the_limit():
+    limit = gain_limit(CRANE, 0.6)
+    data = bode(CRANE, 0.6, omega=np.array([limit.omega_c]))
+    assert float(data["loop_gain"][0]) * limit.K_p_ms / CRANE.control.K_p == pytest.approx(1.0, rel=1e-9)
+    assert math.cos(float(data["loop_phase"][0])) == pytest.approx(-1.0, abs=1e-9)
+    locus = root_locus(CRANE, 0.6, K_p=[0.0, 0.999 * limit.K_p_ms, 1.001 * limit.K_p_ms])
+    assert list(locus["pole_re"].max("branch").values > 1e-9) == [False, False, True]
+
+
+def test_unknown_sweep_is_refused():
+    with pytest.raises(StillhookError, match=r'over = "moon": give one of alpha_m, layer, leakage'):
+        sweep(CRANE, "moon")
