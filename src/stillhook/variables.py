@@ -178,6 +178,7 @@ QUANTITIES = (
     _v("e_c_pp_mean", "mean e_c,pp", "m", "length", "", "mean of e_c_pp over the scenarios of a tuning"),
     _v("e_c_pp_worst", "max e_c,pp", "m", "length", "", "largest e_c_pp over the scenarios of a tuning"),
     _v("score", "f", "1", "", "", "objective of a tuning: error, worst-error and pressure over those of the start, or their weighted sum"),
+    _v("broken", "", "", "", "", "limits of a tuning that settings do not keep, and how"),
     _v("evaluations", "", "1", "", "", "settings that a tuning has tried, each in all its scenarios"),
     _v("applicable", "", "", "", "", "whether the controller can be used here: no rule of the table in how-to/map-a-crane.md speaks against it"),
     _v("cause", "", "", "", "", "why the controller is not applicable here, the worst cause first; empty where it is"),

@@ -215,3 +215,12 @@ def test_scenarios_that_are_none_are_refused(wrong: dict[str, list[str]]) -> Non
 def test_objectives_are_parts_of_the_start(tuned: Tuned) -> None:
     assert tuned.objective is Objective.ERROR
     assert tuned.after.score == pytest.approx(tuned.after.e_c_pp_mean / tuned.before.e_c_pp_mean)
+
+
+def test_a_threshold_that_leaves_the_motors_no_time_breaks_the_fast_run() -> None:
+    """Slow scenarios alone would let u_thr be 0.97; in a fast sine the pumps then fill before the motors have stroked."""
+    late = Controller("late", Mode.SSC, {"control": {"u_thr": 0.97}})
+    found = tune(CRANE, late, reference=controller("ssc"), cases=CASES[:1], free=["u_thr"], objective="error", budget=20)
+    assert any("saturated in a fast run" in b for b in found.before.broken)
+    assert found.met
+    assert found.controller.on(CRANE).control.u_thr < 0.95

@@ -84,14 +84,13 @@ class Search:
         if kept is None:
             self.limits = replace(self.limits, v_w_capacity=min(capacity_of(reference, self.mode, self.cases)))
         ladders = fast_candidates(reference, self.mode, self.cases[0])
-        n, quick = len(self.cases), [c for ladder in ladders for c in ladder]
-        cranes = [self.crane] * n + [reference] * len(quick)
-        found = summaries(cranes, [*self.cases, *quick], threads=self.threads)
+        found = summaries(reference, [c for ladder in ladders for c in ladder], threads=self.threads)
         for i, ladder in enumerate(ladders):
-            met = [blamed(str(s["status"])) for s in found[n + i * len(ladder) : n + (i + 1) * len(ladder)]]
+            met = [blamed(str(s["status"])) for s in found[i * len(ladder) : (i + 1) * len(ladder)]]
             self.fast += [Fast(c, what) for c, what in zip(ladder, met, strict=True) if not what & {"saturated", "diverged"}][:1]
         self.runs = [*self.cases, *(f.case for f in self.fast)]
-        start = scored(self.crane, self.mode, self.cases, found[:n], self.limits)
+        found = summaries(self.crane, self.runs, threads=self.threads)
+        start = scored(self.crane, self.mode, self.cases, found, self.limits, self.fast)
         self.before = relative(start, start, self.objective)
         self.x_0 = np.clip(np.array(to_vector(self.settings, values)), 0.0, 1.0)
         self.trials.append(Trial(tuple(values[s.name] for s in self.settings), self.before))
