@@ -29,9 +29,11 @@ CASES = (
     "paper_e_motor_servo",
     "paper_e_scenario_1",
     "paper_e_scenario_2",
+    "paper_e_stability",
     "paper_e_scenario_3",
     "power_unit_loss",
     "threshold_study",
+    "uncertainty",
 )
 MEASURED = ("bench_staircase",)  # need data that are not in the repository: left as they are where those are not at hand
 
