@@ -1,0 +1,159 @@
+"""Does SSC's advantage survive what is not known? Scenario 2 of paper E and the 90 t case of paper C under drawn factors."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+import paper_c_90t
+import paper_e_scenario_2
+import xarray
+from blocks import percent, save, table
+
+from stillhook import Sine
+from stillhook.analysis.bands import Limit, band, chance, chances, failures, paired_difference
+from stillhook.analysis.factors import FACTORS
+from stillhook.analysis.monte_carlo import monte_carlo
+from stillhook.analysis.sensitivity import MATTERS, Sensitivity, sensitivity
+from stillhook.analysis.uncertainty import Uncertainty
+from stillhook.analysis.uncertainty_figures import band_figure, index_figure
+
+PAGE = "uncertainty.md"
+DRAWS = 256
+ROWS = 128
+SEED = 0
+LIKELY = 0.9  # share of the draws from which a claim is said to survive
+
+
+class Looked(NamedTuple):
+    """One experiment: name, modes (the last one is the new controller, the one before it HS), and the runs under all draws."""
+
+    name: str
+    modes: Sequence[str]
+    run: xarray.Dataset
+
+
+def scenario_2() -> tuple[list[Any], float]:
+    """Cases of scenario 2, and the peak speed of the tip [m/s]."""
+    v = paper_e_scenario_2.speed_of_ns(paper_e_scenario_2.CRANE)
+    tip = Sine.from_si(v * paper_e_scenario_2.PERIOD / (2.0 * math.pi), paper_e_scenario_2.PERIOD)
+    cases = [paper_e_scenario_2.case(tip, m, {}).model_copy(update={"duration": 72.0}) for m in paper_e_scenario_2.MODES]
+    return cases, v
+
+
+def ninety_tonnes() -> list[Any]:
+    """Cases of paper C's 90 t: one beat of the wave after the warm-up."""
+    return [paper_c_90t.case(m, paper_c_90t.BASE, duration="108 s") for m in ("hs", "ssc-cubic")]
+
+
+def drawn(name: str, crane: Any, cases: Sequence[Any]) -> Looked:
+    return Looked(name, [c.mode.value for c in cases], monte_carlo(crane, cases, n=DRAWS, seed=SEED))
+
+
+def numbers(looked: Sequence[Looked]) -> list[tuple[object, ...]]:
+    rows: list[tuple[object, ...]] = []
+    for one in looked:
+        failed = failures(one.run)
+        for mode in one.modes:
+            e, p = (band(one.run[name].sel(case=mode).values) for name in ("e_c_pp", "p_max"))
+            described = at_values(one.run, mode)
+            rows.append(
+                (
+                    one.name if mode == one.modes[0] else "",
+                    mode,
+                    f"{100 * described['e_c_pp']:.1f}",
+                    f"{100 * e.median:.1f}",
+                    f"{100 * e.low:.1f} to {100 * e.high:.1f} (± {100 * e.high_error:.1f})",
+                    f"{described['p_max'] / 1e5:.0f}",
+                    f"{p.median / 1e5:.0f}",
+                    f"{p.low / 1e5:.0f} to {p.high / 1e5:.0f} (± {p.high_error / 1e5:.0f})",
+                    failed[mode],
+                )
+            )
+    return rows
+
+
+def at_values(run: xarray.Dataset, mode: str) -> Mapping[str, float]:
+    found: Mapping[str, float] = json.loads(run.attrs["at_values"])[mode]
+    return found
+
+
+def differences(looked: Sequence[Looked]) -> list[tuple[object, ...]]:
+    rows: list[tuple[object, ...]] = []
+    for one in looked:
+        new = one.modes[-1]
+        for other in one.modes[:-1]:
+            row: list[object] = [one.name, f"{new} against {other}"]
+            for name in ("e_c_pp", "p_max"):
+                pair = paired_difference(one.run, new, other, name)
+                b = pair.relative
+                low, high = percent(b.low, sign=True), percent(b.high, sign=True)
+                row += [percent(b.median, sign=True), f"{low} to {high}", percent(pair.lower.share)]
+            rows.append(tuple(row))
+    return rows
+
+
+def survives(share: float) -> str:
+    return "survives" if share >= LIKELY else "does not hold anyway" if share <= 1.0 - LIKELY else "hangs on what is not known"
+
+
+def claims(two: xarray.Dataset, ninety: xarray.Dataset) -> dict[str, tuple[str, str, str]]:
+    """claim -> theirs, ours, verdict."""
+    within = 1.0 - chances(two, Limit.of("e_c_pp <= 10 cm"))["ssc"].share
+    beyond = chances(two, Limit.of("e_c_pp <= 20 cm"))["hs"].share
+    p = {m: two["p_a_max"].sel(case=m).values for m in ("hs", "ssc")}
+    gap = chance(p["hs"] - p["ssc"] > 120e5).share
+    lower = [paired_difference(run, new, "hs", "e_c_pp").lower.share for run, new in ((two, "ssc"), (ninety, "ssc-cubic"))]
+    pressure = [paired_difference(run, new, "hs", "p_max").lower.share for run, new in ((two, "ssc"), (ninety, "ssc-cubic"))]
+    against_ns = paired_difference(two, "ssc", "ns", "e_c_pp")
+    both = f"in {percent(lower[0])} of the draws of scenario 2, {percent(lower[1])} of the 90 t"
+    rows = {
+        "SSC has less error than HS": ("yes", both, min(lower)),
+        "SSC has less peak pressure than HS": ("yes", f"in {percent(pressure[0])} and {percent(pressure[1])} of them", min(pressure)),
+        "scenario 2: error of SSC": ("within 10 cm", f"in {percent(within)} of the draws", within),
+        "scenario 2: error of HS": ("more than 20 cm", f"in {percent(beyond)} of the draws", beyond),
+        "scenario 2: pressure of SSC below HS": ("more than 120 bar", f"in {percent(gap)} of the draws", gap),
+        "scenario 2: SSC has less error than NS": ("yes", f"in {percent(against_ns.lower.share)} of the draws", against_ns.lower.share),
+    }
+    return {name: (theirs, ours, survives(share)) for name, (theirs, ours, share) in rows.items()}
+
+
+def ranking(found: Sequence[Sensitivity]) -> list[tuple[object, ...]]:
+    """A row for each factor that matters for something: first and total order by case and output."""
+    worth: dict[str, float] = {}
+    for s in found:
+        for name, x in s.indices.items():
+            worth[name] = max(worth.get(name, 0.0), x.total)
+    names = sorted((n for n in worth if worth[n] >= MATTERS), key=lambda n: -worth[n])
+    return [(name, *(f"{max(s.indices[name].first, 0.0):.2f}, {s.indices[name].total:.2f}" for s in found)) for name in names]
+
+
+def compute() -> tuple[dict[str, str], dict[str, tuple[str, str, str]], dict[str, Any]]:
+    """Blocks of the page, its claims, and what the pictures show."""
+    cases, _ = scenario_2()
+    two = drawn("scenario 2", paper_e_scenario_2.CRANE, cases)
+    ninety = drawn("90 t", paper_c_90t.CRANE, ninety_tonnes())
+    looked = (two, ninety)
+    indices = sensitivity(paper_e_scenario_2.CRANE, cases[1:], n=ROWS, seed=SEED, against="hs")
+    shown = [s for s in indices if s.case != "hs"]
+    found = claims(two.run, ninety.run)
+    known = Uncertainty.default().on((paper_e_scenario_2.CRANE, cases[0]), (paper_c_90t.CRANE, ninety_tonnes()[0]))
+    head = ("", "mode", "error as described, cm", "median", "5 to 95 %", "pressure as described, bar", "median", "5 to 95 %", "failed")
+    wide = ("", "", "error, median", "5 to 95 %", "lower in", "pressure, median", "5 to 95 %", "lower in")
+    blocks = {
+        "claims": table(("claim", "theirs", "ours", "verdict"), [(name, *what) for name, what in found.items()]),
+        "factors": table(("factor", "what", "distribution", "because"), [(n, FACTORS[n].meaning, d, r) for n, d, r in known.describe()]),
+        "numbers": table(head, numbers(looked)),
+        "differences": table(wide, differences(looked)),
+        "ranking": table(("factor", *(f"{s.case}, {s.output}" for s in shown)), ranking(shown)),
+        "convergence": "\n".join(f"- {s.case}, {s.output}: {s.convergence()}" for s in shown),
+    }
+    return blocks, found, {"two": two.run, "ninety": ninety.run, "indices": shown}
+
+
+def draw(shown: Mapping[str, Any]) -> None:
+    save(band_figure(shown["two"], f"scenario 2, nov-250t, empty hook: {DRAWS} draws"), "uncertainty-scenario-2.png")
+    save(band_figure(shown["ninety"], f"90 t, nov-150t: {DRAWS} draws"), "uncertainty-90t.png")
+    save(index_figure(shown["indices"], "scenario 2: where the spread comes from"), "uncertainty-indices.png")
