@@ -8,14 +8,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.linalg import expm
 
-from stillhook import load_crane
+from stillhook import Scenario, Sine, load_crane, simulate
 from stillhook.analysis import linearise as module
 from stillhook.analysis.equivalent import equivalent
 from stillhook.analysis.linear import eigenfrequency, gain_limit
 from stillhook.analysis.linearise import Linear, PlantMode, at_state, linearise, plant_loop, plc_loop
 from stillhook.analysis.margins import gain_limit_of
 from stillhook.analysis.operating_point import OperatingPoint, operating_point
-from stillhook.analysis.stability import full_stability
+from stillhook.analysis.stability import full_stability, stability
+from stillhook.analysis.transfer import about, command_pole
 from stillhook.errors import StillhookError
 from stillhook.library import changed
 from stillhook.physics.friction import bristle_rate
@@ -152,6 +153,23 @@ def test_ssc_stands_where_its_law_puts_it():
     assert found.ok
     assert point.alpha_m == found.alpha_m
     assert full_stability(CRANE, load=100e3, s_w=100.0, v_tip=-0.2)[0].alpha_m == 1.0
+
+
+@pytest.mark.parametrize(("v", "stable"), [(1.0, True), (1.4, False)])
+def test_ssc_without_displacement_feedback_jumps_from_cycle_to_cycle(v: float, stable: bool):
+    """The PLC then reckons with its last command. The linearised PLC, the closed form and a run agree on where that stops to settle."""
+    blind = changed(CRANE, {"active": {"motor": {"variant": "open-loop", "offset": 0.0, "hysteresis": 0.0}}})
+    found, point = full_stability(blind, load=0.0, s_w=15.0, v_tip=-v)
+    assert found.stable_plc == stable
+    alternates = plc_loop(blind, point).closed_poles(blind.control.K_p).real.min()
+    at_layer = found.K_wire
+    pole = command_pole(blind, about(blind, v, K_wire=at_layer), K_wire=at_layer)
+    assert alternates == pytest.approx(pole, rel=1e-6)
+    assert stability(blind, v_tip=v).stable_plc == stable
+    tip = Sine(amplitude=f"{v * 12.0 / (2.0 * math.pi)} m", period="12 s")
+    run = simulate(blind, Scenario(load="0 t", s_w="15 m", mode="ssc", duration="60 s", tip=tip), every="10 ms")
+    jump = float(np.max(np.abs(np.diff(run["u_m"].values[4000:]))))
+    assert (jump < 0.05) == stable  # stroke from full to least displacement: 0.4
 
 
 def test_names_and_kinks_are_told():

@@ -20,7 +20,7 @@ from stillhook.analysis.linearise import linearise, plant_loop, plc_loop, settle
 from stillhook.analysis.margins import Loop, Margins, SampledLoop, margins, position_loop, sampled, strongest_up_to
 from stillhook.analysis.operating_point import OperatingPoint, operating_point
 from stillhook.analysis.steady import steady
-from stillhook.analysis.transfer import About, lever, motor_slope, on_layer, whole_matrices
+from stillhook.analysis.transfer import About, command_pole, lever, motor_slope, on_layer, whole_matrices
 from stillhook.crane import Crane
 from stillhook.engine.pack import drum_record, gains
 from stillhook.errors import StillhookError
@@ -127,10 +127,13 @@ def _published(crane: Crane, alpha_m: float | None, layer: int | None, v_tip: fl
     e, limit = eigenfrequency(machine, alpha), gain_limit(machine, alpha, K_wire)
     plain = position_loop(machine, alpha, K_wire=K_wire)
     held = sampled(plain, crane.control.t_cycle, delay)
-    A = whole_matrices(machine, _about(machine, v_tip, alpha, K_wire), K_wire=K_wire)[0]
+    at = _about(machine, v_tip, alpha, K_wire)
+    A = whole_matrices(machine, at, K_wire=K_wire)[0]
     where = {"alpha_m": alpha, "K_wire": K_wire, "J_m": e.J_m, "v_tip": v_tip}
     found = {"K_p_ms": limit.K_p_ms, "omega_c": limit.omega_c, "omega_0": e.omega_0, "zeta": e.zeta, "period": e.period}
-    return _stability(crane, where, found, (plain, held), delay, np.linalg.eigvals(A), strong=strong)
+    result = _stability(crane, where, found, (plain, held), delay, np.linalg.eigvals(A), strong=strong)
+    settles = abs(command_pole(machine, at, K_wire=K_wire)) < 1.0
+    return result._replace(stable_plc=result.stable_plc and settles)
 
 
 def full_stability(
@@ -274,7 +277,7 @@ def _default(crane: Crane, what: Over) -> FloatArray:
         return np.asarray(own[what] * TIMES, dtype=np.float64)
     if what is Over.LAYER:
         return np.arange(1.0, crane.drum.layers + 1.0)
-    return np.linspace(0.0, 0.5, 26) if what is Over.DELAY else np.linspace(0.05, 1.0, 39)
+    return np.linspace(0.0, 1.0, 41) if what is Over.DELAY else np.linspace(0.05, 1.0, 39)
 
 
 def _swept(crane: Crane, what: Over, value: float, alpha_m: float, delay: float) -> Stability:

@@ -75,6 +75,8 @@ def sweep_figure(crane: Crane, sweeps: list[xarray.Dataset]) -> Figure:
         ax.plot(x, data["K_p_ms_plc"], color=COLOURS[1], ls="--", label="with PLC and delay")
         ax.axhline(crane.control.K_p, color=GREY, ls=":", label="K_p of the crane")
         ax.set(xlabel=label, ylabel="K_p limit [1/m]", ylim=(0.0, None))
+        if name == "layer":
+            ax.set_xticks([v for v in x if v % 2 == 0])
         ax.grid(alpha=0.3)
     for ax in axes[len(sweeps) :]:
         ax.set_axis_off()

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from stillhook.analysis.drum import layer_row
 from stillhook.analysis.steady import steady
-from stillhook.crane import Crane
+from stillhook.crane import Crane, ServoVariant
 from stillhook.engine.pack import gains
 from stillhook.errors import StillhookError
 from stillhook.physics.line import capacitance
@@ -169,7 +169,7 @@ def whole_matrices(
               U_m = k\,\mathrm{sign}(u_{ff}^{ss})\,U_{ff}
 
     with k the slope of the motors' law. The motors follow the tip alone, so A is block triangular: its poles are those of the motors' own
-    loop and those of the position loop at the steady displacement.
+    loop and those of the position loop at the steady displacement. Motors whose displacement is measured; for others see `command_pole`.
     Source: Moslatt 2020 paper E eqs 12 to 20.
     Differs from print: signs (hoisting positive); sign(u_ff) for |U_ff|; the acceleration feedforward K_2 stays, because an a_tip of zero
     in the steady state does not make its variation zero (it changes the zeros of G_v, not its poles).
@@ -231,3 +231,15 @@ def motor_poles(crane: Crane, v_tip: float, *, mode: Mode | str = Mode.SSC, K_wi
     """
     A = whole_matrices(crane, about(crane, v_tip, mode=mode, K_wire=K_wire), K_wire=K_wire)[0]
     return np.linalg.eigvals(A[:2, :2]).astype(np.complex128)
+
+
+def command_pole(crane: Crane, at: About, *, K_wire: float = 1.0) -> float:
+    """Pole in the z-plane of SSC on motors without displacement feedback: each command follows from the last one, with this factor [-].
+
+    There the PLC reckons with its last command: u_m(k) = 1 - k_red(K_1 |v_tip| K_wire u_m(k - 1)) .... Beyond -1, which is at
+    K_1 |v_tip| K_wire (1 - alpha_min) > 1 - u_thr, the command jumps from stop to stop every cycle. 0 where the displacement is measured.
+    Source: the PLC of `stillhook.control.plc`; the thesis names the variant (paper E section 5.1.1) and not this.
+    """
+    if crane.active.motor.variant is not ServoVariant.OPEN_LOOP:
+        return 0.0
+    return at.slope * gains(crane).K_1 * abs(at.v_tip) * K_wire

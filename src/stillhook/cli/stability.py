@@ -129,6 +129,11 @@ def _say_verdict(s: Stability) -> None:
         least = min(s.gain_margin, s.gain_margin_plc)
         print(f"motors {s.alpha_m:.3g}: stable; K_p could grow {least:.3g} times before the winch swings.")
         return
+    if s.gain_margin > 1.0 and s.gain_margin_plc > 1.0:
+        print(
+            f"motors {s.alpha_m:.3g}: UNSTABLE, whatever K_p. SSC on motors without displacement feedback jumps every cycle at this speed."
+        )
+        return
     limit = min(s.K_p_ms, s.K_p_ms_plc)
     print(f"motors {s.alpha_m:.3g}: UNSTABLE. K_p {s.K_p:.4g} 1/m, limit {limit:.4g} 1/m. Lower K_p to {s.K_p_strong:.3g} 1/m or less.")
 
