@@ -7,6 +7,9 @@ import pytest
 
 from stillhook import Scenario, load_crane, simulate
 from stillhook.analysis.bands import Limit, band, bands, chance, chances, exceedance, paired_difference
+from stillhook.analysis.map_draws import monte_carlo_map
+from stillhook.analysis.map_draws_figure import map_band_figure
+from stillhook.analysis.maps import operability_map
 from stillhook.analysis.monte_carlo import drawn_pair, monte_carlo
 from stillhook.analysis.uncertainty import Uncertainty, draws, load_uncertainty
 from stillhook.errors import SpecError, StillhookError
@@ -205,3 +208,28 @@ def test_a_file_may_begin_with_the_defaults(tmp_path):
     assert set(found.factors) == set(Uncertainty.default().factors) | {"motor_offset"}
     assert found.factors["boost"].values == (1.0,)
     assert "boost" not in found.optional
+
+
+GRID = {"loads": "50 t, 150 t", "speeds": "40 m/min, 120 m/min"}
+
+
+def test_a_map_with_nothing_drawn_is_the_map():
+    plain = operability_map(CRANE, **GRID)
+    drawn = monte_carlo_map(CRANE, uncertainty=known(friction=1.0), n=1, **GRID)
+    for label in drawn["controller"].values:
+        at = {"controller": label}
+        for q in range(3):
+            assert np.array_equal(drawn["e_c_pp"].sel(at)[..., q], plain["e_c_pp"].sel(at))
+        assert np.array_equal(drawn["applicable_chance"].sel(controller=label, interval="share"), plain["applicable"].sel(at))
+        both = np.isfinite(plain["e_c_pp_change"].sel(at))
+        assert np.array_equal(drawn["e_c_pp_change"].sel(at)[..., 1].values[both], plain["e_c_pp_change"].sel(at).values[both])
+
+
+def test_a_map_says_how_sure_each_cell_is():
+    drawn = monte_carlo_map(CRANE, n=16, **GRID)
+    assert np.all(np.diff(drawn["p_max"].values, axis=-1) > 0.0)
+    chance = drawn["applicable_chance"]
+    assert np.all(np.diff(chance.values, axis=-1) >= 0.0)
+    assert float(chance.sel(controller="ssc", interval="share")[0, 0]) == 1.0
+    assert int(drawn["failed"].sum()) == 0
+    assert len(map_band_figure(drawn).axes) == 3 * 3 + 2
