@@ -12,7 +12,8 @@ from stillhook import Crane, load_crane
 from stillhook.analysis.equivalent import equivalent
 from stillhook.analysis.linear import eigenfrequency, gain_limit
 from stillhook.analysis.linearise import at_state, linearise
-from stillhook.analysis.margins import gain_limit_of, position_loop, sampled, strongest_gain
+from stillhook.analysis.loops import position_loop, sampled
+from stillhook.analysis.margins import gain_limit_of, strongest_gain
 from stillhook.analysis.operating_point import operating_point
 from stillhook.analysis.routh import gain_limit_by_poles, gain_limit_by_routh
 from stillhook.analysis.stability import full_stability, least_limit, range_of_modes, stability, sweep

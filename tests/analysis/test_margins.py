@@ -12,17 +12,8 @@ from scipy.integrate import solve_ivp
 
 from stillhook import load_crane
 from stillhook.analysis.linear import gain_limit
-from stillhook.analysis.margins import (
-    ContinuousLoop,
-    gain_limit_of,
-    is_stable,
-    margins,
-    position_loop,
-    sampled,
-    strongest,
-    strongest_gain,
-    strongest_up_to,
-)
+from stillhook.analysis.loops import ContinuousLoop, position_loop, sampled
+from stillhook.analysis.margins import gain_limit_of, is_stable, margins, strongest, strongest_gain, strongest_up_to
 from stillhook.analysis.transfer import loop_matrices, open_loop
 from stillhook.errors import StillhookError
 

@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 
 from stillhook import load_crane
 from stillhook.analysis.linear import gain_limit
-from stillhook.analysis.margins import gain_limit_of, position_loop, sampled
+from stillhook.analysis.loops import position_loop, sampled
+from stillhook.analysis.margins import gain_limit_of
 from stillhook.analysis.routh import gain_limit_by_poles, gain_limit_by_routh, routh
 from stillhook.analysis.transfer import closed_loop_polynomial
 from stillhook.errors import StillhookError

@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 
 from stillhook import load_crane
 from stillhook.analysis.linear import eigenfrequency, gain_limit
-from stillhook.analysis.margins import gain_limit_of, position_loop
+from stillhook.analysis.loops import position_loop
+from stillhook.analysis.margins import gain_limit_of
 from stillhook.analysis.steady import speed_limit, steady
 from stillhook.analysis.transfer import (
     WHOLE,

@@ -11,7 +11,8 @@ import pytest
 import stillhook.analysis.tune_search as tuning
 from stillhook import Scenario, load_crane
 from stillhook.analysis.controllers import Controller, controller, controller_toml
-from stillhook.analysis.margins import margins, position_loop, sampled
+from stillhook.analysis.loops import position_loop, sampled
+from stillhook.analysis.margins import margins
 from stillhook.analysis.steady import speed_limit
 from stillhook.analysis.tune import Tuned, tune
 from stillhook.analysis.tune_compare import front, outcomes, pareto, trials_dataset, variations

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from stillhook.analysis.margins import ContinuousLoop, SampledLoop, balanced, hold_matrices, whole_cycles
+from stillhook.analysis.loops import ContinuousLoop, SampledLoop, balanced, hold_matrices, whole_cycles
 from stillhook.analysis.operating_point import OperatingPoint
 from stillhook.control.plc import Memory
 from stillhook.crane import Crane

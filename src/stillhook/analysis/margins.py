@@ -9,22 +9,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
-from functools import cached_property
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
-from scipy.linalg import expm, matrix_balance
 from scipy.optimize import brentq, minimize_scalar
 
-from stillhook.analysis.transfer import loop_matrices
+from stillhook.analysis.loops import ComplexArray, ContinuousLoop, FloatArray, Loop, SampledLoop, position_loop, sampled
 from stillhook.crane import Crane
 from stillhook.errors import StillhookError
-
-FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
-Transfer = Callable[[ComplexArray], ComplexArray]
 
 POINTS = 1500
 """Points of the coarse grid of frequencies, from LOWEST of the slowest mode to HIGHEST of the fastest one or the Nyquist frequency."""
@@ -37,10 +30,6 @@ MOST_HELD = 60
 """Cycles of delay up to which stability is judged by eigenvalues: each cycle adds one."""
 NEIGHBOURS = 1.5
 """Most that the response grows between two points of the grid: they stand closer than any resonance is narrow."""
-CYCLE_ROUNDING = 1e-9
-"""Part of a cycle below which a delay is a whole number of cycles: rounding of texts and sums."""
-PARALLEL = 1e5
-"""Condition of the eigenvectors up to which residues are used: digits lost, at most five of sixteen."""
 DELAYS = 20
 """Most delays between none and the given one that `strongest_up_to` looks at."""
 GAIN_MARGIN = 2.0
@@ -48,99 +37,6 @@ PHASE_MARGIN = math.radians(45.0)
 SENSITIVITY_PEAK = 2.0
 """Margins that `strongest_gain` keeps unless told otherwise: 6 dB and 45 degrees, and M_s = 2, the upper end of the usual 1.2 to 2.0.
 Source: Astrom and Murray, Feedback Systems, section 10.3 (gain margin 2 to 5, phase margin 30 to 60 degrees, M_s 1.2 to 2)."""
-
-
-@dataclass(frozen=True)
-class ContinuousLoop:
-    """State space of the loop at K_p = 1, input pump command, output wire hoisted [m]; delay [s] anywhere in the loop."""
-
-    A: FloatArray
-    B: FloatArray
-    C: FloatArray
-    delay: float = 0.0
-
-    @property
-    def nyquist(self) -> float:
-        """Highest frequency at which the loop acts [rad/s]: no end."""
-        return math.inf
-
-    def modes(self) -> ComplexArray:
-        """Open-loop poles [1/s]."""
-        return np.linalg.eigvals(self.A).astype(np.complex128)
-
-    def response(self, omega: FloatArray) -> ComplexArray:
-        """L(i omega) at K_p = 1; omega [rad/s]."""
-        s = np.asarray(1j * omega, dtype=np.complex128)
-        return np.asarray(self._transfer(s) * np.exp(-s * self.delay), dtype=np.complex128)
-
-    @cached_property
-    def _transfer(self) -> Transfer:
-        return _transfer(self.A, self.B, self.C)
-
-    def closed_poles(self, K_p: float) -> ComplexArray:
-        """Poles of the closed loop [1/s]. Errors: StillhookError with a delay, which gives infinitely many."""
-        if self.delay > 0.0:
-            raise StillhookError(f"delay {self.delay:g} s: a continuous loop with delay has no end of poles. Sample it first.")
-        return np.linalg.eigvals(self.A - K_p * np.outer(self.B, self.C)).astype(np.complex128)
-
-
-@dataclass(frozen=True)
-class SampledLoop:
-    """The loop as the PLC sees it at its cycles of t_cycle [s]: x' = Phi x + Gamma_0 u(k - n) + Gamma_1 u(k - n - 1), output C x [m]."""
-
-    Phi: FloatArray
-    Gamma_0: FloatArray
-    Gamma_1: FloatArray
-    C: FloatArray
-    t_cycle: float
-    n: int = 0
-
-    @property
-    def nyquist(self) -> float:
-        """Half the sampling frequency [rad/s]."""
-        return math.pi / self.t_cycle
-
-    def modes(self) -> ComplexArray:
-        """Open-loop poles as those of the continuous loop that they come from [1/s]; poles at z = 0 are left out."""
-        z = np.linalg.eigvals(self.Phi).astype(np.complex128)
-        return np.asarray(np.log(z[np.abs(z) > 1e-12]) / self.t_cycle, dtype=np.complex128)
-
-    def response(self, omega: FloatArray) -> ComplexArray:
-        """L(e^{i omega t_cycle}) at K_p = 1; omega up to the Nyquist frequency [rad/s]."""
-        z = np.asarray(np.exp(1j * omega * self.t_cycle), dtype=np.complex128)
-        now, before = self._transfers
-        whole = now(z) + before(z) / z if before is not None else now(z)
-        return np.asarray(whole * z ** (-self.n), dtype=np.complex128)
-
-    @cached_property
-    def _transfers(self) -> tuple[Transfer, Transfer | None]:
-        before = _transfer(self.Phi, self.Gamma_1, self.C) if np.any(self.Gamma_1) else None
-        return _transfer(self.Phi, self.Gamma_0, self.C), before
-
-    def closed_matrix(self, K_p: float) -> FloatArray:
-        """Matrix of one cycle of the closed loop: state, then the commands still on their way, newest first."""
-        held = self.n + (1 if np.any(self.Gamma_1) else 0)
-        size = len(self.Phi)
-        M = np.zeros((size + held, size + held))
-        M[:size, :size] = self.Phi
-        u = np.zeros(size + held)
-        u[:size] = -K_p * self.C
-        for past, gamma in ((self.n, self.Gamma_0), (self.n + 1, self.Gamma_1)):
-            if past == 0:
-                M[:size] += np.outer(gamma, u)
-            elif past <= held:
-                M[:size, size + past - 1] += gamma
-        if held:
-            M[size] = u
-            M[size + 1 :, size:-1] = np.eye(held - 1)
-        return M
-
-    def closed_poles(self, K_p: float) -> ComplexArray:
-        """Poles of the closed loop in the z-plane: stable within the unit circle."""
-        return np.linalg.eigvals(self.closed_matrix(K_p)).astype(np.complex128)
-
-
-Loop = ContinuousLoop | SampledLoop
 
 
 class Margins(NamedTuple):
@@ -156,47 +52,6 @@ class Margins(NamedTuple):
     sensitivity_peak: float
     omega_s: float
     stable: bool
-
-
-def position_loop(crane: Crane, alpha_m: float = 1.0, *, K_wire: float = 1.0) -> ContinuousLoop:
-    """The published position loop, without PLC and delay (Moslatt 2020 paper E eqs 14 to 20); see `stillhook.analysis.transfer`."""
-    return balanced(*loop_matrices(crane, alpha_m, K_wire=K_wire))
-
-
-def balanced(A: FloatArray, B: FloatArray, C: FloatArray, delay: float = 0.0) -> ContinuousLoop:
-    """The loop in states of like size (pascals and radians beside each other cost digits)."""
-    scaled, (scale, _) = matrix_balance(A, permute=False, separate=True)
-    return ContinuousLoop(scaled, B / scale, C * scale, delay)
-
-
-def sampled(loop: ContinuousLoop, t_cycle: float, delay: float = 0.0) -> SampledLoop:
-    """The loop as a PLC of cycle t_cycle [s] closes it: commands held for a cycle, everything else exact; delay [s] adds to the loop's own.
-
-    The delay is that of the whole way around: encoder, bus, computing. It need not be a whole number of cycles.
-    Source: Astrom and Wittenmark, Computer-Controlled Systems, section 2.3 (sampling of systems with time delay).
-    """
-    n, rest = whole_cycles(delay + loop.delay, t_cycle)
-    Phi, whole = hold_matrices(loop.A, loop.B[:, None], t_cycle)
-    if rest == 0.0:
-        return SampledLoop(Phi, whole[:, 0], np.zeros(len(Phi)), loop.C, t_cycle, n)
-    _, early = hold_matrices(loop.A, loop.B[:, None], t_cycle - rest)
-    return SampledLoop(Phi, early[:, 0], whole[:, 0] - early[:, 0], loop.C, t_cycle, n)
-
-
-def whole_cycles(delay: float, t_cycle: float) -> tuple[int, float]:
-    """Whole cycles in a delay, and the rest of it [s]; a rest of rounding counts as none."""
-    n = math.floor(delay / t_cycle + CYCLE_ROUNDING)
-    rest = delay - n * t_cycle
-    return n, rest if rest > CYCLE_ROUNDING * t_cycle else 0.0
-
-
-def hold_matrices(A: FloatArray, B: FloatArray, t: float) -> tuple[FloatArray, FloatArray]:
-    """e^{A t} and what a command held for t [s] adds, exactly (one matrix exponential of both)."""
-    size, inputs = B.shape
-    both = np.zeros((size + inputs, size + inputs))
-    both[:size, :size], both[:size, size:] = A, B
-    E = expm(both * t)
-    return E[:size, :size], E[:size, size:]
 
 
 def margins(loop: Loop, K_p: float) -> Margins:
@@ -305,21 +160,6 @@ def _check_wanted(delay: float, gain_margin: float, phase_margin: float, sensiti
         raise StillhookError(f"phase_margin = {phase_margin:g} rad: give one above 0 and below pi/2.")
     if not sensitivity > 1.0:
         raise StillhookError(f"sensitivity = {sensitivity:g}: the peak of a loop is above 1. Give a number above 1.")
-
-
-def _transfer(A: FloatArray, B: FloatArray, C: FloatArray) -> Transfer:
-    """C (s - A)^-1 B as a function of s: by poles and residues, or by solving where the eigenvectors are nearly parallel."""
-    poles, right = np.linalg.eig(A)
-    if np.linalg.cond(right) < PARALLEL:
-        residues = (C @ right) * np.linalg.solve(right, B.astype(np.complex128))
-        return lambda s: np.asarray((residues / (s[:, None] - poles)).sum(axis=1), dtype=np.complex128)
-
-    def solved(s: ComplexArray) -> ComplexArray:
-        M = s[:, None, None] * np.eye(len(A)) - A
-        x = np.linalg.solve(M, np.broadcast_to(B.astype(np.complex128)[:, None], (len(s), len(A), 1)))
-        return np.asarray((C @ x[:, :, 0].T), dtype=np.complex128)
-
-    return solved
 
 
 def _grid(loop: Loop) -> FloatArray:

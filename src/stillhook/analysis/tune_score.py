@@ -9,7 +9,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from stillhook.analysis.margins import Margins, margins, position_loop, sampled, strongest
+from stillhook.analysis.loops import position_loop, sampled
+from stillhook.analysis.margins import Margins, margins, strongest
 from stillhook.analysis.steady import speed_limit
 from stillhook.analysis.tune_goal import PERIODS, WEIGHTS, Limits, Objective, peak_sine
 from stillhook.analysis.tune_space import least_displacement
