@@ -27,7 +27,7 @@ from stillhook.engine.many import summaries
 
 ROUNDS = 5
 DRAWS, SECONDS = 10_000, 60.0
-CLUSTER_CASES = 3_200
+CLUSTER_CASES, CLUSTER_ROUNDS = 9_600, 3
 EMPTY_TASKS = 500
 
 
@@ -69,19 +69,13 @@ def workers_against_one(crane: Crane, cases: list[Scenario]) -> tuple[float, flo
     """Seconds with one worker and with two, medians of interleaved rounds."""
     from distributed import Client, LocalCluster
 
-    one, two = [], []
-    with (
-        LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address=None) as a,
-        Client(a) as single,
-        LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as b,
-        Client(b) as double,
-    ):
-        for client in (single, double):
-            summaries(crane, cases[: 4 * VL], client=client)
-        for _ in range(ROUNDS):
-            one.append(timed(lambda: summaries(crane, cases, client=single)))
-            two.append(timed(lambda: summaries(crane, cases, client=double)))
-    return median(one), median(two)
+    found: dict[int, list[float]] = {1: [], 2: []}
+    for _ in range(CLUSTER_ROUNDS):
+        for workers in found:
+            with LocalCluster(n_workers=workers, threads_per_worker=1, dashboard_address=None) as cluster, Client(cluster) as client:
+                summaries(crane, cases[: 4 * VL], client=client)
+                found[workers].append(timed(lambda: summaries(crane, cases, client=client)))
+    return median(found[1]), median(found[2])
 
 
 def empty_task() -> float:

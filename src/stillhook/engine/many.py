@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import pickle
 import threading
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
@@ -29,7 +30,9 @@ from stillhook.variables import SUMMARY
 NUMBERS = tuple(v.name for v in SUMMARY if v.name not in ("status", "notes"))
 TASK_SECONDS = 5.0e4
 """Simulated seconds in a task: about a second of one core, so that a cluster's overhead of some milliseconds a task does not count."""
-TASKS_EACH = 4
+TASK_SECONDS_EACH = 250.0
+"""The same for each worker, where there are hundreds: 5 ms of work, more than giving out a task costs whoever gives it."""
+TASKS_EACH = 8
 """Tasks for each worker at least, where there are enough cases: nobody then waits long for the last one."""
 IN_FLIGHT = 3
 """Tasks given to a cluster at once, for each of its threads: more would only fill the scheduler's memory."""
@@ -108,6 +111,10 @@ class _Task(NamedTuple):
     cases: list[Scenario]
     n_sub: int
 
+    def part(self, start: int, end: int) -> _Task:
+        """Some of its cases."""
+        return _Task(self.indices[start:end], self.cranes[start:end], self.cases[start:end], self.n_sub)
+
     def light(self) -> _Task:
         """The same without the sources of the cranes' numbers, which no run reads; cranes that are one stay one."""
         bare = {id(c): c for c in self.cranes}
@@ -123,19 +130,33 @@ def _cut(cranes: Sequence[Crane], cases: Sequence[Scenario], missing: Sequence[i
     fair = math.ceil(len(missing) / (TASKS_EACH * workers) / VL) * VL
     out = []
     for (n_ticks, _, _), group in groups.items():
-        worth = math.ceil(TASK_SECONDS / (n_ticks * cranes[0].control.t_cycle) / VL) * VL
+        worth = math.ceil(max(TASK_SECONDS, TASK_SECONDS_EACH * workers) / (n_ticks * cranes[0].control.t_cycle) / VL) * VL
         size = max(VL, min(fair, worth))
         out += [group[k : k + size] for k in range(0, len(group), size)]
     return out
 
 
 def work(task: _Task, progress: Progress | None = None) -> Answers:
-    """Run one task on one thread."""
-    places = None if task.indices == [0] else task.indices
-    results = run_cases(task.cranes, task.cases, n_sub=task.n_sub, lanes=VL, every=0, threads=1, progress=progress, places=places)
-    found = [summarise(w, c, r) for w, c, r in zip(task.cranes, task.cases, results, strict=True)]
+    """Run one task on one thread: block by block, each summed up while its motions are at hand."""
+    found: list[dict[str, Any]] = []
+    total = len(task.indices)
+    for k in range(0, total, VL):
+        block = task.part(k, k + VL)
+        places = None if task.indices == [0] else block.indices
+
+        def told(share: float, before: int = k, size: int = len(block.indices)) -> None:
+            if progress is not None:
+                progress((before + share * size) / total)
+
+        results = run_cases(block.cranes, block.cases, n_sub=task.n_sub, lanes=VL, every=0, threads=1, progress=told, places=places)
+        found += [summarise(w, c, r) for w, c, r in zip(block.cranes, block.cases, results, strict=True)]
     numbers = np.array([[s[name] for name in NUMBERS] for s in found], dtype=np.float64)
     return Answers([s["status"] for s in found], numbers, [tuple(s["notes"]) for s in found], results_hash())
+
+
+def work_packed(task: bytes) -> Answers:
+    """`work` on a pickled task: a cluster need not look into what it carries."""
+    return work(pickle.loads(task))
 
 
 class _Meter:
@@ -191,7 +212,7 @@ def _on_cluster(tasks: Sequence[_Task], client: Any, meter: _Meter) -> Iterator[
     def give(put: Callable[[Any], None]) -> None:
         task = next(rest, None)
         if task is not None:
-            future = client.submit(work, task.light(), pure=False)
+            future = client.submit(work_packed, pickle.dumps(task.light(), pickle.HIGHEST_PROTOCOL), pure=False)
             given[future.key] = future, task
             put(future)
 
