@@ -10,9 +10,9 @@ import xarray
 from blocks import percent, save, table, verdict
 
 from stillhook import Crane, load_crane
-from stillhook.analysis.envelope import envelope, setting_curves, wire_out_on
 from stillhook.analysis.envelope_figures import layer_figure, load_speed_figure, setting_figure
 from stillhook.analysis.envelope_limits import Direction, Station, Top
+from stillhook.analysis.load_speed import envelope, setting_curves, wire_out_on
 from stillhook.analysis.steady import speed_limit, steady
 from stillhook.engine.pack import wire_speed_max
 from stillhook.library import changed

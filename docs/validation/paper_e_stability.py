@@ -11,12 +11,12 @@ from blocks import percent, save, table, verdict
 from stillhook import Crane, load_crane
 from stillhook.analysis.equivalent import equivalent
 from stillhook.analysis.linear import eigenfrequency, gain_limit
-from stillhook.analysis.linearise import at_state, linearise
+from stillhook.analysis.linearisation import at_state, linearise
+from stillhook.analysis.loop_stability import full_stability, least_limit, range_of_modes, stability, sweep
 from stillhook.analysis.loops import position_loop, sampled
 from stillhook.analysis.margins import gain_limit_of, strongest_gain
-from stillhook.analysis.operating_point import operating_point
+from stillhook.analysis.operation import operating_point
 from stillhook.analysis.routh import gain_limit_by_poles, gain_limit_by_routh
-from stillhook.analysis.stability import full_stability, least_limit, range_of_modes, stability, sweep
 from stillhook.analysis.stability_figures import bode_figure, gain_limit_figure, motor_pole_figure, root_locus_figure, sweep_figure
 from stillhook.analysis.transfer import about, closed_loop_polynomial, motor_poles, speed_response, whole_matrices
 from stillhook.library import changed

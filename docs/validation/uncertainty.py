@@ -15,8 +15,8 @@ from blocks import percent, save, table
 from stillhook import Sine
 from stillhook.analysis.bands import Limit, band, chance, chances, failures, paired_difference
 from stillhook.analysis.factors import FACTORS
-from stillhook.analysis.monte_carlo import monte_carlo
-from stillhook.analysis.sensitivity import MATTERS, Sensitivity, sensitivity
+from stillhook.analysis.many_draws import monte_carlo
+from stillhook.analysis.sobol import MATTERS, Sensitivity, sensitivity
 from stillhook.analysis.uncertainty import Uncertainty
 from stillhook.analysis.uncertainty_figures import band_figure, index_figure
 

@@ -7,13 +7,13 @@
 >>> float(run.e_c_pp)  # doctest: +SKIP
 """
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
+from stillhook._lazy import attached
 from stillhook._version import __version__
 
 if TYPE_CHECKING:
-    from stillhook import identify, metrics
+    from stillhook import analysis, identify, metrics
     from stillhook.analysis.compare import compare
     from stillhook.crane import Crane
     from stillhook.engine.simulate import simulate
@@ -34,10 +34,13 @@ _HOMES = {
     "Sine": "sea.motion",
     "Still": "sea.motion",
     "StillhookError": "errors",
+    "analysis": "",
     "compare": "analysis.compare",
     "cranes": "library",
+    "identify": "",
     "load_crane": "library",
     "load_run": "io.results",
+    "metrics": "",
     "read_tip_motion": "io.motion_file",
     "save_run": "io.results",
     "simulate": "engine.simulate",
@@ -52,6 +55,7 @@ __all__ = [
     "Still",
     "StillhookError",
     "__version__",
+    "analysis",
     "compare",
     "cranes",
     "identify",
@@ -63,17 +67,4 @@ __all__ = [
     "simulate",
 ]
 
-
-def __getattr__(name: str) -> Any:
-    """Public names are loaded when they are first used, so that `import stillhook` costs nothing."""
-    if name in ("identify", "metrics"):
-        return import_module(f"stillhook.{name}")
-    if name not in _HOMES:
-        raise AttributeError(f"module 'stillhook' has no attribute {name!r}")
-    value = getattr(import_module(f"stillhook.{_HOMES[name]}"), name)
-    globals()[name] = value
-    return value
-
-
-def __dir__() -> list[str]:
-    return sorted(__all__)
+__getattr__, __dir__ = attached(__name__, _HOMES)

@@ -138,6 +138,13 @@ QUANTITIES = (
     _v("K_p", "K_p", "1/m", "gain_per_length", "", "position gain", "paper E eq. 6"),
     _v("K_p_ms", "K_p^(ms)", "1/m", "gain_per_length", "", "position gain at marginal stability", "paper E figure 5"),
     _v("omega_c", "omega_c", "rad/s", "frequency", "", "frequency of the oscillation at marginal stability"),
+    _v("K_1", "K_1", "s/m", "time_per_length", "", "speed feedforward", "paper C eq. 12"),
+    _v("K_2", "K_2", "s^2/m", "time_squared_per_length", "", "acceleration feedforward", "paper C eq. 12"),
+    _v("k_red", "k_red", "1", "", "", "share of the allowed motor reduction in use", "eq. 2.10"),
+    _v("u_thr", "u_thr", "1", "", "", "feedforward at which SSC starts to reduce the motors", "eq. 2.10"),
+)  # fmt: skip
+
+ANSWERS = (
     _v("gain_margin", "K_p^(ms)/K_p", "1", "", "", "position gain of marginal stability over the crane's, loop without PLC"),
     _v("phase_margin", "phi_m", "rad", "angle", "negative where unstable", "phase left at the gain crossover nearest to the limit"),
     _v("omega_gc", "omega_gc", "rad/s", "frequency", "", "that gain crossover"),
@@ -165,10 +172,6 @@ QUANTITIES = (
     _v("loop_phase", "arg L", "rad", "angle", "", "its phase, unwrapped"),
     _v("loop_gain_plc", "|L|", "1", "", "", "as loop_gain, with PLC and delay"),
     _v("loop_phase_plc", "arg L", "rad", "angle", "", "as loop_phase, with PLC and delay"),
-    _v("K_1", "K_1", "s/m", "time_per_length", "", "speed feedforward", "paper C eq. 12"),
-    _v("K_2", "K_2", "s^2/m", "time_squared_per_length", "", "acceleration feedforward", "paper C eq. 12"),
-    _v("k_red", "k_red", "1", "", "", "share of the allowed motor reduction in use", "eq. 2.10"),
-    _v("u_thr", "u_thr", "1", "", "", "feedforward at which SSC starts to reduce the motors", "eq. 2.10"),
     _v("t_lead", "t_lead", "s", "time", "ahead positive", "time by which the PLC extrapolates the tip's motion"),
     _v("alpha_min", "alpha_m,min", "1", "", "", "least displacement of the active motors: D_abs_min over D_m_max", "eq. 2.11"),
     _v("alpha_swl", "alpha_swl", "1", "", "", "displacement that SSC keeps for the safe working load: scale of D_calc_min", "eq. 2.11"),
@@ -251,5 +254,7 @@ QUANTITIES = (
     _v("applicable_chance", "", "1", "", "", "share of the draws in which a controller is applicable in a cell, with the ends of its 95 % interval"),
 )  # fmt: skip
 
-VARIABLES: tuple[Variable, ...] = SERIES + SUMMARY + QUANTITIES
+PHYSICAL: Mapping[str, Variable] = {v.name: v for v in SERIES + SUMMARY + QUANTITIES}
+"""What a log may hold under its own name. The names of ANSWERS are everyday words (load, speed, first), which a log may use for anything."""
+VARIABLES: tuple[Variable, ...] = SERIES + SUMMARY + QUANTITIES + ANSWERS
 BY_NAME: Mapping[str, Variable] = {v.name: v for v in VARIABLES}

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from stillhook import Scenario, Sine, load_crane, simulate
-from stillhook.analysis.envelope import PHYSICAL, envelope, gain, setting_curves, wire_out_on
 from stillhook.analysis.envelope_limits import Direction, Limit, Station
-from stillhook.analysis.operating_point import operating_point
+from stillhook.analysis.load_speed import PHYSICAL, envelope, gain, setting_curves, wire_out_on
+from stillhook.analysis.operation import operating_point
 from stillhook.engine.pack import wire_speed_max
 from stillhook.errors import StillhookError
 from stillhook.library import changed

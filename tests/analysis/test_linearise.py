@@ -9,13 +9,13 @@ from hypothesis import strategies as st
 from scipy.linalg import expm
 
 from stillhook import Scenario, Sine, load_crane, simulate
-from stillhook.analysis import linearise as module
+from stillhook.analysis import linearisation as module
 from stillhook.analysis.equivalent import equivalent
 from stillhook.analysis.linear import eigenfrequency, gain_limit
-from stillhook.analysis.linearise import Linear, PlantMode, at_state, linearise, plant_loop, plc_loop
+from stillhook.analysis.linearisation import Linear, PlantMode, at_state, linearise, plant_loop, plc_loop
+from stillhook.analysis.loop_stability import full_stability, stability
 from stillhook.analysis.margins import gain_limit_of
-from stillhook.analysis.operating_point import OperatingPoint, operating_point
-from stillhook.analysis.stability import full_stability, stability
+from stillhook.analysis.operation import OperatingPoint, operating_point
 from stillhook.analysis.transfer import about, command_pole
 from stillhook.errors import StillhookError
 from stillhook.library import changed

@@ -6,7 +6,7 @@ from functools import cache
 import pytest
 
 from stillhook import Scenario, load_crane, simulate
-from stillhook.analysis.operating_point import operating_point
+from stillhook.analysis.operation import operating_point
 from stillhook.errors import StillhookError
 from stillhook.scenario import Operator, Water
 

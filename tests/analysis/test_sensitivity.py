@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from stillhook import Scenario, load_crane
-from stillhook.analysis.sensitivity import design, indices, sensitivity
+from stillhook.analysis.sobol import design, indices, sensitivity
 from stillhook.analysis.uncertainty import Uncertainty, even
 from stillhook.errors import StillhookError
 

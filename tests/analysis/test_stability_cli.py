@@ -8,7 +8,7 @@ import pytest
 
 from stillhook import load_crane
 from stillhook.analysis.linear import gain_limit
-from stillhook.analysis.stability import Over, bode, least_limit, root_locus, stability, sweep
+from stillhook.analysis.loop_stability import Over, bode, least_limit, root_locus, stability, sweep
 from stillhook.cli import run
 from stillhook.errors import StillhookError
 from stillhook.variables import BY_NAME

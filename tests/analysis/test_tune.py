@@ -14,11 +14,11 @@ from stillhook.analysis.controllers import Controller, controller, controller_to
 from stillhook.analysis.loops import position_loop, sampled
 from stillhook.analysis.margins import margins
 from stillhook.analysis.steady import speed_limit
-from stillhook.analysis.tune import Tuned, tune
 from stillhook.analysis.tune_compare import front, outcomes, pareto, trials_dataset, variations
 from stillhook.analysis.tune_goal import Limits, Objective, hold_out, parse_limits, scenarios
 from stillhook.analysis.tune_score import gain_allowed
 from stillhook.analysis.tune_space import of_vector, present, space, to_vector, tunable, tuned_controller, with_settings
+from stillhook.analysis.tuning import Tuned, tune
 from stillhook.engine.many import summaries
 from stillhook.errors import StillhookError, UnitError
 from stillhook.library import changed

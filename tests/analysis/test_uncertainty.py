@@ -7,10 +7,10 @@ import pytest
 
 from stillhook import Scenario, load_crane, simulate
 from stillhook.analysis.bands import Limit, band, bands, chance, chances, exceedance, paired_difference
+from stillhook.analysis.many_draws import drawn_pair, monte_carlo
 from stillhook.analysis.map_draws import monte_carlo_map
 from stillhook.analysis.map_draws_figure import map_band_figure
 from stillhook.analysis.maps import operability_map
-from stillhook.analysis.monte_carlo import drawn_pair, monte_carlo
 from stillhook.analysis.uncertainty import Uncertainty, draws, load_uncertainty
 from stillhook.errors import SpecError, StillhookError
 from stillhook.io.results import load_run, origin, save_run

@@ -18,9 +18,9 @@ from stillhook.cli import run as command
 from stillhook.engine import build
 from stillhook.errors import MotionError, ScenarioError, SimulationError, SpecError, StillhookError
 from stillhook.io.case_file import stored_cases
-from stillhook.io.results import whole_folder
 from stillhook.library import changed
 from stillhook.scenario import Operator, PowerLoss, Sensors, Water
+from stillhook.whole import whole_folder
 
 CRANE = load_crane("nov-250t")
 PURE = load_crane("nov-100t-pure-active")

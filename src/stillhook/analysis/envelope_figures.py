@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stillhook.analysis.envelope import PHYSICAL
 from stillhook.analysis.envelope_limits import Direction, Limit
+from stillhook.analysis.load_speed import PHYSICAL
 from stillhook.io.figures import COLOURS, GREY
 from stillhook.library import crane_from_toml
 from stillhook.units import in_display

@@ -1,7 +1,7 @@
 """What stops a winch at one load on one layer, in one direction: the speed that each limit alone would allow.
 
 The pumps' flow, the pressure of the relief valves, the torque that must stay in reserve, and the speed limits of active and passive
-motors, all for the whole plant (`stillhook.analysis.operating_point`) while it compensates: the tip moves, the load stands.
+motors, all for the whole plant (`stillhook.analysis.operation`) while it compensates: the tip moves, the load stands.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from typing import NamedTuple
 from scipy.optimize import brentq
 
 from stillhook.analysis.applicable import HS_SHARE
-from stillhook.analysis.operating_point import NoSteadyOperation, OperatingPoint, operate, winch_at
+from stillhook.analysis.operation import NoSteadyOperation, OperatingPoint, operate, winch_at
 from stillhook.analysis.steady import motor_law, settled
 from stillhook.control.motors import displacement_min
 from stillhook.control.passive import displacement_for_weight

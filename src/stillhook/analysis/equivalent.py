@@ -11,8 +11,8 @@ from typing import NamedTuple
 import numpy as np
 
 from stillhook.analysis.linear import eigenfrequency, gain_limit
-from stillhook.analysis.linearise import FloatArray, Linear, linearise
-from stillhook.analysis.operating_point import OperatingPoint
+from stillhook.analysis.linearisation import FloatArray, Linear, linearise
+from stillhook.analysis.operation import OperatingPoint
 from stillhook.crane import Crane
 from stillhook.engine.pack import drum_record
 from stillhook.physics.drum import K_wire as ratio_of

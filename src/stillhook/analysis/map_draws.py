@@ -15,9 +15,9 @@ from stillhook.analysis.applicable import cause_of
 from stillhook.analysis.bands import INSIDE, chance
 from stillhook.analysis.controllers import Controller
 from stillhook.analysis.drawn import Drawing
+from stillhook.analysis.many_draws import AT_ONCE, SAMPLER, attributes, base_drawings, part_of, run_drawn
 from stillhook.analysis.map_result import CLASSIC
 from stillhook.analysis.maps import CLASSIC_AND_NEW, Cells, cells_of
-from stillhook.analysis.monte_carlo import AT_ONCE, SAMPLER, attributes, base_drawings, part_of, run_drawn
 from stillhook.analysis.uncertainty import Draws, Uncertainty, draws
 from stillhook.crane import Crane
 from stillhook.engine.build import results_hash
@@ -58,7 +58,7 @@ def monte_carlo_map(
     Parameters
     ----------
     crane, controllers, grid: as in `stillhook.analysis.maps.operability_map` (loads, speeds, period, motion, s_w, layers, periods,
-    duration, warm_up). uncertainty, n, seed: as in `stillhook.analysis.monte_carlo`. step, threads, store, client, progress: as in
+    duration, warm_up). uncertainty, n, seed: as in `stillhook.analysis.many_draws`. step, threads, store, client, progress: as in
     `stillhook.engine.many.summaries`.
 
     Returns

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stillhook.analysis.stability import bode, range_of_modes, root_locus, sweep
+from stillhook.analysis.loop_stability import bode, range_of_modes, root_locus, sweep
 from stillhook.analysis.steady import speed_limit
 from stillhook.analysis.transfer import about, motor_poles, whole_matrices
 from stillhook.crane import Crane

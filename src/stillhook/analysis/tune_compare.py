@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from stillhook.analysis.controllers import Controller
-from stillhook.analysis.tune import BUDGET, Tuned, tune
 from stillhook.analysis.tune_goal import Limits, Objective
 from stillhook.analysis.tune_score import OURS, Score
 from stillhook.analysis.tune_search import Trial
+from stillhook.analysis.tuning import BUDGET, Tuned, tune
 from stillhook.crane import Crane
 from stillhook.engine.many import summaries
 from stillhook.engine.run import Progress

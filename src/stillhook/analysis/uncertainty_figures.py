@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stillhook.analysis.bands import Limit, bands, exceedance
-from stillhook.analysis.sensitivity import MATTERS, Sensitivity
+from stillhook.analysis.sobol import MATTERS, Sensitivity
 from stillhook.io.figures import COLOURS, GREY
 from stillhook.units import in_display
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from stillhook.analysis.bands import Chance, Limit, bands, chances, failures, paired_difference, troubles
-from stillhook.analysis.sensitivity import Sensitivity
+from stillhook.analysis.sobol import Sensitivity
 
 if TYPE_CHECKING:
     import xarray
@@ -43,7 +43,7 @@ def report(
     pairs: Sequence[tuple[str, str]] = (),
     indices: Sequence[Sensitivity] = (),
 ) -> dict[str, Any]:
-    """Everything as plain data; pairs: cases to compare draw by draw; indices: of `stillhook.analysis.sensitivity`."""
+    """Everything as plain data; pairs: cases to compare draw by draw; indices: of `stillhook.analysis.sobol`."""
     band, trouble, failed, verdict = bands(run, NAMES), troubles(run), failures(run), verdicts(run, limits, at_most)
     at_values = json.loads(run.attrs["at_values"])
     cases = {

@@ -46,9 +46,9 @@ def envelope(
     Example: stillhook envelope nov-150t --load "90 t" --load "120 t" --modes ns,hs,ssc,ssc-cubic --out envelope
     """
     from stillhook.analysis.controllers import controllers
-    from stillhook.io.results import check_folder
     from stillhook.library import load_crane
     from stillhook.units import parse
+    from stillhook.whole import check_folder
 
     which, crane = controllers(modes), load_crane(name)
     loads = list(dict.fromkeys(parse(text, "mass", "--load") for text in load)) if load else [f * crane.SWL for f in SHARES]
@@ -99,7 +99,7 @@ def _gains(data: xarray.Dataset, load: float, layer: int, mode: str) -> dict[str
 
 
 def _computed(crane: Crane, which: list[Controller], loads: list[float], layer: int | None) -> xarray.Dataset:
-    from stillhook.analysis.envelope import envelope as compute
+    from stillhook.analysis.load_speed import envelope as compute
 
     with progress_bar(crane.name) as bar:
         return compute(crane, modes=which, loads=loads, layers=None if layer is None else [layer], progress=bar)
@@ -159,10 +159,11 @@ def _percent(part: float) -> str:
 
 def _write(out: Path, crane: Crane, which: list[Controller], layer: int | None, data: xarray.Dataset, found: list[dict[str, Any]]) -> None:
     from stillhook.analysis import envelope_figures as figures
-    from stillhook.analysis.envelope import LOADS, setting_curves
-    from stillhook.analysis.envelope import envelope as compute
+    from stillhook.analysis.load_speed import LOADS, setting_curves
+    from stillhook.analysis.load_speed import envelope as compute
     from stillhook.io.figures import save_figure
-    from stillhook.io.results import save_json, save_run, whole_folder
+    from stillhook.io.results import save_json, save_run
+    from stillhook.whole import whole_folder
 
     with progress_bar("pictures") as bar:
         fine = compute(crane, modes=which, loads=[f * crane.SWL for f in LOADS], layers=None if layer is None else [layer], progress=bar)

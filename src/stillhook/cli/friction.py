@@ -68,8 +68,9 @@ def compare(
     """
     from stillhook.identify.set_compare import Split, figure, notes, speeds, split, table
     from stillhook.io.figures import save_figure
-    from stillhook.io.results import check_folder, save_json, whole_folder
+    from stillhook.io.results import save_json
     from stillhook.library import load_friction
+    from stillhook.whole import check_folder, whole_folder
 
     if out is not None:
         check_folder(out, FILES)

@@ -39,7 +39,7 @@ def curve(
     """
     from stillhook.identify.curve import friction_curve
     from stillhook.io.log import describe, read_log, read_mapping
-    from stillhook.io.results import check_folder
+    from stillhook.whole import check_folder
 
     settings = _settings(least_length, least_speed)
     if out is not None:
@@ -92,7 +92,8 @@ def _print(found: FrictionCurve) -> None:
 def _write(out: Path, found: FrictionCurve, log: Log, effort: str) -> None:
     from stillhook.identify.window_figure import curve_figure
     from stillhook.io.figures import save_figure
-    from stillhook.io.results import save_json, whole_folder
+    from stillhook.io.results import save_json
+    from stillhook.whole import whole_folder
 
     with whole_folder(out) as part:
         save_figure(curve_figure(found, log, effort), part / "curve.png")

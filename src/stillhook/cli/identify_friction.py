@@ -44,7 +44,7 @@ def friction(
     from stillhook.identify.choices import choice
     from stillhook.identify.complex_method import Variant
     from stillhook.identify.from_tests import friction as identify
-    from stillhook.io.results import check_folder
+    from stillhook.whole import check_folder
 
     if out is not None:
         check_folder(out, (SET, REPORT, NUMBERS, POINTS, STRETCHES))
@@ -120,8 +120,9 @@ def _write(result: Friction, out: Path) -> list[str]:
     from stillhook.identify.friction_report import report
     from stillhook.identify.friction_result import friction_set, points_table, second_loop_sets, stretches_table, to_dict
     from stillhook.io.page import png
-    from stillhook.io.results import save_json, whole_folder
+    from stillhook.io.results import save_json
     from stillhook.library.sets import set_toml
+    from stillhook.whole import whole_folder
 
     with whole_folder(out) as part:
         pictures = {stem: png(figure) for stem, figure in figures(result).items()}

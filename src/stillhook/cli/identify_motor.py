@@ -39,8 +39,8 @@ def motor(
     from stillhook.errors import IdentifyError
     from stillhook.identify.loss_map import read_map
     from stillhook.identify.motor import identify_motor, to_dict
-    from stillhook.io.results import check_folder
     from stillhook.library.sets import load_losses
+    from stillhook.whole import check_folder
 
     if out is not None:
         check_folder(out, OUT_FILES)
@@ -100,8 +100,9 @@ def _write(result: MotorLoss, out: Path) -> list[str]:
     from stillhook.identify.motor_figures import figures
     from stillhook.identify.motor_report import report
     from stillhook.io.page import png
-    from stillhook.io.results import save_json, whole_folder
+    from stillhook.io.results import save_json
     from stillhook.library.sets import set_toml
+    from stillhook.whole import whole_folder
 
     pictures = {stem: png(figure) for stem, figure in figures(result).items()}
     with whole_folder(out) as part:

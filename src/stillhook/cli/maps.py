@@ -181,7 +181,7 @@ def one_line(found: Map) -> str:
 def _check_out(out: Path | None) -> None:
     """Refuse a folder that cannot be written to before anything runs."""
     if out is not None:
-        from stillhook.io.results import check_folder
+        from stillhook.whole import check_folder
 
         check_folder(out, FILES)
 
@@ -190,7 +190,8 @@ def _write(found: Map, out: Path, *, quiet: bool) -> None:
     """NetCDF, numbers and pictures."""
     from stillhook.analysis.map_figures import figures
     from stillhook.io.figures import save_figure
-    from stillhook.io.results import save_json, save_run, whole_folder
+    from stillhook.io.results import save_json, save_run
+    from stillhook.whole import whole_folder
 
     pictures = figures(found)
     with whole_folder(out) as part:

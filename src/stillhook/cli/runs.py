@@ -217,7 +217,8 @@ def _write(
 ) -> None:
     """Picture, NetCDF and summary of a set of runs."""
     from stillhook.io.figures import four_panels, save_figure
-    from stillhook.io.results import save_json, save_run, whole_folder
+    from stillhook.io.results import save_json, save_run
+    from stillhook.whole import whole_folder
 
     first, (picture, series, numbers) = next(iter(runs.values())), OUT_FILES
     with whole_folder(out) as part:
@@ -230,7 +231,7 @@ def _write(
 
 def _check_out(out: Path | None) -> None:
     """Refuse a folder that cannot be written to before anything runs."""
-    from stillhook.io.results import check_folder
+    from stillhook.whole import check_folder
 
     if out is not None:
         check_folder(out, OUT_FILES)

@@ -12,8 +12,8 @@ from stillhook.cli.cranes import Json
 from stillhook.cli.show import human, print_json, print_table, say, unit_of
 
 if TYPE_CHECKING:
-    from stillhook.analysis.operating_point import OperatingPoint
-    from stillhook.analysis.stability import Stability
+    from stillhook.analysis.loop_stability import Stability
+    from stillhook.analysis.operation import OperatingPoint
     from stillhook.crane import Crane
 
 CraneName = Annotated[str, typer.Argument(help="Library crane, or path of a crane file.", metavar="CRANE")]
@@ -58,7 +58,7 @@ def stability(
         _refuse(layer is not None, "--layer belongs to the published model; with --full the wire paid out says the layer. Leave it out.")
         found, point = _full(crane, alphas, parse(load, "mass", "--load"), parse(s_w, "length", "--s-w"), speed, late)
     else:
-        from stillhook.analysis.stability import stability as margins_of
+        from stillhook.analysis.loop_stability import stability as margins_of
 
         found, point = [margins_of(crane, a, layer=layer, v_tip=speed, delay=late) for a in alphas], None
     table = _lists([s.table() for s in found])
@@ -81,7 +81,7 @@ def _refuse(wrong: bool, line: str) -> None:
 def _full(
     crane: Crane, alphas: list[float | None], load: float, s_w: float, v_tip: float, delay: float
 ) -> tuple[list[Stability], OperatingPoint]:
-    from stillhook.analysis.stability import full_stability
+    from stillhook.analysis.loop_stability import full_stability
 
     _refuse(v_tip == 0.0, '--full needs --v-tip, such as "10 m/min": a winch at rest sticks, and its loop has no limit until it slides.')
     found = [full_stability(crane, load=load, s_w=s_w, v_tip=v_tip, alpha_m=a, delay=delay) for a in alphas]
@@ -147,7 +147,7 @@ NAMES = (
 
 def _check_out(out: Path | None) -> None:
     """Refuse a folder that cannot be written to before anything is worked out."""
-    from stillhook.io.results import check_folder
+    from stillhook.whole import check_folder
 
     if out is not None:
         check_folder(out, NAMES)
@@ -156,7 +156,8 @@ def _check_out(out: Path | None) -> None:
 def _write(out: Path, crane: Crane, found: list[Stability], table: dict[str, Any], delay: float, *, quiet: bool) -> None:
     from stillhook.analysis.stability_figures import all_figures
     from stillhook.io.figures import save_figure
-    from stillhook.io.results import save_json, save_run, whole_folder
+    from stillhook.io.results import save_json, save_run
+    from stillhook.whole import whole_folder
 
     alphas = tuple(dict.fromkeys(s.alpha_m for s in found))
     figures, data = all_figures(crane, alphas, delay=delay)

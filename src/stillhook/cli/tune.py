@@ -12,8 +12,8 @@ from stillhook.cli.show import print_json, print_table, progress_bar, say
 
 if TYPE_CHECKING:
     from stillhook.analysis.controllers import Controller
-    from stillhook.analysis.tune import Tuned
     from stillhook.analysis.tune_compare import Outcome, Point
+    from stillhook.analysis.tuning import Tuned
     from stillhook.crane import Crane
     from stillhook.scenario import Scenario
 
@@ -59,7 +59,7 @@ def tune(
         _refuse(f'--objective "{objective}": give one of {", ".join(Objective)}.')
     files = (BARS, NUMBERS, TRIALS, *((PARETO,) if pareto else ()), *(f"{c.name}-tuned.toml" for c in chosen))
     if out is not None:
-        from stillhook.io.results import check_folder
+        from stillhook.whole import check_folder
 
         check_folder(out, files)
     where: dict[str, Any] = {"loads": _split(loads), "speeds": _split(speeds), "s_w": s_w, "delay": late}
@@ -99,9 +99,9 @@ def _tuned(
     crane: Crane, chosen: list[Controller], objective: str, asked: dict[str, Any], *, pareto: bool
 ) -> tuple[list[Tuned], dict[str, list[Point]], list[Tuned]]:
     """The tunings, their fronts, and all tunings that were run for either. An interrupt leaves out what has not begun."""
-    from stillhook.analysis.tune import tune as tune_one
     from stillhook.analysis.tune_compare import front
     from stillhook.analysis.tune_compare import pareto as front_of
+    from stillhook.analysis.tuning import tune as tune_one
 
     tuned, fronts, everything = [], {}, []
     _said_if_compiling(crane)
@@ -272,7 +272,8 @@ def _write(report: _Report, trials: list[Tuned], out: Path, *, pareto: bool, qui
     from stillhook.analysis.tune_compare import trials_dataset
     from stillhook.analysis.tune_figures import bars_figure, pareto_figure
     from stillhook.io.figures import save_figure
-    from stillhook.io.results import save_json, save_run, whole_folder
+    from stillhook.io.results import save_json, save_run
+    from stillhook.whole import whole_folder
 
     crane, written = report.crane, []
     with whole_folder(out) as part:

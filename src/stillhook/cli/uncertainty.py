@@ -15,7 +15,7 @@ from stillhook.cli.show import print_json, print_table, progress_bar, say
 
 if TYPE_CHECKING:
     from stillhook.analysis.bands import Limit
-    from stillhook.analysis.sensitivity import Sensitivity
+    from stillhook.analysis.sobol import Sensitivity
     from stillhook.analysis.uncertainty import Uncertainty
     from stillhook.crane import Crane
     from stillhook.engine.run import Progress
@@ -71,7 +71,7 @@ def uncertainty(
     Example: stillhook uncertainty --crane nov-250t --load "100 t" --draws 256 --limit "e_c_pp <= 25 cm" --sobol --out bands
     """
     from stillhook.analysis.bands import Limit
-    from stillhook.analysis.monte_carlo import monte_carlo
+    from stillhook.analysis.many_draws import monte_carlo
     from stillhook.analysis.uncertainty_report import report
 
     limits = [Limit.of(text) for text in limit or ()]
@@ -146,7 +146,7 @@ def _started(crane: Crane, bar: Progress | None) -> Progress:
 
 def _indices(asked: _Asked, run: Any, pairs: list[tuple[str, str]], how: dict[str, Any]) -> list[Sensitivity]:
     """Indices of error and pressure, and of what the new controllers' lead over the best classic one hangs on."""
-    from stillhook.analysis.sensitivity import sensitivity
+    from stillhook.analysis.sobol import sensitivity
 
     rows = max(LEAST_ROWS, 2 ** (run.sizes["draw"].bit_length() - 2))
     new, classic = {a for a, _ in pairs}, sorted({b for _, b in pairs}, key=lambda b: float(run["e_c_pp"].sel(case=b).median()))
@@ -213,7 +213,7 @@ def _print_limits(data: dict[str, Any]) -> None:
 
 def _print_indices(found: list[Sensitivity]) -> None:
     """One output: a row for each factor that matters somewhere, a column for each case."""
-    from stillhook.analysis.sensitivity import MATTERS
+    from stillhook.analysis.sobol import MATTERS
 
     most: dict[str, float] = {}
     for s in found:
@@ -235,7 +235,7 @@ def _index(s: Sensitivity, name: str) -> str:
 
 def _rest(most: dict[str, float], ranked: list[str]) -> str:
     """The factors that matter nowhere."""
-    from stillhook.analysis.sensitivity import MATTERS
+    from stillhook.analysis.sobol import MATTERS
 
     rest = [n for n in most if n not in ranked]
     return f"below {MATTERS:.0%} everywhere: {', '.join(rest)}" if rest else "no other factor varies"
@@ -255,7 +255,7 @@ def _differences(data: dict[str, Any]) -> list[list[str]]:
 def _check_out(out: Path | None, sobol: bool) -> None:
     """Refuse a folder that cannot be written to before anything runs."""
     if out is not None:
-        from stillhook.io.results import check_folder
+        from stillhook.whole import check_folder
 
         check_folder(out, (*FILES, *((INDICES,) if sobol else ())))
 
@@ -264,7 +264,8 @@ def _write(out: Path, run: Any, data: dict[str, Any], limits: list[Limit], indic
     """NetCDF, numbers and pictures."""
     from stillhook.analysis.uncertainty_figures import band_figure, exceedance_figure, index_figure
     from stillhook.io.figures import save_figure
-    from stillhook.io.results import save_json, save_run, whole_folder
+    from stillhook.io.results import save_json, save_run
+    from stillhook.whole import whole_folder
 
     names = [*FILES, *([INDICES] if indices else [])]
     title = str(run.attrs["title"]).removeprefix("Stillhook: ")

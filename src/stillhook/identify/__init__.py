@@ -4,8 +4,9 @@
 >>> result = identify.friction("my-tests/campaign.toml")  # doctest: +SKIP
 """
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from stillhook._lazy import attached
 
 if TYPE_CHECKING:
     from stillhook.identify.campaign import Campaign, load_campaign
@@ -58,15 +59,4 @@ __all__ = [
     "write_campaign",
 ]
 
-
-def __getattr__(name: str) -> Any:
-    """Names are loaded when they are first used, so that `import stillhook.identify` costs nothing."""
-    if name not in _HOMES:
-        raise AttributeError(f"module 'stillhook.identify' has no attribute {name!r}")
-    value = getattr(import_module(f"stillhook.{_HOMES[name]}"), name)
-    globals()[name] = value
-    return value
-
-
-def __dir__() -> list[str]:
-    return sorted(__all__)
+__getattr__, __dir__ = attached(__name__, _HOMES)

@@ -13,11 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stillhook.identify.loss_map import SYNTHETIC, LossMap
-from stillhook.io.results import whole_file
 from stillhook.library import motor as library_motor
 from stillhook.physics.motor import TorqueLossFit, torque_loss
 from stillhook.physics.motor_losses import LossMotor, notch_loss
 from stillhook.units import from_display, in_display
+from stillhook.whole import whole_file
 
 FloatArray = NDArray[np.float64]
 

@@ -21,9 +21,9 @@ from stillhook.errors import IdentifyError, SimulationError, SpecError
 from stillhook.identify.instruments import COLUMNS, Instruments, Noise, Sensors, in_log_unit, logged, unit_factor
 from stillhook.identify.published_tests import CAMPAIGNS, TestPlan
 from stillhook.identify.staircase import Staircase, outermost_layer, staircase
-from stillhook.io.results import check_folder, whole_folder
 from stillhook.library import changed, crane_toml, load_crane
 from stillhook.units import came, show
+from stillhook.whole import check_folder, whole_folder
 
 MARK = "SYNTHETIC: simulated by Stillhook, measured on no crane"
 CAMPAIGN_FILE, TRUTH_FILE, LOG_FOLDER = "campaign.toml", "truth.toml", "logs"

@@ -19,7 +19,7 @@ from stillhook.identify.means import SHARE_OF_RANGE, converter_step, noise_of
 from stillhook.identify.steady_records import Rejected, Steady, Window, WindowSettings
 from stillhook.identify.steps import Step, find_steps
 from stillhook.units import KINDS, show
-from stillhook.variables import BY_NAME
+from stillhook.variables import PHYSICAL
 
 if TYPE_CHECKING:
     from stillhook.io.log import Log
@@ -251,7 +251,7 @@ def kind_of(log: Log, name: str | FloatArray, kinds: Mapping[str, str] | None = 
         name = "effort"
     if kinds and name in kinds:
         return kinds[name]
-    return log.kind(name) or (BY_NAME[name].kind if name in BY_NAME else "")
+    return log.kind(name) or (PHYSICAL[name].kind if name in PHYSICAL else "")
 
 
 def true_runs(mask: BoolArray) -> list[tuple[int, int]]:

@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from stillhook.io.results import whole_file
 from stillhook.units import in_display
+from stillhook.whole import whole_file
 
 if TYPE_CHECKING:
     import xarray

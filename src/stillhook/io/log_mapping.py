@@ -25,7 +25,7 @@ from typing import Any
 from stillhook.errors import LogError, UnitError
 from stillhook.io.log_types import Signal
 from stillhook.units import KINDS, came, parse
-from stillhook.variables import BY_NAME
+from stillhook.variables import PHYSICAL
 
 KEYS = ("column", "unit", "sign", "scale", "offset", "clock", "range", "quantity")
 STAMPS = "UTC"  # unit of a time column that holds ISO 8601 stamps
@@ -114,11 +114,11 @@ def _column(column: Any, where: str) -> str:
 
 def _kind(name: str, quantity: Any, where: str) -> str:
     """The kind of a signal: that of the variable of this name, or the one that is given."""
-    own = "time" if name == "time" else BY_NAME[name].kind if name in BY_NAME else None
+    own = "time" if name == "time" else PHYSICAL[name].kind if name in PHYSICAL else None
     if quantity is None:
         if own is None:
             raise LogError(
-                f"{where}: {came(name)} is not a signal of Stillhook{_near(name, ('time', *BY_NAME))}. For a name of your own give what it "
+                f"{where}: {came(name)} is not a signal of Stillhook{_near(name, ('time', *PHYSICAL))}. For a name of your own give what it "
                 f'measures, such as quantity = "pressure" (one of {", ".join(KINDS)}, or "" for a pure number).'
             )
         return own
@@ -228,13 +228,13 @@ def own_mapping(headings: Sequence[str], source: str) -> dict[str, Signal]:
     found: dict[str, Signal] = {}
     for heading in headings:
         name, _ = split_heading(heading)
-        if name != "time" and name not in BY_NAME:
+        if name != "time" and name not in PHYSICAL:
             continue
         if name in found:
             raise LogError(
                 f"{source}: two columns {came(name)}: {came(found[name].column)} and {came(heading)}. Rename one, or give a mapping."
             )
-        found[name] = Signal(name, heading, quantity="time" if name == "time" else BY_NAME[name].kind)
+        found[name] = Signal(name, heading, quantity="time" if name == "time" else PHYSICAL[name].kind)
     return found
 
 

@@ -14,10 +14,7 @@ from stillhook.engine.simulate import simulate
 from stillhook.errors import StillhookError
 from stillhook.library import crane_from_toml
 from stillhook.scenario import Scenario
-from stillhook.whole import cannot_write as cannot_write
-from stillhook.whole import check_folder as check_folder
-from stillhook.whole import whole_file as whole_file
-from stillhook.whole import whole_folder as whole_folder
+from stillhook.whole import whole_file
 
 if TYPE_CHECKING:
     import xarray

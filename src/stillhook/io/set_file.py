@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from stillhook.io.results import whole_file
 from stillhook.library.sets import FrictionSet, LossSet, set_toml
+from stillhook.whole import whole_file
 
 
 def save_set(item: FrictionSet | LossSet, path: str | Path) -> Path:

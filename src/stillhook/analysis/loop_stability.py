@@ -16,10 +16,10 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
 from stillhook.analysis.linear import eigenfrequency, gain_limit
-from stillhook.analysis.linearise import linearise, plant_loop, plc_loop, settled_displacement
+from stillhook.analysis.linearisation import linearise, plant_loop, plc_loop, settled_displacement
 from stillhook.analysis.loops import Loop, SampledLoop, position_loop, sampled
 from stillhook.analysis.margins import Margins, margins, strongest_up_to
-from stillhook.analysis.operating_point import OperatingPoint, operating_point
+from stillhook.analysis.operation import OperatingPoint, operating_point
 from stillhook.analysis.steady import steady
 from stillhook.analysis.transfer import About, command_pole, lever, motor_slope, on_layer, whole_matrices
 from stillhook.crane import Crane

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stillhook.analysis.loops import ContinuousLoop, SampledLoop, balanced, hold_matrices, whole_cycles
-from stillhook.analysis.operating_point import OperatingPoint
+from stillhook.analysis.operation import OperatingPoint
 from stillhook.control.plc import Memory
 from stillhook.crane import Crane
 from stillhook.engine.pack import MODE_CODE, plc_record

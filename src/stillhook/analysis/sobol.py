@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from stillhook.analysis.bands import NUMERIC
 from stillhook.analysis.distribution import Distribution, Law
 from stillhook.analysis.factors import FACTORS
-from stillhook.analysis.monte_carlo import base_drawings, case_labels, run_drawn
+from stillhook.analysis.many_draws import base_drawings, case_labels, run_drawn
 from stillhook.analysis.uncertainty import MOST, Draws, Uncertainty, even, shaped
 from stillhook.crane import Crane
 from stillhook.engine.given import paired
@@ -164,7 +164,7 @@ def sensitivity(
 
     Parameters
     ----------
-    crane, case, uncertainty, labels: as in `stillhook.analysis.monte_carlo`. Factors with a fixed value have no index; the parameters
+    crane, case, uncertainty, labels: as in `stillhook.analysis.many_draws`. Factors with a fixed value have no index; the parameters
     of a set count together. outputs: numbers of the summary. against: label of a case; the others' numbers over those of that case are
     then analysed too ("ssc / hs"): what a difference hangs on. n: rows of the tables, a power of two; there are n (factors + 2) runs a
     case. how: step, threads, store, client of `stillhook.engine.many.summaries`.
