@@ -118,8 +118,8 @@ def _kind(name: str, quantity: Any, where: str) -> str:
     if quantity is None:
         if own is None:
             raise LogError(
-                f"{where}: {came(name)} is not a signal of Stillhook{_near(name, ('time', *PHYSICAL))}. For a name of your own give what it "
-                f'measures, such as quantity = "pressure" (one of {", ".join(KINDS)}, or "" for a pure number).'
+                f"{where}: {came(name)} is not a signal of Stillhook{_near(name, ('time', *PHYSICAL))}. For a name of your own give what "
+                f'it measures, such as quantity = "pressure" (one of {", ".join(KINDS)}, or "" for a pure number).'
             )
         return own
     if quantity != "" and quantity not in KINDS:
