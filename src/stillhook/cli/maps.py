@@ -10,7 +10,7 @@ import typer
 
 from stillhook.cli.cluster import Scheduler, client_of
 from stillhook.cli.cranes import Json
-from stillhook.cli.show import print_json, print_table, progress_bar, say
+from stillhook.cli.show import print_json, print_table, progress_bar, started
 
 if TYPE_CHECKING:
     from stillhook.analysis.map_result import Map
@@ -67,7 +67,7 @@ def show_map(
     else:
         given |= _waves(motion, period)
     with client_of(scheduler) as client, progress_bar(f"map of {machine.name}") as bar:
-        found = _run(machine, controllers, metric, given, store, client, _started(machine, bar))
+        found = _run(machine, controllers, metric, given, store, client, started(machine, bar))
     if json:
         print_json(found.record())
     else:
@@ -105,20 +105,6 @@ def _run(crane: Crane, controllers: str, metric: str, given: dict[str, Any], sto
     from stillhook.analysis.maps import map_of
 
     return map_of(crane, named(controllers), **given, store=store, client=client, progress=told)
-
-
-def _started(crane: Crane, bar: Progress | None) -> Progress:
-    """Progress that says when the winch model must be compiled first, once everything that was given has been found good."""
-    from stillhook.engine.build import is_compiled
-    from stillhook.engine.lanes import VL
-
-    def told(share: float) -> None:
-        if share == 0.0 and not is_compiled(crane.plant.value, VL):
-            say("compiling the winch model for this machine (once, about 10 s) ...")
-        if bar is not None:
-            bar(share)
-
-    return told
 
 
 def _print(found: Map, metric: str) -> None:

@@ -10,12 +10,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from stillhook.cli.cranes import Json
-from stillhook.cli.show import human, print_json, print_table, progress_bar, say, unit_of
+from stillhook.cli.show import human, print_json, print_table, progress_bar, started, unit_of
 
 if TYPE_CHECKING:
     from stillhook.analysis.compare import Comparison
     from stillhook.crane import Crane
-    from stillhook.engine.run import Progress
     from stillhook.sea.motion import Motion
 
 Out = Annotated[Path | None, typer.Option("--out", help="Folder for figure, NetCDF and summary.json; nothing is written without it.")]
@@ -66,21 +65,6 @@ def _row(summary: dict[str, Any]) -> list[str]:
     return [cell(name, summary[name]) for name in COLUMNS]
 
 
-def _started(crane: Crane, bar: Progress | None, report: str = "") -> Progress:
-    """Progress of a run that says what there is to say once everything that was given has been found good."""
-    from stillhook.engine.build import is_compiled
-
-    def told(share: float) -> None:
-        if share == 0.0 and report:
-            say(report)
-        if share == 0.0 and not is_compiled(crane.plant.value, 1):
-            say("compiling the winch model for this machine (once, about 10 s) ...")
-        if bar is not None:
-            bar(share)
-
-    return told
-
-
 def _print_notes(summaries: dict[str, dict[str, Any]]) -> None:
     for label, summary in summaries.items():
         for note in summary["notes"]:
@@ -107,7 +91,7 @@ def run(
     try:
         with progress_bar(case_file.stem) as bar:
             steps = {"step": files[0].step, "every": files[0].every}
-            runs = run_labelled(cranes, [f.case for f in files], **steps, progress=_started(crane, bar))
+            runs = run_labelled(cranes, [f.case for f in files], **steps, progress=started(crane, bar, lanes=1))
     except StillhookError as e:
         raise type(e)(f"{case_file.name}: {e}") from None
     summaries = {label: r.summary for label, r in zip(labels, runs, strict=True)}
@@ -158,7 +142,7 @@ def compare(
     case = Scenario(load=load, s_w=s_w, tip=tip, warm_up=warm_up, sensors=Sensors(delay=delay), **times)
     chosen = [m.strip().lower() for m in modes.split(",") if m.strip()]
     with progress_bar("comparing") as bar:
-        result = side_by_side(machine, case, chosen, step=step, progress=_started(machine, bar, getattr(tip, "report", "")))
+        result = side_by_side(machine, case, chosen, step=step, progress=started(machine, bar, lanes=1, report=getattr(tip, "report", "")))
     _report(result, json=json)
     if out is not None:
         _write_comparison(result, out, quiet=json)
@@ -255,7 +239,7 @@ def demo(
     rows, results = [], []
     for file in cases:
         with progress_bar(file.case.name) as bar:
-            result = side_by_side(file.crane, file.case, progress=_started(file.crane, bar))
+            result = side_by_side(file.crane, file.case, progress=started(file.crane, bar, lanes=1))
         results.append((file.case.name, result))
         rows += [[file.case.name if i == 0 else "", r.mode.value, *_row(r.summary)] for i, r in enumerate(result.runs)]
     crane, case = cases[0].crane, cases[0].case

@@ -10,9 +10,12 @@ from stillhook.units import in_display, number
 from stillhook.variables import BY_NAME
 
 if TYPE_CHECKING:
+    from stillhook.crane import Crane
     from stillhook.engine.run import Progress
 
 
+LANES = 16
+"""Trajectories side by side where statistics alone are wanted (`stillhook.engine.lanes.VL`, without its imports)."""
 PLAIN_WIDTH = 160
 """Width of tables that go to a file or a pipe."""
 
@@ -74,6 +77,31 @@ def say(text: str) -> None:
     import sys
 
     print(text, file=sys.stderr)
+
+
+def say_if_compiling(crane: Crane, lanes: int = LANES) -> None:
+    """A word on why the first run of a winch type takes longer."""
+    from stillhook.engine.build import is_compiled
+
+    if not is_compiled(crane.plant.value, lanes):
+        say("compiling the winch model for this machine (once, about 10 s) ...")
+
+
+def started(crane: Crane, bar: Progress | None, *, lanes: int = LANES, report: str = "") -> Progress:
+    """Progress of a run that says what there is to say once everything that was given has been found good.
+
+    lanes: trajectories side by side, 1 with series or 16 without; report: a line on the motion.
+    """
+
+    def told(share: float) -> None:
+        if share == 0.0:
+            if report:
+                say(report)
+            say_if_compiling(crane, lanes)
+        if bar is not None:
+            bar(share)
+
+    return told
 
 
 @contextmanager

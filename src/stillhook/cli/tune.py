@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from stillhook.cli.cranes import Json
-from stillhook.cli.show import print_json, print_table, progress_bar, say
+from stillhook.cli.show import print_json, print_table, progress_bar, say, say_if_compiling
 
 if TYPE_CHECKING:
     from stillhook.analysis.controllers import Controller
@@ -104,7 +104,7 @@ def _tuned(
     from stillhook.analysis.tuning import tune as tune_one
 
     tuned, fronts, everything = [], {}, []
-    _said_if_compiling(crane)
+    say_if_compiling(crane)
     for which in chosen:
         with progress_bar(f"tuning {which.name}") as bar:
             mine = asked | {"free": _free_of(which, asked["free"], chosen)}
@@ -130,14 +130,6 @@ def _free_of(which: Controller, free: list[str], chosen: list[Controller]) -> li
     if free and not mine:
         _refuse(f"--free {','.join(free)}: {which.name} knows none of them; it has {', '.join(tunable(which.mode))}.")
     return mine
-
-
-def _said_if_compiling(crane: Crane) -> None:
-    from stillhook.engine.build import is_compiled
-    from stillhook.engine.lanes import VL
-
-    if not is_compiled(crane.plant.value, VL):
-        say("compiling the winch model for this machine (once, about 10 s) ...")
 
 
 class _Report:

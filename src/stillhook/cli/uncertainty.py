@@ -11,14 +11,13 @@ import typer
 from stillhook.cli.cluster import Scheduler, client_of
 from stillhook.cli.cranes import Json
 from stillhook.cli.runs import MOTION_HELP, cell, motion_of
-from stillhook.cli.show import print_json, print_table, progress_bar, say
+from stillhook.cli.show import print_json, print_table, progress_bar, started
 
 if TYPE_CHECKING:
     from stillhook.analysis.bands import Limit
     from stillhook.analysis.sobol import Sensitivity
     from stillhook.analysis.uncertainty import Uncertainty
     from stillhook.crane import Crane
-    from stillhook.engine.run import Progress
     from stillhook.scenario import Scenario
 
 FILES = ("uncertainty.nc", "uncertainty.json", "bands.png", "exceedance.png")
@@ -82,7 +81,7 @@ def uncertainty(
     with client_of(scheduler) as client:
         how = {"seed": seed, "labels": asked.labels, "store": store, "client": client}
         with progress_bar("drawing") as bar:
-            run = monte_carlo(asked.cranes, asked.cases, asked.known, n=draws, progress=_started(asked.cranes[0], bar), **how)
+            run = monte_carlo(asked.cranes, asked.cases, asked.known, n=draws, progress=started(asked.cranes[0], bar), **how)
         indices = _indices(asked, run, pairs, how) if sobol else []
     data = report(run, limits, at_most, pairs, indices)
     if json:
@@ -128,20 +127,6 @@ def _built(given: dict[str, str]) -> tuple[Crane, Scenario]:
     machine = load_crane(given["crane"])
     tip = motion_of(given["motion"])
     return machine, Scenario(load=given["load"], s_w=given["s_w"], tip=tip, duration=given["duration"], warm_up=given["warm_up"])
-
-
-def _started(crane: Crane, bar: Progress | None) -> Progress:
-    """Progress that says when the winch model must be compiled first."""
-    from stillhook.engine.build import is_compiled
-    from stillhook.engine.lanes import VL
-
-    def told(share: float) -> None:
-        if share == 0.0 and not is_compiled(crane.plant.value, VL):
-            say("compiling the winch model for this machine (once, about 10 s) ...")
-        if bar is not None:
-            bar(share)
-
-    return told
 
 
 def _indices(asked: _Asked, run: Any, pairs: list[tuple[str, str]], how: dict[str, Any]) -> list[Sensitivity]:
