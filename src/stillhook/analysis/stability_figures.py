@@ -184,13 +184,14 @@ def _swing(crane: Crane, v_tip: float, mode: Mode) -> complex:
 def _mark_modes(ax: Any, crane: Crane, at: Any) -> None:
     """The displacements that each mode takes."""
     for i, (mode, (lo, hi)) in enumerate(range_of_modes(crane).items()):
-        y = 0.03 + 0.035 * i
+        y = 0.03 + 0.045 * i
         colour = COLOURS[(i + 2) % len(COLOURS)]
         ax.plot([at(lo), at(hi)], [y, y], color=colour, lw=4, solid_capstyle="butt", transform=ax.get_xaxis_transform())
         if lo == hi:
             ax.plot([at(lo)], [y], "D", color=colour, ms=5, transform=ax.get_xaxis_transform())
         place = {"xy": (at(lo), y), "xytext": (-6, 0), "xycoords": ax.get_xaxis_transform(), "textcoords": "offset points"}
-        ax.annotate(mode.upper(), **place, fontsize="x-small", va="center", ha="right", color=colour)
+        ground = {"facecolor": "white", "edgecolor": "none", "pad": 0.5}
+        ax.annotate(mode.upper(), **place, fontsize="x-small", va="center", ha="right", bbox=ground)
 
 
 def _figure(width: float, height: float) -> tuple[Figure, Any]:
