@@ -1,7 +1,6 @@
 """Settling after a step of wire speed: the test is a fair one, the time is the response's, and what never settles says why."""
 
 import itertools
-import pickle
 
 import numpy as np
 import pytest
@@ -9,7 +8,8 @@ import pytest
 from stillhook import Scenario, load_crane, simulate
 from stillhook.analysis.map_axes import middle_of
 from stillhook.analysis.settling import AFTER, BAND, HOLD, RAMP, _why_not, operator_of, settling_map, settling_of
-from stillhook.errors import StillhookError
+from stillhook.engine import many
+from stillhook.errors import SimulationError, StillhookError
 from stillhook.library import changed
 from stillhook.metrics import settling_time
 
@@ -96,21 +96,14 @@ class TestTime:
         one = settling_of(CRANE, ["ssc"], loads="250 t", speeds="40 m/min", threads=1)
         assert one.values["settling_time"][0, 0, 0, 0, 0] == found.values["settling_time"][2, 2, 1, 0, 0]
 
-    def test_a_cluster_gives_the_same_numbers(self, found):
-        class Future:
-            def __init__(self, value):
-                self.value = value
-
-            def result(self):
-                return self.value
-
-        class Client:
-            """What a cluster does with a task: the task and its answer travel as bytes."""
-
-            def map(self, function, items, *, pure):
-                return [Future(pickle.loads(pickle.dumps(function(pickle.loads(pickle.dumps(i)))))) for i in items]
-
-        away = settling_of(CRANE, loads="50 t, 150 t, 250 t", speeds="10 m/min, 40 m/min, 110 m/min", client=Client())
+    def test_a_cluster_gives_the_same_numbers_and_must_run_the_same_code(self, found, monkeypatch):
+        distributed = pytest.importorskip("distributed")
+        asked = {"loads": "50 t, 150 t, 250 t", "speeds": "10 m/min, 40 m/min, 110 m/min"}
+        with distributed.Client(n_workers=2, threads_per_worker=1, processes=False, dashboard_address=None) as client:
+            away = settling_of(CRANE, **asked, client=client)
+            monkeypatch.setattr(many, "results_hash", lambda: "other code")
+            with pytest.raises(SimulationError, match=r"^cluster: a worker runs Stillhook .*, this machine other code\."):
+                settling_of(CRANE, **asked, client=client)
         for name, a in found.values.items():
             np.testing.assert_array_equal(away.values[name], a)
         assert (away.cause == found.cause).all()

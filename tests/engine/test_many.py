@@ -17,6 +17,7 @@ from stillhook.engine.many import NUMBERS, summaries
 from stillhook.engine.store import SUFFIX
 from stillhook.errors import ScenarioError, SimulationError, SpecError
 from stillhook.library import changed
+from stillhook.sea.recorded import Recorded
 
 CRANE = load_crane("nov-250t")
 MIB = 2**20
@@ -87,7 +88,8 @@ def test_what_is_in_the_store_is_not_run_again(tmp_path, truth, counted):
     [
         ({"control": {"K_p": "0.17 1/m"}}, False),
         ({"friction": {"library": "crane-2"}}, False),
-        ({"title": "the same machine by another name"}, True),
+        ({"title": "the same machine by another title"}, True),
+        ({"name": "the-same-machine-by-another-name"}, True),
     ],
 )
 def test_a_result_is_known_by_what_it_follows_from(tmp_path, counted, what, known):
@@ -95,6 +97,18 @@ def test_a_result_is_known_by_what_it_follows_from(tmp_path, counted, what, know
     counted.clear()
     summaries(changed(CRANE, what), CASES[:2], store=tmp_path)
     assert (counted == []) is known
+
+
+def test_a_record_is_known_by_its_points_and_not_by_its_file(tmp_path, counted):
+    t = np.arange(0.0, 30.0, 0.5)
+    one = Recorded(t, np.sin(0.6 * t), source="log.csv", report="column 2")
+    summaries(CRANE, [case(0, tip=one)], store=tmp_path)
+    counted.clear()
+    renamed = Recorded(one.times, one.heights, source="copy of log.csv", report="column 3")
+    summaries(CRANE, [case(0, tip=renamed, name="again")], store=tmp_path)
+    assert counted == []
+    summaries(CRANE, [case(0, tip=Recorded(one.times, np.nextafter(one.heights, 2.0), source="log.csv"))], store=tmp_path)
+    assert counted == [0]
 
 
 def test_another_step_or_other_code_is_another_result(tmp_path, counted, monkeypatch):
@@ -121,6 +135,37 @@ def test_a_file_that_is_not_of_the_store_is_named(tmp_path):
     bad.write_bytes(b"PK half a file")
     with pytest.raises(SimulationError, match=rf"broken{SUFFIX}: not a result file of Stillhook .*Remove it, and run again\.$"):
         summaries(CRANE, CASES[:2], store=tmp_path)
+
+
+def test_damage_anywhere_in_a_file_is_named_or_harmless(tmp_path):
+    first = summaries(CRANE, CASES[:2], store=tmp_path)
+    file = next(tmp_path.iterdir())
+    sound, rng, named = file.read_bytes(), np.random.default_rng(0), 0
+    for i in rng.integers(len(sound), size=200):
+        damaged = bytearray(sound)
+        damaged[i] ^= 0xFF
+        file.write_bytes(bytes(damaged))
+        try:
+            found = summaries(CRANE, CASES[:2], store=tmp_path)
+        except SimulationError:
+            named += 1
+        else:
+            assert same(found, first)
+    assert named > 100
+
+
+def test_a_store_that_fails_stops_the_work(tmp_path, counted, monkeypatch):
+    def full(*_: object) -> None:
+        raise SimulationError("no room")
+
+    monkeypatch.setattr(many.Store, "put", full)
+    long = [case(i, duration="1000 s") for i in range(160)]
+    with pytest.raises(SimulationError, match="no room") as kept:
+        summaries(CRANE, long, store=tmp_path)
+    begun = len(counted)
+    time.sleep(0.5)
+    assert kept.value.__traceback__ is not None
+    assert len(counted) == begun < len(long)
 
 
 def test_a_store_that_cannot_be_made_is_named(tmp_path):

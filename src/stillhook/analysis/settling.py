@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -15,8 +16,10 @@ from stillhook.analysis.map_axes import LOADS, SPEEDS, Axes, Texts, axes_of
 from stillhook.analysis.map_result import FloatArray, Map
 from stillhook.analysis.maps import CLASSIC_AND_NEW, controllers_of
 from stillhook.crane import Crane
+from stillhook.engine.build import results_hash
 from stillhook.engine.given import SERIES_STEP, steps_per_cycle
 from stillhook.engine.lanes import VL
+from stillhook.engine.many import spread
 from stillhook.engine.run import Ending, Progress, Result, run_cases
 from stillhook.engine.summary import summarise
 from stillhook.errors import ScenarioError
@@ -193,9 +196,11 @@ class _Share(NamedTuple):
 def _landed(shares: Sequence[_Share], threads: int, client: Any, told: Progress) -> Iterator[Response]:
     """Responses in order; blocks on this machine's threads, or as tasks of a cluster."""
     if client is not None:
-        for i, future in enumerate(client.map(respond, shares, pure=False)):
-            told(i / len(shares))
-            yield from future.result()
+        found: dict[int, list[Response]] = {}
+        for i, answer in spread(range(len(shares)), lambda i: shares[i], respond_packed, client):
+            found[i] = answer.responses
+            told(len(found) / len(shares))
+        yield from (r for i in range(len(shares)) for r in found[i])
         return
     at_once = BLOCKS_EACH * threads
     for k in range(0, len(shares), at_once):
@@ -214,6 +219,18 @@ def respond(share: _Share, threads: int = 1) -> list[Response]:
         _response(crane, case, result, float(t), share.dv)
         for crane, case, result, t in zip(share.cranes, share.cases, results, times, strict=True)
     ]
+
+
+class Responses(NamedTuple):
+    """What a task of a cluster gives back, and the code that made it."""
+
+    responses: list[Response]
+    made_by: str
+
+
+def respond_packed(share: bytes) -> Responses:
+    """`respond` on a pickled share."""
+    return Responses(respond(pickle.loads(share)), results_hash())
 
 
 def _risen(case: Scenario, result: Result) -> FloatArray:

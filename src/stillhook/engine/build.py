@@ -13,6 +13,7 @@ import stat
 import sys
 import tempfile
 import threading
+from importlib.metadata import version
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -44,8 +45,9 @@ RESULT_FILES = ("crane.py", "metrics.py", "scenario.py", "variables.py")
 
 @functools.cache
 def results_hash() -> str:
-    """Hash of everything that a result follows from beside crane and scenario: kernels, motions, tables of the library."""
-    digest = hashlib.sha256(kernel_hash().encode())
+    """Hash of everything that a result follows from beside crane and scenario: kernels, motions, tables of the library, and the libraries
+    that make sines and splines."""
+    digest = hashlib.sha256(f"{kernel_hash()} numpy {version('numpy')} scipy {version('scipy')}".encode())
     inside = [p for folder in RESULT_FOLDERS for p in (PACKAGE / folder).rglob("*") if p.suffix in (".py", ".toml")]
     for path in sorted(inside) + [PACKAGE / name for name in RESULT_FILES]:
         digest.update(path.relative_to(PACKAGE).as_posix().encode() + b"\0" + path.read_bytes())

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 import pickle
 import threading
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Generator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from concurrent.futures import as_completed as as_done
+from contextlib import closing
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -81,16 +83,19 @@ def summaries(
     keys = kept.keys(cranes, cases, n_sub, results_hash()) if kept is not None else []
     found = kept.find(keys) if kept is not None else {}
     missing = [i for i in range(len(cases)) if i not in found]
+    if kept is not None and missing:
+        kept.check_room()
     told = progress or (lambda share: None)
     told(len(found) / len(cases))
     workers = threads if client is None else max(sum(client.nthreads().values()), 1)
     tasks = [_Task(i, [cranes[k] for k in i], [cases[k] for k in i], n_sub) for i in _cut(cranes, cases, missing, workers)]
     meter = _Meter(len(found), len(cases), told)
     landed = _on_threads(tasks, threads, meter) if client is None else _on_cluster(tasks, client, meter)
-    for task, answers in landed:
-        if kept is not None:
-            kept.put([keys[i] for i in task.indices], answers.status, answers.numbers, answers.notes)
-        found.update({i: answers.summary(k) for k, i in enumerate(task.indices)})
+    with closing(landed):  # a store that fails stops the threads, or the cluster, at once
+        for task, answers in landed:
+            if kept is not None:
+                kept.put([keys[i] for i in task.indices], answers.status, answers.numbers, answers.notes)
+            found.update({i: answers.summary(k) for k, i in enumerate(task.indices)})
     return [found[i] for i in range(len(cases))]
 
 
@@ -183,7 +188,7 @@ class _Meter:
         return add
 
 
-def _on_threads(tasks: Sequence[_Task], threads: int, meter: _Meter) -> Iterator[tuple[_Task, Answers]]:
+def _on_threads(tasks: Sequence[_Task], threads: int, meter: _Meter) -> Generator[tuple[_Task, Answers], None, None]:
     """Tasks with their answers, as they finish."""
     if threads == 1 or len(tasks) < 2:
         for task in tasks:
@@ -201,19 +206,43 @@ def _on_threads(tasks: Sequence[_Task], threads: int, meter: _Meter) -> Iterator
             raise
 
 
-def _on_cluster(tasks: Sequence[_Task], client: Any, meter: _Meter) -> Iterator[tuple[_Task, Answers]]:
-    """Tasks with their answers, as they finish; a few are under way for each thread of the cluster, and a lost worker's are given again."""
+def _on_cluster(tasks: Sequence[_Task], client: Any, meter: _Meter) -> Generator[tuple[_Task, Answers], None, None]:
+    """Tasks with their answers, as they finish."""
+    with closing(spread(tasks, lambda task: task.light(), work_packed, client)) as answered:
+        for task, answers in answered:
+            meter.of(task)(1.0)
+            yield task, answers
+
+
+class MadeBy(Protocol):
+    """An answer that says by which code it was made (`results_hash`)."""
+
+    @property
+    def made_by(self) -> str: ...
+
+
+Job = TypeVar("Job")
+Answer = TypeVar("Answer", bound=MadeBy)
+
+
+def spread(
+    jobs: Sequence[Job], light: Callable[[Job], Any], run: Callable[[bytes], Answer], client: Any
+) -> Generator[tuple[Job, Answer], None, None]:
+    """Jobs with their answers, as they finish; a few are under way for each thread of the cluster, and a lost worker's are given again.
+
+    light: what of a job crosses the network, pickled; run: makes the answer of that on a worker.
+    Errors: those of a job; SimulationError where the cluster fails, or runs other code.
+    """
     from distributed import as_completed
 
-    rest = iter(tasks)
+    rest = iter(jobs)
     room = IN_FLIGHT * max(sum(client.nthreads().values()), 1)
-    given: dict[str, tuple[Any, _Task]] = {}
+    given: dict[str, tuple[Any, Job]] = {}
 
     def give(put: Callable[[Any], None]) -> None:
-        task = next(rest, None)
-        if task is not None:
-            future = client.submit(work_packed, pickle.dumps(task.light(), pickle.HIGHEST_PROTOCOL), pure=False)
-            given[future.key] = future, task
+        for job in itertools.islice(rest, 1):
+            future = client.submit(run, pickle.dumps(light(job), pickle.HIGHEST_PROTOCOL), pure=False)
+            given[future.key] = future, job
             put(future)
 
     under_way = as_completed(loop=client.loop)
@@ -221,19 +250,17 @@ def _on_cluster(tasks: Sequence[_Task], client: Any, meter: _Meter) -> Iterator[
         for _ in range(room):
             give(under_way.add)
         for future in under_way:
-            answers = _answer_of(future)
-            task = given.pop(future.key)[1]
-            meter.of(task)(1.0)
-            yield task, answers
+            answer: Answer = _answer_of(future)
+            yield given.pop(future.key)[1], answer
             give(under_way.add)
     finally:
         client.cancel([future for future, _ in given.values()])
 
 
-def _answer_of(future: Any) -> Answers:
+def _answer_of(future: Any) -> Any:
     """What a worker gave back. Errors: those of the case; SimulationError where the worker failed, or runs other code than this machine."""
     try:
-        answers: Answers = future.result()
+        answer = future.result()
     except StillhookError:
         raise
     except Exception as e:
@@ -241,8 +268,8 @@ def _answer_of(future: Any) -> Answers:
         raise SimulationError(
             f"cluster: a task failed ({what[:200]}). Look at its workers, and run again; a store keeps what is done."
         ) from None
-    if answers.made_by != results_hash():
+    if answer.made_by != results_hash():
         raise SimulationError(
-            f"cluster: a worker runs Stillhook {answers.made_by}, this machine {results_hash()}. Install the same version everywhere."
+            f"cluster: a worker runs Stillhook {answer.made_by}, this machine {results_hash()}. Install the same version everywhere."
         )
-    return answers
+    return answer

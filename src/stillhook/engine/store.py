@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 from zipfile import BadZipFile
+from zlib import error as ZlibError
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +16,7 @@ from numpy.typing import NDArray
 from stillhook.crane import Crane
 from stillhook.errors import SimulationError
 from stillhook.scenario import Scenario
-from stillhook.whole import cannot_write, whole_file
+from stillhook.whole import cannot_write, check_folder, whole_file
 
 SUFFIX = ".cases.npz"
 KEY = 32
@@ -39,10 +40,14 @@ class Store:
         out = []
         for crane, case in zip(cranes, cases, strict=True):
             if id(crane) not in prints:
-                prints[id(crane)] = crane.model_dump_json(exclude={"sources", "title"}).encode()
-            scenario = json.dumps(case.to_dict() | {"name": ""}, sort_keys=True).encode()
+                prints[id(crane)] = crane.model_dump_json(exclude={"sources", "title", "name"}).encode()
+            scenario = json.dumps(_bare(case.to_dict()), sort_keys=True).encode()
             out.append(hashlib.sha256(b"\0".join((start, prints[id(crane)], scenario))).digest())
         return out
+
+    def check_room(self) -> None:
+        """Refuse a folder that nothing can be kept in, before the work is done. Errors: SimulationError."""
+        check_folder(self.folder, ())
 
     def find(self, keys: Sequence[bytes]) -> dict[int, dict[str, Any]]:
         """Place in `keys` -> summary, for what is there. Errors: SimulationError naming a file that cannot be read."""
@@ -57,7 +62,7 @@ class Store:
                     hits = [(row, i) for row, key in enumerate(there) for i in wanted.get(key.tobytes(), ())]
                     if hits:
                         self._take(data, hits, found)
-            except (OSError, ValueError, KeyError, BadZipFile, EOFError) as e:
+            except (OSError, ValueError, KeyError, NotImplementedError, BadZipFile, ZlibError, EOFError) as e:
                 raise SimulationError(
                     f"{path}: not a result file of Stillhook ({' '.join(str(e).split())[:120]}). Remove it, and run again."
                 ) from None
@@ -80,3 +85,14 @@ class Store:
                 numbers=numbers,
                 notes=np.array([json.dumps(list(n)) for n in notes]),
             )
+
+
+NAMES = ("name", "source", "report")
+"""What a scenario, and the record of a motion in it, are called and where they are from."""
+
+
+def _bare(data: Any) -> Any:
+    """Plain data without names, at every depth."""
+    if isinstance(data, dict):
+        return {key: _bare(x) for key, x in data.items() if key not in NAMES}
+    return [_bare(x) for x in data] if isinstance(data, list) else data
