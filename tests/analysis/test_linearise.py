@@ -124,6 +124,28 @@ def test_slow_empty_hook_has_less_margin_than_the_published_loop():
     assert limit < 0.7 * gain_limit(CRANE, 0.6).K_p_ms
 
 
+def test_slow_loaded_winch_with_little_displacement_swings_without_feedback():
+    """Friction and its fall with speed grow with the load: at 1 m/min nothing of the limit is left, at full displacement most of it."""
+    found, _ = full_stability(CRANE, load=100e3, s_w=15.0, v_tip=1.0 / 60.0, alpha_m=0.6)
+    assert (found.K_p_ms, found.K_p_ms_plc, found.gain_margin, found.K_p_strong) == (0.0, 0.0, 0.0, 0.0)
+    assert found.zeta < 0.0
+    assert not found.ok
+    assert full_stability(CRANE, load=100e3, s_w=15.0, v_tip=1.0 / 60.0, alpha_m=1.0)[0].ok
+
+
+@pytest.mark.parametrize(("part", "swings"), [(0.6, False), (1.3, True)])
+def test_limit_of_the_slow_loaded_plant_is_where_a_run_begins_to_swing(part: float, swings: bool):
+    """HS at 5 m/min with 100 t on 15 m of wire: the wire follows below the limit, and stops and starts above it."""
+    limit = full_stability(CRANE, load=100e3, s_w=15.0, v_tip=-5.0 / 60.0, alpha_m=0.6)[0].K_p_ms_plc
+    assert limit < 0.35 * gain_limit(CRANE, 0.6).K_p_ms
+    crane = changed(CRANE, {"control": {"K_p": f"{part * limit} 1/m"}})
+    tip = Sine(amplitude=f"{5.0 / 60.0 * 600.0 / (2.0 * math.pi)} m", period="600 s")
+    case = Scenario(load="100 t", s_w="15 m", mode="hs", tip=tip, duration="330 s", warm_up="270 s", ramp="20 s", gas_held=True)
+    speeds = simulate(crane, case, every="0.05 s")["v_w"].sel(time=slice(270.0, None)) * 60.0
+    assert (float(speeds.min()) < 1.0) == swings  # the tip itself moves at 4.75 to 5
+    assert (float(speeds.max()) > 9.0) == swings
+
+
 def test_stuck_winch_is_a_spring_on_its_bristle():
     """At rest the bristle's stiffness carries the winch: 50 rad/s, as sigma_0 over the inertia says, and no slow swing on the oil."""
     point = at(v=0.0, s_w=100.0, load=0.0)

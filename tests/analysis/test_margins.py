@@ -112,6 +112,28 @@ def test_integrator_with_delay_has_the_margins_of_its_definition():
     assert margins(loop, 8.0).phase_margin < 0.0
 
 
+@pytest.mark.parametrize("K_p", [1e-3, 1e-6])
+def test_little_gain_has_the_margins_of_an_integrator(K_p: float):
+    """Far below its resonance the loop is v/s: crossover at K_p times its own speed gain, a quarter turn of phase, and time enough."""
+    for loop in (position_loop(CRANE), sampled(position_loop(CRANE), CRANE.control.t_cycle)):
+        m, ten = margins(loop, K_p), margins(loop, 10.0 * K_p)
+        assert m.phase_margin == pytest.approx(math.pi / 2.0, rel=1e-3)
+        assert m.omega_gc == pytest.approx(0.1 * ten.omega_gc, rel=1e-3)
+        assert m.delay_margin == pytest.approx(m.phase_margin / m.omega_gc, rel=1e-9)
+
+
+def test_loop_that_swings_without_feedback_has_no_gain_to_give():
+    """Negative damping at 5 rad/s: no limit to reach, none left, and no strongest gain."""
+    A = np.array([[0.0, 1.0, 0.0], [-25.0, 0.1, 0.0], [1.0, 0.0, 0.0]])
+    swinging = ContinuousLoop(A, np.array([0.0, 1.0, 0.0]), np.array([0.0, 0.0, 1.0]))
+    for loop in (swinging, sampled(swinging, 0.01, 0.013)):
+        assert gain_limit_of(loop) == (0.0, pytest.approx(5.0, rel=1e-3))
+        assert strongest(loop) == 0.0
+        m = margins(loop, 0.16)
+        assert (m.gain_margin, m.stable) == (0.0, False)
+        assert m.phase_margin < 0.0
+
+
 def test_several_crossovers_count_the_one_nearest_to_the_limit():
     """A resonance above one on the far side of the first crossover: with a phase past -180 degrees there the loop is unstable, although
     the first crossover alone shows 90 degrees."""

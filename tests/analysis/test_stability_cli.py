@@ -63,6 +63,15 @@ def test_whole_plant_by_command(capsys):
     assert found["K_p_ms"] == pytest.approx(2.90, abs=0.01)
 
 
+def test_winch_that_swings_without_feedback_is_told_why(capsys):
+    words = ("nov-250t", "--full", "--load", "100 t", "--s-w", "15 m", "--v-tip", "1 m/min", "--alpha-m", "0.6")
+    assert run(["stability", *words]) == 1
+    assert "UNSTABLE, whatever K_p. Friction falls with speed here" in capsys.readouterr().out
+    code, found = answer(capsys, *words)
+    assert code == 1
+    assert (found["K_p_ms"], found["gain_margin"], found["K_p_strong"]) == (0.0, 0.0, 0.0)
+
+
 @pytest.mark.parametrize(
     ("words", "text"),
     [
@@ -72,6 +81,7 @@ def test_whole_plant_by_command(capsys):
         (("--full",), "--full needs --v-tip"),
         (("--full", "--v-tip", "10 m/min", "--layer", "3"), "--layer belongs to the published model"),
         (("--v-tip", "200 m/min", "--full"), "beyond their stop"),
+        (("--v-tip", "200 m/min"), "the pumps are full at 2.01 m/s with the motors at 0.6. Give a slower tip."),
         (("--out", "/proc/none"), "/proc/none"),
     ],
 )

@@ -23,7 +23,7 @@ from stillhook.analysis.operation import OperatingPoint, operating_point
 from stillhook.analysis.steady import steady
 from stillhook.analysis.transfer import About, command_pole, lever, motor_slope, on_layer, whole_matrices
 from stillhook.crane import Crane
-from stillhook.engine.pack import drum_record, gains
+from stillhook.engine.pack import drum_record, gains, wire_speed_max
 from stillhook.errors import StillhookError
 from stillhook.library import changed
 from stillhook.physics.drum import K_wire as ratio_of
@@ -115,7 +115,7 @@ def stability(crane: Crane, alpha_m: float | None = None, *, layer: int | None =
     position feedback's whole way around, for the values that end in _plc. It is not the delay of the motion unit, which stands outside
     the loop and costs error, not stability.
 
-    Errors: StillhookError for a number outside its range, or K_p = 0.
+    Errors: StillhookError for a number outside its range, K_p = 0, or a tip so fast that the pumps are full, which have no feedback.
     Source: Moslatt 2020 paper E eqs 12 to 21, corrected (`stillhook.analysis.transfer`); PLC and delay are not in print.
     """
     return _published(crane, alpha_m, layer, v_tip, delay, strong=True)
@@ -129,6 +129,11 @@ def _published(crane: Crane, alpha_m: float | None, layer: int | None, v_tip: fl
     plain = position_loop(machine, alpha, K_wire=K_wire)
     held = sampled(plain, crane.control.t_cycle, delay)
     at = _about(machine, v_tip, alpha, K_wire)
+    v_full = wire_speed_max(crane, alpha) / K_wire
+    if abs(v_tip) > v_full:
+        raise StillhookError(
+            f"v_tip = {v_tip:g} m/s: the pumps are full at {v_full:.3g} m/s with the motors at {alpha:.3g}. Give a slower tip."
+        )
     A = whole_matrices(machine, at, K_wire=K_wire)[0]
     where = {"alpha_m": alpha, "K_wire": K_wire, "J_m": e.J_m, "v_tip": v_tip}
     found = {"K_p_ms": limit.K_p_ms, "omega_c": limit.omega_c, "omega_0": e.omega_0, "zeta": e.zeta, "period": e.period}

@@ -1,8 +1,8 @@
 """How far the position loop is from swinging: gain, phase and delay margins and sensitivity peak, for a loop in continuous time and for the
 loop as a PLC closes it, sampled exactly, with any delay.
 
-A loop here is what lies between the feedback's share of the pump command and the wire hoisted, at K_p = 1 1/m and cut at K_p. What follows
-holds for loops that are stable at small gains, as every loop with one integrator around a stable winch is.
+A loop here is what lies between the feedback's share of the pump command and the wire hoisted, at K_p = 1 1/m and cut at K_p. A loop that
+swings without any feedback (a loaded winch, slow, where friction falls with speed) has a gain limit of 0.
 """
 
 from __future__ import annotations
@@ -28,6 +28,9 @@ ROUNDING = 1e-10
 """What eigenvalues of these loops are sure to, over the largest one."""
 MOST_HELD = 60
 """Cycles of delay up to which stability is judged by eigenvalues: each cycle adds one."""
+GROWS = 1e-6
+"""Real part above which a mode of the cut loop grows [1/s]: integrators come out of the eigenvalues below 1e-9, and what grows more slowly
+than e-fold in twelve days is not a swing."""
 NEIGHBOURS = 1.5
 """Most that the response grows between two points of the grid: they stand closer than any resonance is narrow."""
 DELAYS = 20
@@ -61,10 +64,12 @@ def margins(loop: Loop, K_p: float) -> Margins:
     """
     if not K_p > 0.0:
         raise StillhookError(f"K_p = {K_p:g} 1/m: a loop without feedback has no margins. Give a gain above 0.")
-    omega = _grid(loop)
+    omega = _down_to_crossover(loop, _grid(loop), K_p)
     L = K_p * loop.response(omega)
     K_ms, omega_c = _limit(loop, omega, L / K_p)
     stable = is_stable(loop, K_p, K_ms)
+    if not stable and _swings_alone(loop) is not None:
+        K_ms, omega_c = gain_limit_of(loop)
     gain_crossovers = _roots(loop, omega, np.abs(L) - 1.0, lambda l: K_p * abs(l) - 1.0)
     phase_margin, omega_gc, delay_margin = _phase(loop, gain_crossovers, stable)
     M_s, omega_s = _peak(loop, K_p, omega, L)
@@ -74,8 +79,11 @@ def margins(loop: Loop, K_p: float) -> Margins:
 def gain_limit_of(loop: Loop) -> tuple[float, float]:
     """Least gain at which the loop swings [1/m], and the frequency of it [rad/s]: where the response first passes -1 as the gain grows.
 
-    Both are infinite for a loop that never does.
+    Both are infinite for a loop that never does; the gain is 0 for one that swings without any.
     """
+    alone = _swings_alone(loop)
+    if alone is not None:
+        return 0.0, alone
     omega = _grid(loop)
     return _limit(loop, omega, loop.response(omega))
 
@@ -134,8 +142,11 @@ def strongest(
 ) -> float:
     """Largest gain of any loop that keeps the three margins [1/m]; see `strongest_gain`.
 
-    As the gain grows from 0, each frequency breaks a margin at a gain of its own; the least of those is the answer.
+    As the gain grows from 0, each frequency breaks a margin at a gain of its own; the least of those is the answer. It is 0 for a loop
+    that swings without feedback.
     """
+    if _swings_alone(loop) is not None:
+        return 0.0
     omega = _grid(loop)
     L = loop.response(omega)
     K_gain = _limit(loop, omega, L)[0] / gain_margin
@@ -173,6 +184,21 @@ def _grid(loop: Loop) -> FloatArray:
     near = [abs(p.imag) + abs(p.real) * AROUND for p in swinging if abs(p.imag) > abs(p.real)]
     omega = np.unique(np.concatenate([coarse, *near]))
     return np.asarray(omega[(omega >= coarse[0]) & (omega <= top)], dtype=np.float64)
+
+
+def _down_to_crossover(loop: Loop, omega: FloatArray, K_p: float) -> FloatArray:
+    """The grid, and below it what an integrator with little gain needs to reach its crossover."""
+    size = K_p * abs(_at(loop, float(omega[0])))
+    if not 0.0 < size < 1.0:
+        return omega
+    return np.concatenate([np.geomspace(0.5 * size * omega[0], omega[0], POINTS // 10, endpoint=False), omega])
+
+
+def _swings_alone(loop: Loop) -> float | None:
+    """Frequency of the mode of the cut loop that grows fastest [rad/s], None where none grows."""
+    modes = loop.modes()
+    fastest = modes[int(np.argmax(modes.real))]
+    return float(abs(fastest.imag)) if fastest.real > GROWS else None
 
 
 def _roots(loop: Loop, omega: FloatArray, values: FloatArray, f: Callable[[complex], float]) -> list[float]:

@@ -129,10 +129,13 @@ def _say_verdict(s: Stability) -> None:
         least = min(s.gain_margin, s.gain_margin_plc)
         print(f"motors {s.alpha_m:.3g}: stable; K_p could grow {least:.3g} times before the winch swings.")
         return
-    if s.gain_margin > 1.0 and s.gain_margin_plc > 1.0:
-        print(
-            f"motors {s.alpha_m:.3g}: UNSTABLE, whatever K_p. SSC on motors without displacement feedback jumps every cycle at this speed."
-        )
+    if s.K_p_ms == 0.0:
+        why = "Friction falls with speed here, so the winch swings without feedback. More displacement or more speed damps it."
+        print(f"motors {s.alpha_m:.3g}: UNSTABLE, whatever K_p. {why}")
+        return
+    if s.K_p_ms_plc == 0.0 or (s.gain_margin > 1.0 and s.gain_margin_plc > 1.0):
+        why = "The PLC's other loops swing: SSC on motors without displacement feedback at this speed, or through the load cell."
+        print(f"motors {s.alpha_m:.3g}: UNSTABLE, whatever K_p. {why}")
         return
     limit = min(s.K_p_ms, s.K_p_ms_plc)
     print(f"motors {s.alpha_m:.3g}: UNSTABLE. K_p {s.K_p:.4g} 1/m, limit {limit:.4g} 1/m. Lower K_p to {s.K_p_strong:.3g} 1/m or less.")
