@@ -22,7 +22,7 @@ from stillhook.analysis.uncertainty_figures import band_figure, index_figure
 
 PAGE = "uncertainty.md"
 DRAWS = 256
-ROWS = 128
+ROWS = 512  # with 128 the indices were settled within a tenth only
 SEED = 0
 LIKELY = 0.9  # share of the draws from which a claim is said to survive
 
