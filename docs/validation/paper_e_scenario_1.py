@@ -77,7 +77,7 @@ def claims(f: Mapping[str, Found]) -> dict[str, tuple[str, str, str]]:
             verdict(ssc.p_a_max < ns.p_a_max and pronounced, "not reproduced"),
         ),
         "motors of SSC (fig. 18: 0 % is full displacement)": (
-            "stay at full displacement at this speed",
+            "kept high at low speed (section 5.2), no number",
             f"least displacement {ssc.alpha_m:.3f}, pumps {percent(ssc.alpha_p)}",
             verdict(ssc.alpha_m > 0.999, "not reproduced"),
         ),

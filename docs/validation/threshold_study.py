@@ -184,7 +184,7 @@ def claims(loaded: Grid, empty: Grid) -> dict[str, tuple[str, str, str]]:
         "a `u_thr` above 0.6": (
             "not examined",
             f"0.9: error {percent(larger[0], sign=True)} with 100 t, {percent(larger[1], sign=True)} with none; "
-            f"pumps up to {percent(used[2])} at 80 m/min instead of {percent(used[1])}",
+            f"pumps up to {percent(used[2])} at 80 m/min and 6 to 14 s instead of {percent(used[1])}",
             "no better" if min(larger) > 0.0 else "better",
         ),
     }
