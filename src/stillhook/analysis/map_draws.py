@@ -66,7 +66,8 @@ def monte_carlo_map(
     Dataset over (controller, load, speed, layer, period), the last two dropped where the map has them not: the numbers of `SHOWN` over
     "quantile" (5, 50, 95 %), their change against the best classic controller (the one of NS and HS that is applicable more often, then
     the lower in median error; draw by draw, over the draws in which both are applicable), `applicable_chance` over "interval",
-    `failed` draws. A draw that lost its numbers is in no band and not applicable. Cells are run a few at a time, and only bands are kept, so memory does not grow with n times the cells.
+    `failed` draws. A draw that lost its numbers is in no band and not applicable. Cells are run a few at a time, and only bands are
+    kept, so memory does not grow with n times the cells.
 
     Errors: as of `operability_map` and `monte_carlo`, before anything runs.
     """
