@@ -7,11 +7,11 @@ from typing import Any, NamedTuple
 
 from blocks import percent, save, table, verdict
 
-from stillhook import Scenario, load_crane, simulate
+from stillhook import Crane, Scenario, load_crane, simulate
 from stillhook.analysis.controllers import Controller, controller
 from stillhook.analysis.ringing import rms_above
 from stillhook.analysis.strong import strong_ssc
-from stillhook.analysis.tune_compare import Outcome, Point, outcomes, variations
+from stillhook.analysis.tune_compare import VARIATIONS, Outcome, Point, outcomes, variations
 from stillhook.analysis.tune_figures import bars_figure, pareto_figure
 from stillhook.analysis.tune_goal import Limits, hold_out, scenarios
 from stillhook.analysis.tune_score import Score, loop_margins, scored
@@ -174,6 +174,7 @@ def compute() -> tuple[dict[str, str], dict[str, tuple[str, str, str]], Any]:
         "settings": settings(names, strong),
         "one-at-a-time": one_at_a_time(strong),
         "lead": lead(),
+        "slow": slow([*published()[:3], strong, *map(best, ("ns", "hs", "ssc"))]),
         "ringing": ringing([controller("ns"), controller("ssc"), strong, best("ssc")]),
         "smaller": smaller(),
         "variations": varied([controller("ssc"), strong, best("ns"), best("ssc")]),
@@ -243,6 +244,8 @@ def one_at_a_time(strong: Controller) -> str:
     return table(("settings", "NS", "SSC"), list(zip(steps, *columns, strict=True)))
 
 
+PURE = load_crane("nov-100t-pure-active")
+PURE_LEAD_CASES = (("0 t", 55, 12), ("40 t", 40, 10), ("80 t", 38, 12))
 LEADS = (0.0, 0.005, 0.010, 0.0175, 0.025, 0.030, 0.040, 0.060)  # s, beyond the delay of the motion signal
 LEAD_CASES = (("50 t", 20, 12), ("100 t", 60, 8), ("100 t", 78, 12), ("200 t", 60, 10))  # load, peak speed in m/min, period in s
 
@@ -250,19 +253,19 @@ LEAD_CASES = (("50 t", 20, 12), ("100 t", 60, 8), ("100 t", 78, 12), ("200 t", 6
 def lead() -> str:
     """Error of strong SSC over its lead: where the best one lies beside the rule's."""
     rows = []
-    for delay in (0.0, 0.1):
-        strong = strong_ssc(CRANE, delay=delay).on(CRANE)
+    for crane, delay, cases in ((CRANE, 0.0, LEAD_CASES), (CRANE, 0.1, LEAD_CASES), (PURE, 0.0, PURE_LEAD_CASES)):
+        strong = strong_ssc(crane, delay=delay).on(crane)
         rule = strong.control.t_lead
         assert rule is not None
         machines = [strong.model_copy(update={"control": strong.control.model_copy(update={"t_lead": delay + t})}) for t in LEADS]
-        for load, v, T in LEAD_CASES:
+        for load, v, T in cases:
             case = Scenario(
                 load=load, s_w="100 m", tip=f"sine {v / 60.0 * T / 6.283185307:.5f} m {T} s", warm_up="20 s", duration="52 s",
                 sensors={"delay": f"{delay} s"},
             )  # fmt: skip
-            old, ours, *others = [s["e_c_pp"] for s in summaries([CRANE, strong, *machines], case)]
+            old, ours, *others = [s["e_c_pp"] for s in summaries([crane, strong, *machines], case)]
             at = min(range(len(LEADS)), key=lambda i: others[i])
-            label = f"{load}, {v} m/min, {T} s{', signal 0.1 s late' if delay else ''}"
+            label = f"{load}, {v} m/min, {T} s{', signal 0.1 s late' if delay else ''}{' (pure active)' if crane is PURE else ''}"
             rows.append((label, mm(old), mm(others[0]), mm(ours), mm(others[at]), f"{1e3 * LEADS[at]:.0f} ms"))
     rule_text = f"rule, {1e3 * (strong_ssc(CRANE).on(CRANE).control.t_lead or 0.0):.1f} ms"
     return table(("scenario", "published", "strong, no lead", rule_text, "best lead", "at (beyond the delay)"), rows)
@@ -277,6 +280,37 @@ def ringing(which: Sequence[Controller]) -> str:
         above = rms_above(run, "p_a", frequency=0.5, start=30.0)
         rows.append((k.name, f"{above / 1e5:.1f} bar", bar(float(run["p_max"])), mm(float(run["e_c_pp"]))))
     return table(("controller", "`p_a` above 0.5 Hz, rms", "highest pressure", "error p-p"), rows)
+
+
+SLOW: Mapping[str, tuple[str, str, float, str]] = {
+    "100 t, 2 m/min": ("100 t", "15 m", 2.0, "as it should be"),
+    "100 t, 5 m/min": ("100 t", "15 m", 5.0, "as it should be"),
+    "150 t, 5 m/min": ("150 t", "15 m", 5.0, "as it should be"),
+    "150 t, 100 m out, 5 m/min": ("150 t", "100 m", 5.0, "as it should be"),
+    "100 t, 5 m/min, bulk modulus x 0.7": ("100 t", "15 m", 5.0, "bulk modulus x 0.7"),
+}
+"""Load, wire out, speed of the tip [m/min] and winch (of `VARIATIONS`) of the runs at a slow steady speed."""
+
+
+def slow(which: Sequence[Controller]) -> str:
+    """Pressure above 0.5 Hz in the minute about the fastest moment of a swell of 600 s, where the winch's slow swing has time to grow."""
+    columns = []
+    for load, s_w, v, winch in SLOW.values():
+        tip = f"sine {v / 60.0 * 600.0 / 6.283185307:.6f} m 600 s"
+        machine, column = VARIATIONS[winch][0](CRANE), []
+        for k in which:
+            case = Scenario(
+                load=load, s_w=s_w, tip=tip, mode=k.mode, warm_up="270 s", duration="330 s", ramp="20 s", gas_held=True,
+            )  # fmt: skip
+            run = simulate(with_control_of(k, machine), case, every="0.05 s")
+            column.append(f"{rms_above(run, 'p_a', frequency=0.5, start=270.0) / 1e5:.1f} bar")
+        columns.append(column)
+    return table(("controller", *SLOW), list(zip((k.name for k in which), *columns, strict=True)))
+
+
+def with_control_of(k: Controller, machine: Crane) -> Crane:
+    """The winch under the settings that the controller has on the crane as it should be."""
+    return machine.model_copy(update={"control": k.on(CRANE).control})
 
 
 def varied(which: Sequence[Controller]) -> str:

@@ -118,6 +118,8 @@ def strongest_gain(
     limit is lowest: on inner layers wire per motor turn and inertia are less.
     The loop meets its limit on the resonance of the oil, which a delay turns away from -1: with a delay of a fraction of its period the
     limit is higher. A gain that counts on a delay fails where the delay is shorter, hence all delays up to the given one are kept.
+    Valid for a winch that B_v damps. Slow and loaded, at small displacement (NS, HS), friction falls with speed and takes the margin away
+    (`stillhook.analysis.loop_stability.full_stability`); under SSC the motors are full there.
     Errors: StillhookError for numbers outside these ranges.
     Differs from print: paper E gives K_p = 0.16 1/m without saying how far it is from the limit.
     """
