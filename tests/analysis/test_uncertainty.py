@@ -5,8 +5,8 @@ import json
 import numpy as np
 import pytest
 
-from stillhook import Scenario, load_crane, simulate
-from stillhook.analysis.bands import Limit, band, bands, chance, chances, exceedance, paired_difference
+from stillhook import Scenario, Sine, load_crane, simulate
+from stillhook.analysis.bands import Limit, band, bands, chance, chances, exceedance, paired_difference, troubles
 from stillhook.analysis.many_draws import drawn_pair, monte_carlo
 from stillhook.analysis.map_draws import monte_carlo_map
 from stillhook.analysis.map_draws_figure import map_band_figure
@@ -142,6 +142,15 @@ def test_a_draw_without_numbers_is_beyond_every_limit():
     limit = Limit.of("e_c_pp <= 10 cm")
     assert limit.beyond(np.array([0.05, 0.1, 0.11, np.nan])).tolist() == [False, False, True, True]
     assert Limit.of("eta_c >= 0.95").beyond(np.array([0.9, 0.99, np.nan])).tolist() == [True, False, True]
+
+
+def test_a_standing_offset_is_no_limit_of_the_winch():
+    """A pure active winch holds its load against leakage with one; full pumps are a limit."""
+    pure, case = load_crane("nov-100t-pure-active"), CASE.model_copy(update={"load": 40e3})
+    fast = case.model_copy(update={"tip": Sine(amplitude="4 m", period="8 s")})
+    run = monte_carlo(pure, [case, fast], known(leakage="default"), n=4, labels=["slow", "fast"])
+    assert set(run["status"].sel(case="slow").values) == {"offset"}
+    assert {name: c.hits for name, c in troubles(run).items()} == {"slow": 0, "fast": 4}
 
 
 def test_the_interval_of_a_chance_covers_it_as_often_as_it_says():

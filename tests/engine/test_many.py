@@ -179,6 +179,12 @@ def test_series_and_a_store_exclude_each_other(tmp_path):
         simulate(CRANE, CASES[0], store=tmp_path)
 
 
+@pytest.mark.parametrize("threads", [0, -1, 1.5, "2"])
+def test_threads_are_a_whole_number(threads):
+    with pytest.raises(ScenarioError, match=r"^threads = .*: give a whole number from 1 to 1024\.$"):
+        summaries(CRANE, CASES[:2], threads=threads)
+
+
 def test_the_first_wrong_case_is_named_by_its_place_before_anything_runs(counted):
     with pytest.raises(ScenarioError, match=r"^case 38: Load 300 t exceeds the SWL"):
         summaries(CRANE, [*CASES[:38], case(290)])

@@ -17,7 +17,7 @@ from stillhook.analysis.map_result import FloatArray, Map
 from stillhook.analysis.maps import CLASSIC_AND_NEW, controllers_of
 from stillhook.crane import Crane
 from stillhook.engine.build import results_hash
-from stillhook.engine.given import SERIES_STEP, steps_per_cycle
+from stillhook.engine.given import SERIES_STEP, check_threads, steps_per_cycle
 from stillhook.engine.lanes import VL
 from stillhook.engine.many import spread
 from stillhook.engine.run import Ending, Progress, Result, run_cases
@@ -115,6 +115,7 @@ def settling_of(
     Errors: ScenarioError, UnitError, SpecError, one line each; ScenarioError where the wire of a layer is too short for the test.
     Source: Moslatt 2020 paper E section 4.3, figures 9 to 11; neither the direction nor the time before the step is printed.
     """
+    check_threads(threads)
     axes = axes_of(crane, loads, speeds, s_w=s_w, layers=layers)
     chosen = controllers_of(controllers)
     dv = parse(wire_step, "speed", "wire_step")

@@ -18,6 +18,8 @@ STATISTICS_STEP = 5e-3
 EVERY = 0.1
 """Default spacing of a stored series [s]."""
 
+MOST_THREADS = 1024
+
 _NO_CRANE = "crane = {}: not a Crane. Read one with load_crane, by name or path."
 
 
@@ -57,6 +59,12 @@ def checked_cases(crane: Crane, case: Scenario | Sequence[Scenario]) -> list[Sce
         if not isinstance(each, Scenario):
             raise ScenarioError(f"case {i} = {units.came(each)}: not a Scenario. Give one Scenario, or a list of them.")
     return cases
+
+
+def check_threads(threads: int) -> None:
+    """Errors: ScenarioError where this is no number of threads."""
+    if type(threads) is not int or not 1 <= threads <= MOST_THREADS:
+        raise ScenarioError(f"threads = {units.came(threads)}: give a whole number from 1 to {MOST_THREADS}.")
 
 
 def steps_per_cycle(crane: Crane, step: str | None, default: float = SERIES_STEP) -> int:

@@ -20,7 +20,7 @@ from stillhook.crane import Crane
 from stillhook.engine.build import driver, results_hash
 from stillhook.engine.checks import check
 from stillhook.engine.drive import shape
-from stillhook.engine.given import STATISTICS_STEP, paired, steps_per_cycle
+from stillhook.engine.given import STATISTICS_STEP, check_threads, paired, steps_per_cycle
 from stillhook.engine.lanes import VL
 from stillhook.engine.run import Interrupted, Progress, run_cases
 from stillhook.engine.store import Store
@@ -77,6 +77,7 @@ def summaries(
     Errors: ScenarioError and SpecError of the first case that cannot be run; SimulationError where the cluster fails, or runs other code.
     """
     cranes, cases = paired(crane, case)
+    check_threads(threads)
     n_sub = steps_per_cycle(cranes[0], step, STATISTICS_STEP)
     _check_all(cranes, cases)
     kept = Store(Path(store), NUMBERS) if store is not None else None

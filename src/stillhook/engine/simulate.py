@@ -15,7 +15,7 @@ from stillhook import units
 from stillhook._version import __version__
 from stillhook.crane import Crane
 from stillhook.engine.build import kernel_hash
-from stillhook.engine.given import SERIES_STEP, STATISTICS_STEP, cycles, paired, steps_per_cycle
+from stillhook.engine.given import SERIES_STEP, STATISTICS_STEP, check_threads, cycles, paired, steps_per_cycle
 from stillhook.engine.many import summaries
 from stillhook.engine.run import Ending, Progress, Result, run_cases
 from stillhook.engine.summary import summarise
@@ -27,9 +27,6 @@ from stillhook.variables import BY_NAME, WINDOW
 
 if TYPE_CHECKING:
     import xarray
-
-MOST_THREADS = 1024
-
 
 class OnFailure(StrEnum):
     """What a batch does with a case that fails."""
@@ -78,8 +75,7 @@ def simulate(
     cranes, cases = paired(crane, case)
     if on_failure not in tuple(OnFailure):
         raise ScenarioError(f"on_failure = {units.came(on_failure)}: give one of {', '.join(OnFailure)}.")
-    if type(threads) is not int or not 1 <= threads <= MOST_THREADS:
-        raise ScenarioError(f"threads = {units.came(threads)}: give a whole number from 1 to {MOST_THREADS}.")
+    check_threads(threads)
     stored = single if series is None else series
     if stored and (store is not None or client is not None):
         raise ScenarioError("simulate: a run with series is made here and held in memory. Leave store and client out, or set series=False.")
