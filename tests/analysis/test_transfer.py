@@ -11,6 +11,7 @@ from stillhook import load_crane
 from stillhook.analysis.linear import eigenfrequency, gain_limit
 from stillhook.analysis.loops import position_loop
 from stillhook.analysis.margins import gain_limit_of
+from stillhook.analysis.routh import gain_limit_by_poles
 from stillhook.analysis.steady import speed_limit, steady
 from stillhook.analysis.transfer import (
     WHOLE,
@@ -83,7 +84,10 @@ def test_motor_servo_has_no_effect_on_the_limit_but_ssc_moves_its_poles():
     k_1 = 1.0 + gains(CRANE).K_1 * 1.6  # K_1 |v_tip|; slope of the law -1 for u_thr and alpha_min 0.6
     assert abs(fast[0]) == pytest.approx(5.0 * math.sqrt(k_1), rel=1e-6)
     lazy = changed(CRANE, {"active": {"motor": {"servo": {"omega_n": "1 rad/s"}}}})
-    assert gain_limit(lazy, 0.7).K_p_ms == gain_limit(CRANE, 0.7).K_p_ms
+    at, own = about(lazy, 1.6), motor_poles(lazy, 1.6)
+    assert np.abs(own[0]) == pytest.approx(0.2 * abs(fast[0]), rel=1e-6)
+    K_ms = gain_limit_by_poles(lambda K_p: np.linalg.eigvals(whole_matrices(lazy, at, K_p=K_p)[0]))
+    assert K_ms == pytest.approx(gain_limit(CRANE, at.alpha_m).K_p_ms, rel=SAME)
 
 
 @pytest.mark.parametrize("v", [0.2, 1.2, -1.2])

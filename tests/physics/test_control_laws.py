@@ -24,6 +24,7 @@ from stillhook.control.plc import (
     SSC_CUBIC,
     Memory,
     Sensed,
+    ahead,
     cycle,
     low_pass,
 )
@@ -220,6 +221,17 @@ def test_with_fewer_pumps_the_command_grows_so_that_the_flow_stays(v, e, f):
     all_, _ = cycle(sensed(v_tip=v, s_w=100.0 - e), remembered(), 280e5, PLC)
     some, _ = cycle(sensed(v_tip=v, s_w=100.0 - e, f_pump=f), remembered(), 280e5, PLC)
     assert some.u_raw * f == pytest.approx(all_.u_raw)
+
+
+@given(st.floats(-3.0, 3.0), st.floats(-2.0, 2.0), st.floats(-1.0, 1.0), st.floats(0.0, 0.5))
+def test_a_steadily_accelerating_tip_is_foreseen_and_nothing_else_is_touched(s, v, a, t_lead):
+    """Looking ahead and then back by as long gives what was measured; halves make the whole; wire, load and operator are not moved."""
+    now = sensed(s_tip=s, v_tip=v, a_tip=a, v_op=0.3, s_op=0.1)
+    then = ahead(now, t_lead)
+    assert tuple(ahead(then, -t_lead)) == pytest.approx(tuple(now), abs=ROUNDING)
+    assert tuple(ahead(ahead(now, 0.5 * t_lead), 0.5 * t_lead)) == pytest.approx(tuple(then), abs=ROUNDING)
+    assert then._replace(s_tip=s, v_tip=v) == now
+    assert then.s_tip - s == pytest.approx(0.5 * (v + then.v_tip) * t_lead, abs=ROUNDING)  # the mean speed of the way
 
 
 def test_the_load_cell_filter_reaches_63_per_cent_in_its_time_constant():
