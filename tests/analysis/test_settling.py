@@ -17,6 +17,7 @@ CRANE = load_crane("nov-250t")
 DV = 5.0 / 60.0
 START = RAMP + HOLD
 PLACE_TOLERANCE = 1.0  # m of 299 m on the layer: the winch lags the joystick by the control error of a ramp
+HALVING_TOLERANCE = 0.021  # s: two PLC cycles; a crossing of the band may move by one on either side
 BLOCK_TOLERANCE = 1e-9  # s: the same run alone and in a block of sixteen is the same to the bit; rounding of times is left
 
 
@@ -85,7 +86,7 @@ class TestTime:
 
     def test_step_halving_does_not_move_the_time(self, found):
         fine = settling_of(CRANE, ["ssc"], loads="150 t", speeds="40 m/min", step="1 ms")
-        assert fine.values["settling_time"][0, 0, 0, 0, 0] == pytest.approx(found.values["settling_time"][2, 1, 1, 0, 0], abs=0.021)
+        assert fine.values["settling_time"][0, 0, 0, 0, 0] == pytest.approx(found.values["settling_time"][2, 1, 1, 0, 0], abs=HALVING_TOLERANCE)
 
     def test_lowering_is_the_other_way_round(self):
         data = settling_map(CRANE, ["ssc"], loads="150 t", speeds="40 m/min", lowering=True)
