@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 from zipfile import BadZipFile
 from zlib import error as ZlibError
 
@@ -21,6 +22,16 @@ from stillhook.whole import cannot_write, check_folder, whole_file
 SUFFIX = ".cases.npz"
 KEY = 32
 """Length of a key [bytes]."""
+
+
+class _Index(NamedTuple):
+    """files that have been read; places: key -> file and row in it."""
+
+    files: set[str]
+    places: dict[bytes, tuple[str, int]]
+
+
+_INDICES: dict[Path, _Index] = {}
 
 
 class Store:
@@ -51,22 +62,40 @@ class Store:
 
     def find(self, keys: Sequence[bytes]) -> dict[int, dict[str, Any]]:
         """Place in `keys` -> summary, for what is there. Errors: SimulationError naming a file that cannot be read."""
-        wanted: dict[bytes, list[int]] = {}
+        index = self._index()
+        hits: dict[str, list[tuple[int, int]]] = {}
         for i, key in enumerate(keys):
-            wanted.setdefault(key, []).append(i)
+            if key in index.places:
+                file, row = index.places[key]
+                hits.setdefault(file, []).append((row, i))
         found: dict[int, dict[str, Any]] = {}
-        for path in sorted(self.folder.glob(f"*{SUFFIX}")):
-            try:
-                with np.load(path, allow_pickle=False) as data:
-                    there = data["keys"]
-                    hits = [(row, i) for row, key in enumerate(there) for i in wanted.get(key.tobytes(), ())]
-                    if hits:
-                        self._take(data, hits, found)
-            except (OSError, ValueError, KeyError, NotImplementedError, BadZipFile, ZlibError, EOFError) as e:
-                raise SimulationError(
-                    f"{path}: not a result file of Stillhook ({' '.join(str(e).split())[:120]}). Remove it, and run again."
-                ) from None
+        for file, rows in hits.items():
+            with self._opened(file) as data:
+                self._take(data, rows, found)
         return found
+
+    def _index(self) -> _Index:
+        """Where every key lies. Files never change, so each is read once in the life of this process."""
+        there = {path.name for path in self.folder.glob(f"*{SUFFIX}")}
+        index = _INDICES.get(self.folder.resolve())
+        if index is None or not index.files <= there:
+            index = _INDICES[self.folder.resolve()] = _Index(set(), {})
+        for file in sorted(there - index.files):
+            with self._opened(file) as data:
+                index.places.update({key.tobytes(): (file, row) for row, key in enumerate(data["keys"])})
+            index.files.add(file)
+        return index
+
+    @contextmanager
+    def _opened(self, file: str) -> Iterator[Mapping[str, Any]]:
+        path = self.folder / file
+        try:
+            with np.load(path, allow_pickle=False) as data:
+                yield data
+        except (OSError, ValueError, KeyError, NotImplementedError, BadZipFile, ZlibError, EOFError) as e:
+            raise SimulationError(
+                f"{path}: not a result file of Stillhook ({' '.join(str(e).split())[:120]}). Remove it, and run again."
+            ) from None
 
     def _take(self, data: Mapping[str, Any], hits: Sequence[tuple[int, int]], found: dict[int, dict[str, Any]]) -> None:
         status, numbers, notes = data["status"], data["numbers"], data["notes"]
