@@ -70,7 +70,8 @@ class Limit(NamedTuple):
             raise SpecError(f'limit {came(text)}: write a name, <= or >=, and a value, such as "e_c_pp <= 10 cm".')
         name, sign, value = found.groups()
         if name not in NUMERIC:
-            raise SpecError(f"limit {came(text)}: {came(name)} is no number of a summary{nearest(name, NUMERIC)}")
+            have = f"there are {', '.join(NUMERIC)}{nearest(name, NUMERIC)}"
+            raise SpecError(f"limit {came(text)}: {came(name)} is no number of a summary; {have}")
         kind = BY_NAME[name].kind
         if kind:
             return cls(name, sign == "<=", parse(value, kind, f"limit {name}"))

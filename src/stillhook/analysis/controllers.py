@@ -21,6 +21,8 @@ STRONG = "strong-ssc"
 PLAIN = {m.value: m for m in Mode if m is not Mode.MANUAL}
 NAMES = (Mode.NS.value, Mode.HS.value, Mode.SSC.value, Mode.SSC_CUBIC.value, Mode.LEVEL_1.value, Mode.LEVEL_2.value, STRONG)
 """Names that `controller` knows without a file."""
+KEPT = ("best classic", "physical")
+"""Names of rows of answers beside the controllers: the better of NS and HS in a map, the machine's own limit in an envelope."""
 SETTINGS: Mapping[tuple[str, ...], tuple[str, ...]] = {
     ("control",): tuple(Control.model_fields),
     ("active", "motor"): tuple(n for n in MotorSet.model_fields if n in ("alpha_min", "servo", "variant", "offset", "hysteresis")),
@@ -125,6 +127,9 @@ def _from_file(path: Path) -> Controller:
     if not text.strip():
         raise SpecError(f'{path.name}: empty. Start it with mode = "ssc", and settings under [control].')
     table = parsed(text, path.name)
+    if path.stem in KEPT or "$" in path.stem:
+        kept = ", ".join(f'"{name}"' for name in (*KEPT, "$"))
+        raise SpecError(f"{came(path.name)}: its name becomes the controller's, and answers keep {kept} for themselves. Rename the file.")
     mode = table.pop("mode", None)
     if not isinstance(mode, str) or mode not in PLAIN:
         what = "missing" if mode is None else f"{came(mode)}: not a controller of the motors"

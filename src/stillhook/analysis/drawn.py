@@ -112,6 +112,7 @@ class Drawing:
         crane: False where this crane has been found good before, and the scenario alone is to be checked.
         Errors: as `checked`, naming the factor.
         """
+        check(self.crane, self.case)  # what is wrong with nothing drawn is no factor's fault
         middle = np.median(draws, axis=0)
         wanted = [(k, name) for k, name in enumerate(self.columns) if crane or self._in_case(name)]
         for k, name in wanted:

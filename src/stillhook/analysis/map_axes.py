@@ -25,7 +25,7 @@ PERIOD = "12 s"
 MOST = 1000
 """Values along one axis: more than any screen shows, and a slip of the unit in a range."""
 
-_PERCENT = re.compile(r"([0-9.]+(?:[eE][+-]?[0-9]+)?)\s*%")
+_PERCENT = re.compile(r"([+-]?[0-9.]+(?:[eE][+-]?[0-9]+)?)\s*%")
 _RANGE = re.compile(r"(.+?)\s+to\s+(.+?)\s+by\s+(.+)")
 
 
@@ -140,11 +140,15 @@ def _values(item: object, kind: str, where: str, whole: float | None) -> Iterato
     """The values of one item: a quantity, or an even range."""
     span = _RANGE.fullmatch(item.strip()) if isinstance(item, str) else None
     if span is None:
+        if isinstance(item, str) and " to " in item:
+            raise ScenarioError(f'{where} = {came(item)}: a range needs its step. Write "A to B by STEP", each with its unit.')
         yield _value(item, kind, where, whole)
         return
     a, b, step = (_value(text, kind, where, whole) for text in span.groups())
     n = round((b - a) / step) if step > 0.0 else -1
-    if not 0 <= n < MOST or abs(a + n * step - b) > 1e-9 * max(abs(b), step):
+    if n >= MOST:
+        raise ScenarioError(f"{where}: {came(item)}: {n + 1} values; at most {MOST}. Take a longer step.")
+    if n < 0 or abs(a + n * step - b) > 1e-9 * max(abs(b), step):
         raise ScenarioError(f"{where}: {came(item)}: the step does not lead from the first value to the last. Change one of the three.")
     yield from (a + (b - a) * i / n if n else a for i in range(n + 1))
 
@@ -153,10 +157,11 @@ def _value(item: object, kind: str, where: str, whole: float | None) -> float:
     percent = _PERCENT.fullmatch(item.strip()) if whole is not None and isinstance(item, str) else None
     if percent is not None and whole is not None:
         try:
-            return float(percent[1]) / 100.0 * whole
+            value = float(percent[1]) / 100.0 * whole
         except ValueError:
             raise UnitError(f'{where} = {came(item)}: not a number and %. Write "50 %".') from None
-    value = parse(item, kind, where)
+    else:
+        value = parse(item, kind, where)
     if value < 0.0:
         raise ScenarioError(f"{where} = {came(item)}: below 0. Give 0 or more.")
     return value

@@ -185,7 +185,9 @@ def _waves(base: Scenario, axes: Axes, period: str, over_periods: bool, motion: 
     counted = base.duration - base.warm_up
     for T in axes.periods:
         wave = parse(period, "time", "period") if T is None else T
-        if not 0.0 < wave <= counted:
+        if not wave > 0.0:
+            raise ScenarioError(f"period {show(wave, 'time')}: a wave takes time. Give a period above 0.")
+        if wave > counted:
             raise ScenarioError(
                 f"period {show(wave, 'time')}: a whole wave must lie in the {counted:g} s that count (duration less warm-up). "
                 "Run longer, or choose a shorter wave."

@@ -152,7 +152,10 @@ def _mass(crane: Crane, text: str) -> float:
         if not 0.0 <= part <= 1.0:
             raise StillhookError(f'loads: "{text}": give a mass such as "100 t", or 0 to 100 % of the SWL.')
         return part * crane.SWL
-    return parse(text, "mass", "loads")
+    mass = parse(text, "mass", "loads")
+    if mass < 0.0:
+        raise StillhookError(f"loads: {came(text)}: below 0. Give 0 or more.")
+    return mass
 
 
 def peak_sine(v: float, T: float) -> Motion:

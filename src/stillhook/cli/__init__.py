@@ -73,7 +73,7 @@ def run(arguments: list[str]) -> int:
         return _lost(e.__context__) if isinstance(e.__context__, OSError) else e.code if isinstance(e.code, int) else 2
     except Exception as e:
         if hasattr(e, "format_message"):  # an error of the argument parser
-            return _refuse(f"{' '.join(str(e.format_message()).split())} See --help.") if str(e.format_message()) else 2
+            return _refuse(f"{' '.join(str(e.format_message()).split()).rstrip('.')}. See --help.") if str(e.format_message()) else 2
         if type(e).__name__ == "Abort":  # what some argument parsers make of an interrupt, others of its exit code
             return _stopped()
         raise

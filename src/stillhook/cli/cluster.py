@@ -27,11 +27,13 @@ def client_of(address: str | None) -> Iterator[Any]:
 
     try:
         from distributed import Client
+        from distributed.comm import get_address_host_port
     except ImportError:
         raise SimulationError(
             '--scheduler: dask.distributed is not installed. Install it with pip install "stillhook[dask]", here and on every worker.'
         ) from None
     try:
+        get_address_host_port(address)  # a client with no address complains once more when it is collected
         client = Client(address, timeout=PATIENCE, set_as_default=False)
     except (OSError, ValueError, TypeError) as e:
         why = " ".join(str(e).split())[:120] or type(e).__name__

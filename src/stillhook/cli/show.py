@@ -10,6 +10,8 @@ from stillhook.units import in_display, number
 from stillhook.variables import BY_NAME
 
 if TYPE_CHECKING:
+    from rich.table import Table
+
     from stillhook.crane import Crane
     from stillhook.engine.run import Progress
 
@@ -18,6 +20,10 @@ LANES = 16
 """Trajectories side by side where statistics alone are wanted (`stillhook.engine.lanes.VL`, without its imports)."""
 PLAIN_WIDTH = 160
 """Width of tables that go to a file or a pipe."""
+FREE = ("status", "meaning")
+"""Columns of text among the numbers."""
+FOLDED, BORDER = 10, 3
+"""Narrowest column of text that is folded; what a column takes beside its content: a border and a space on either side."""
 
 
 def print_json(data: Any) -> None:
@@ -55,21 +61,60 @@ def print_values(values: dict[str, Any]) -> None:
 
 
 def print_table(header: Sequence[str], rows: Sequence[Sequence[str]], *, title: str = "", left: int = 1) -> None:
-    """A table; the first `left` columns are text, the others numbers."""
+    """A table; the first `left` columns are text, the others numbers.
+
+    Numbers are never cut: on a terminal too narrow for all of them the table goes on below, the texts at its left repeated.
+    """
     from rich.console import Console
-    from rich.markup import escape
+
+    console = Console()
+    folds = [name in FREE or (i < left and left > 1) for i, name in enumerate(header)]  # texts fold, so that numbers stay whole
+    least = [_least_width([name, *(row[i] for row in rows)], folds[i]) for i, name in enumerate(header)]
+    if not console.is_terminal:
+        console = Console(width=max(console.width, PLAIN_WIDTH, sum(least) + 1))
+    for columns in _side_by_side(least, left, console.width):
+        table = _table([header[i] for i in columns], [[row[i] for i in columns] for row in rows], [folds[i] for i in columns], left)
+        table.title, title = title and _escaped(title), ""
+        width = max(console.width, sum(least[i] for i in columns) + 1)  # what no terminal holds runs over its edge, whole
+        console.print(table, width=width, soft_wrap=width > console.width)
+
+
+def _side_by_side(least: Sequence[int], left: int, width: int) -> Iterator[list[int]]:
+    """Columns of tables that fit the width, each with the first `left` columns."""
+    kept = list(range(min(left, len(least))))
+    columns = list(kept)
+    for i in range(len(kept), len(least)):
+        if len(columns) > len(kept) and sum(least[k] for k in columns) + least[i] + 1 > width:
+            yield columns
+            columns = list(kept)
+        columns.append(i)
+    yield columns
+
+
+def _least_width(cells: Sequence[str], folds: bool) -> int:
+    """Width that a column cannot do without, with its border and padding."""
+    from rich.cells import cell_len
+
+    widest = max(cell_len(line) for cell in cells for line in cell.split("\n"))
+    return BORDER + (min(widest, FOLDED) if folds else widest)
+
+
+def _table(header: Sequence[str], rows: Sequence[Sequence[str]], folds: Sequence[bool], left: int) -> Table:
     from rich.table import Table
 
-    table = Table(title=escape(title) or None, title_justify="left", title_style="bold", header_style="bold")
+    table = Table(title_justify="left", title_style="bold", header_style="bold")
     for i, name in enumerate(header):
-        free = name == "status"
-        text = i < left  # texts fold on a narrow terminal, so that numbers stay whole
-        folds = free or (text and left > 1)
-        table.add_column(escape(name), justify="left" if text or free else "right", no_wrap=not folds, overflow="fold")
+        text = i < left or name in FREE
+        table.add_column(_escaped(name), justify="left" if text else "right", no_wrap=not folds[i], overflow="fold")
     for row in rows:
-        table.add_row(*(escape(cell) for cell in row))
-    console = Console()
-    (console if console.is_terminal else Console(width=max(console.width, PLAIN_WIDTH))).print(table)
+        table.add_row(*(_escaped(cell) for cell in row))
+    return table
+
+
+def _escaped(text: str) -> str:
+    from rich.markup import escape
+
+    return escape(text)
 
 
 def say(text: str) -> None:

@@ -20,6 +20,8 @@ CraneName = Annotated[str, typer.Argument(help="Library crane, or path of a cran
 ALPHA_HELP = "Motor displacement over its maximum; repeat it for several. Default: where SSC stands at the tip's speed, 1 at rest."
 DELAY_HELP = 'Delay of the position feedback (encoder, bus, computing), such as "50 ms". Not that of the motion unit.'
 FULL_HELP = "The whole plant, linearised at --load, --s-w and --v-tip, in place of the published model."
+LOAD, WIRE = "100 t", "100 m"
+"""Where the whole plant stands unless an option says otherwise."""
 PLAIN = ("K_p_ms", "omega_c", "gain_margin", "phase_margin", "omega_gc", "delay_margin", "sensitivity_peak", "stable")
 """Rows that have a second value with PLC and delay."""
 WHERE = ("alpha_m", "K_wire", "J_m", "omega_0", "zeta", "period", "K_p")
@@ -36,8 +38,8 @@ def stability(
     delay: Annotated[str, typer.Option(help=DELAY_HELP)] = "0 s",
     v_tip: Annotated[str, typer.Option("--v-tip", help='Steady speed of the tip, up positive, such as "60 m/min".')] = "0 m/min",
     full: Annotated[bool, typer.Option("--full", help=FULL_HELP)] = False,
-    load: Annotated[str, typer.Option(help="With --full: payload on the hook.")] = "100 t",
-    s_w: Annotated[str, typer.Option("--s-w", help="With --full: wire paid out.")] = "100 m",
+    load: Annotated[str | None, typer.Option(help=f'With --full: payload on the hook (default "{LOAD}").')] = None,
+    s_w: Annotated[str | None, typer.Option("--s-w", help=f'With --full: wire paid out (default "{WIRE}").')] = None,
     out: Annotated[Path | None, typer.Option("--out", help="Folder for pictures, sweeps (NetCDF) and stability.json.")] = None,
     json: Json = False,
 ) -> None:
@@ -56,8 +58,10 @@ def stability(
     alphas: list[float | None] = [*alpha_m] if alpha_m else [None]
     if full:
         _refuse(layer is not None, "--layer belongs to the published model; with --full the wire paid out says the layer. Leave it out.")
-        found, point = _full(crane, alphas, parse(load, "mass", "--load"), parse(s_w, "length", "--s-w"), speed, late)
+        found, point = _full(crane, alphas, parse(load or LOAD, "mass", "--load"), parse(s_w or WIRE, "length", "--s-w"), speed, late)
     else:
+        for option, value in (("--load", load), ("--s-w", s_w)):
+            _refuse(value is not None, f"{option}: the published model has none. Add --full, or leave it out.")
         from stillhook.analysis.loop_stability import stability as margins_of
 
         found, point = [margins_of(crane, a, layer=layer, v_tip=speed, delay=late) for a in alphas], None

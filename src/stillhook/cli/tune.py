@@ -28,7 +28,7 @@ def register(app: typer.Typer) -> None:
 def tune(
     crane: Annotated[str, typer.Argument(metavar="CRANE", help="Library crane, or path of a crane file.")],
     controllers: Annotated[str, typer.Option(help="Where to start: ns, hs, ssc, ssc-cubic, strong-ssc, files.")] = "ns,hs,ssc",
-    free: Annotated[str, typer.Option(help="Settings to tune, such as K_p,u_thr (default: all of the motor law).")] = "",
+    free: Annotated[str | None, typer.Option(help="Settings to tune, such as K_p,u_thr (default: all of the motor law).")] = None,
     objective: Annotated[str, typer.Option(help="error, worst-error, pressure or balanced.")] = "balanced",
     limit: Annotated[list[str] | None, typer.Option(help='Limit to keep, such as "p_max <= 300 bar"; may be given again.')] = None,
     loads: Annotated[str, typer.Option(help='Loads, such as "50 t, 150 t", or parts of the SWL.')] = "20 %, 60 %",
@@ -62,10 +62,12 @@ def tune(
         from stillhook.whole import check_folder
 
         check_folder(out, files)
+    if free is not None and not _split(free):
+        _refuse(f'--free "{free}": name at least one setting, such as K_p,u_thr, or leave it out to tune all.')
     where: dict[str, Any] = {"loads": _split(loads), "speeds": _split(speeds), "s_w": s_w, "delay": late}
     cases = scenarios(machine, periods=_split(periods), **where)
     unseen = hold_out(machine, seed=seed, **where)
-    asked = {"free": _split(free), "limits": limits, "seed": seed, "budget": budget, "cases": cases}
+    asked = {"free": _split(free or ""), "limits": limits, "seed": seed, "budget": budget, "cases": cases}
     tuned, fronts, trials = _tuned(machine, chosen, objective, asked, pareto=pareto)
     report = _Report(machine, tuned, unseen, fronts, cases)
     if json:

@@ -27,6 +27,8 @@ CASE = {"crane": "nov-250t", "load": "100 t", "s_w": "100 m", "motion": "sine 2.
 """What is run where neither a case file nor an option says otherwise; 60 s hold one whole window of 30 s after the warm-up."""
 CLASSIC = ("level-1", "level-2", "ns", "hs")
 LEAST_ROWS = 16
+LEAST_DRAWS = 20
+"""Fewest draws of which one is expected outside either end of a 5 to 95 % band."""
 EXAMPLE = 'stillhook uncertainty --crane nov-250t --load "100 t" --draws 256 --limit "e_c_pp <= 25 cm" --sobol --out bands'
 
 
@@ -178,6 +180,11 @@ def _share(chance: dict[str, Any]) -> str:
 
 
 def _print_remarks(data: dict[str, Any]) -> None:
+    if data["draws"] < LEAST_DRAWS:
+        print(f"too few draws for a 5 to 95 % band: its ends are the draws themselves. Take {LEAST_DRAWS} or more.")
+    for label, case in data["cases"].items():
+        if case["beyond_limits"]["share"] == 1.0:
+            print(f"{label}: every draw goes beyond a limit of the winch; its error and pressure are no working controller's")
     errors = {label: c["band_90"]["e_c_pp"]["high_error"] for label, c in data["cases"].items()}
     if all(math.isfinite(x) for x in errors.values()):
         print("standard error of the 95 % end of the error: " + ", ".join(f"{label} {cell('e_c_pp', x)}" for label, x in errors.items()))

@@ -1,0 +1,111 @@
+"""What a hurried or careless person types into the commands of the control analysis: one clear line, or an answer that is whole."""
+
+from __future__ import annotations
+
+import os
+import re
+import struct
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from stillhook.cli import run
+
+FEW = ["--loads", "100 t", "--speeds", "40 m/min"]
+TUNE = ["tune", "nov-250t", "--controllers", "ssc"]
+DRAW = ["uncertainty", "--modes", "ssc"]
+
+
+def _on_terminal(columns: int, *arguments: str) -> str:
+    """What a command prints on a terminal of this width, without its colours."""
+    pytest.importorskip("termios", reason="no terminals of this kind here")
+    import fcntl
+    import pty
+    import termios
+
+    master, slave = pty.openpty()
+    fcntl.ioctl(slave, termios.TIOCSWINSZ, struct.pack("HHHH", 40, columns, 0, 0))
+    code = "import sys; from stillhook.cli import run; sys.exit(run(sys.argv[1:]))"
+    around = {k: v for k, v in os.environ.items() if k not in ("COLUMNS", "LINES")} | {"TERM": "xterm"}
+    command = [sys.executable, "-c", code, *arguments]
+    with subprocess.Popen(command, stdin=slave, stdout=slave, stderr=subprocess.DEVNULL, env=around) as process:
+        os.close(slave)
+        out = b""
+        while True:
+            try:
+                part = os.read(master, 65536)
+            except OSError:  # the other end is closed
+                break
+            if not part:
+                break
+            out += part
+        process.wait()
+    os.close(master)
+    return re.sub(r"\x1b\[[0-9;?]*[A-Za-z]", "", out.decode())
+
+
+@pytest.mark.parametrize("columns", [60, 80])
+def test_narrow_terminal_shows_every_number_whole(columns: int) -> None:
+    """No number is cut and no column lost on a terminal that is narrower than the table."""
+    shown = _on_terminal(columns, "envelope", "nov-250t", "--load", "100 t", "--modes", "ns,hs,ssc")
+    for whole in ("86.93 m/min", "2771 rev/min", "108.3 bar", "+25.7%", "-4.7%", "over HS", "ssc"):
+        assert whole in shown, whole
+    assert max(len(line) for line in shown.splitlines() if line.startswith(("│", "┃"))) <= columns
+
+
+def test_stability_on_80_columns_has_its_values() -> None:
+    """The values stand beside their names where the meanings are long."""
+    shown = _on_terminal(80, "stability", "nov-250t")
+    assert re.search(r"K_p_ms +│ +2\.026 +│ +1/m", shown), shown
+
+
+@pytest.mark.parametrize(
+    ("arguments", "line"),
+    [
+        (["map", "--scheduler", "garbage", *FEW], "no Dask scheduler answers (missing port"),
+        (["map", "--loads", "-5 %"], "below 0"),
+        (["map", "--loads", "20 % to 100 %"], "a range needs its step"),
+        (["map", "--loads", "20 % to 100 % by 0.0001 %"], "at most 1000"),
+        (["map", "--period", "-12 s"], "a wave takes time"),
+        (["stability", "nov-250t", "--load", "100 t"], "--load: the published model has none"),
+        (["stability", "nov-250t", "--s-w", "nonsense"], "--s-w: the published model has none"),
+        ([*TUNE, "--free", ""], "name at least one setting"),
+        ([*TUNE, "--loads", "-1 t"], "below 0"),
+        ([*DRAW, "--limit", "foo <= 1 m"], "there are "),
+        ([*DRAW, "--draws", "1.5"], "as an integer. See --help."),
+    ],
+)
+def test_one_line_says_what_is_wrong(arguments: list[str], line: str, capfd: pytest.CaptureFixture[str]) -> None:
+    """Exit code 2 and one line on standard error that names the cause."""
+    assert run(arguments) == 2
+    printed = capfd.readouterr()
+    assert line in printed.err
+    assert printed.err.count("\n") == 1, printed.err
+    assert not printed.out
+
+
+def test_load_beyond_the_crane_is_no_fault_of_a_factor(capfd: pytest.CaptureFixture[str]) -> None:
+    """What is wrong with nothing drawn is said without a factor."""
+    assert run([*DRAW, "--load", "300 t", "--draws", "4"]) == 2
+    said = capfd.readouterr().err
+    assert "exceeds the SWL" in said
+    assert "factor" not in said
+
+
+@pytest.mark.parametrize("name", ["best classic", "physical", "$x^{$"])
+def test_controller_file_cannot_take_the_name_of_another_row(name: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    """A file called as the map's best classic would stand in its place in the answer, and $ is a formula in pictures."""
+    path = tmp_path / f"{name}.toml"
+    path.write_text('mode = "ssc"\n')
+    assert run(["map", "--controllers", f"ns,{path}", *FEW]) == 2
+    assert "Rename the file" in capfd.readouterr().err
+
+
+def test_band_of_one_draw_is_no_band(capfd: pytest.CaptureFixture[str]) -> None:
+    """A single draw has no spread, and a heavy lift in HS with an open relief valve is no working controller: both are said."""
+    assert run(["uncertainty", "--load", "250 t", "--modes", "hs", "--draws", "1", "--seed", "3"]) == 0
+    said = capfd.readouterr().out
+    assert "too few draws for a 5 to 95 % band" in said
+    assert "hs: every draw goes beyond a limit" in said
