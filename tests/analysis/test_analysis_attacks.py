@@ -71,6 +71,7 @@ def test_stability_on_80_columns_has_its_values() -> None:
         (["map", "--period", "-12 s"], "a wave takes time"),
         (["stability", "nov-250t", "--load", "100 t"], "--load: the published model has none"),
         (["stability", "nov-250t", "--s-w", "nonsense"], "--s-w: the published model has none"),
+        (["stability", "nov-250t", "--full", "--v-tip", "60 m/min", "--load", ""], "--load = \"\": empty"),
         ([*TUNE, "--free", ""], "name at least one setting"),
         ([*TUNE, "--loads", "-1 t"], "below 0"),
         ([*DRAW, "--limit", "foo <= 1 m"], "there are "),

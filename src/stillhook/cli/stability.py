@@ -58,7 +58,8 @@ def stability(
     alphas: list[float | None] = [*alpha_m] if alpha_m else [None]
     if full:
         _refuse(layer is not None, "--layer belongs to the published model; with --full the wire paid out says the layer. Leave it out.")
-        found, point = _full(crane, alphas, parse(load or LOAD, "mass", "--load"), parse(s_w or WIRE, "length", "--s-w"), speed, late)
+        mass = parse(LOAD if load is None else load, "mass", "--load")
+        found, point = _full(crane, alphas, mass, parse(WIRE if s_w is None else s_w, "length", "--s-w"), speed, late)
     else:
         for option, value in (("--load", load), ("--s-w", s_w)):
             _refuse(value is not None, f"{option}: the published model has none. Add --full, or leave it out.")
