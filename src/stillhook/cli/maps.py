@@ -41,6 +41,7 @@ def show_map(
     motion: Annotated[str | None, typer.Option(help='Another motion: "sine 2 m 13 s + sine 0.5 m 6 s", or a log.')] = None,
     duration: Annotated[str | None, typer.Option(help="Length of each run (default 30 s).")] = None,
     warm_up: Annotated[str | None, typer.Option("--warm-up", help="Start of each run that does not count (default 10 s).")] = None,
+    step: Annotated[str | None, typer.Option(help="Integration step (default 5 ms, for settling tests 2 ms).")] = None,
     store: Annotated[Path | None, typer.Option(help="Folder that keeps results as they finish; a stopped map goes on from it.")] = None,
     scheduler: Scheduler = None,
     out: Annotated[Path | None, typer.Option("--out", help="Folder for NetCDF, pictures and JSON; nothing is written without it.")] = None,
@@ -56,7 +57,7 @@ def show_map(
 
     if metric not in METRICS:
         raise SpecError(f"--metric {came(metric)}: not one of {', '.join(METRICS)}.")
-    asked = {"loads": loads, "speeds": speeds, "s_w": s_w, "layers": _layers(layer), "duration": duration, "warm_up": warm_up}
+    asked = {"loads": loads, "speeds": speeds, "s_w": s_w, "layers": _layers(layer), "duration": duration, "warm_up": warm_up, "step": step}
     given = {name: value for name, value in asked.items() if value is not None}
     _check_out(out)
     machine = load_crane(crane)

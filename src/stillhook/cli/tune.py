@@ -10,6 +10,8 @@ import typer
 from stillhook.cli.cranes import Json
 from stillhook.cli.show import print_json, print_table, progress_bar, say, say_if_compiling
 
+from stillhook.scenario import Mode
+
 if TYPE_CHECKING:
     from stillhook.analysis.controllers import Controller
     from stillhook.analysis.tune_compare import Outcome, Point
@@ -140,6 +142,7 @@ class _Report:
     def __init__(
         self, crane: Crane, tuned: list[Tuned], unseen: list[Scenario], fronts: dict[str, list[Point]], cases: list[Scenario]
     ) -> None:
+        from stillhook.analysis.slow_limit import slow_limit
         from stillhook.analysis.tune_compare import outcomes, variations
 
         self.crane, self.tuned, self.fronts, self.cases, self.unseen = crane, tuned, fronts, cases, unseen
@@ -147,6 +150,30 @@ class _Report:
         found = outcomes(crane, pairs, unseen)
         self.held_out = [(found[2 * i], found[2 * i + 1]) for i in range(len(tuned))]
         self.varied = variations(crane, [t.controller for t in tuned], cases)
+        load = max(c.load for c in cases)
+        self.slow = [slow_limit(crane, t.controller, load=load, s_w=cases[0].s_w) for t in tuned]
+        self.remarks = [*self._slow_remarks(load), *self._load_remarks(load)]
+
+    def _slow_remarks(self, load: float) -> list[str]:
+        """Controllers whose gain makes the loaded winch swing at low speed, which no scenario of a tuning shows."""
+        from stillhook.units import show
+
+        out = []
+        for t, slow in zip(self.tuned, self.slow, strict=True):
+            K_p = t.controller.on(self.crane).control.K_p
+            if slow is not None and slow.K_p_ms < K_p:
+                out.append(
+                    f"{t.start.name}: K_p {show(K_p, 'gain_per_length', 3)} is above the {show(slow.K_p_ms, 'gain_per_length', 2)} at which the "
+                    f"whole plant swings with {show(load, 'mass', 4)} at {show(abs(slow.v_tip), 'speed', 2)} (motors at {slow.alpha_m:.2f})"
+                )
+        return out
+
+    def _load_remarks(self, load: float) -> list[str]:
+        from stillhook.analysis.applicable import HS_SHARE
+
+        beyond = load > HS_SHARE * self.crane.SWL * (1.0 + 1e-9)
+        names = [t.start.name for t in self.tuned if t.start.mode is Mode.HS and beyond]
+        return [f"{name}: high-speed mode carries {HS_SHARE:.0%} of the SWL at most (paper C); heavier scenarios were run all the same" for name in names]
 
     def data(self) -> dict[str, Any]:
         """Everything in SI, for machines."""
@@ -177,6 +204,7 @@ class _Report:
             "before": numbers(t.before),
             "after": numbers(t.after),
             "hold_out": {"before": before._asdict(), "after": after._asdict()},
+            "slow": None if (slow := self.slow[i]) is None else slow._asdict(),
             "variations": {name: found[i]._asdict() for name, found in self.varied.items()},
         }
 
@@ -198,6 +226,8 @@ class _Report:
                 print(f"{t.start.name}: leans on {', '.join(t.active) or 'no limit'}; {t.evaluations} evaluations, seed {t.seed}")
             else:
                 print(f"{t.start.name}: no setting keeps the limits; in the way: {'; '.join(t.stops)}")
+        for line in self.remarks:
+            print(line)
         for name, points in self.fronts.items():
             shown = ", ".join(f"{p.e_c_pp_mean * 1e3:.1f} mm at {show(p.p_max, 'pressure', 4)}" for p in _few(points))
             print(f"{name}: front of error and pressure: {shown}")
