@@ -10,11 +10,11 @@ from stillhook.analysis.operation import NoSteadyOperation
 from stillhook.crane import Crane
 
 SLOW = (2.0 / 60.0, 5.0 / 60.0)
-"""Tip speeds that are looked at [m/s]: 2 and 5 m/min, where friction falls with speed most and the engine shows what the linear model says."""
+"""Tip speeds that are looked at [m/s], 2 and 5 m/min: there friction falls with speed most."""
 
 
 class SlowLimit(NamedTuple):
-    """Least gain limit K_p_ms with PLC [1/m] among slow speeds of either sign, and the tip speed [m/s] and displacement [-] it is found at."""
+    """Least gain limit K_p_ms with PLC [1/m] among slow speeds of either sign; tip speed [m/s] and displacement [-] of that point."""
 
     K_p_ms: float
     v_tip: float

@@ -10,8 +10,6 @@ import typer
 from stillhook.cli.cranes import Json
 from stillhook.cli.show import print_json, print_table, progress_bar, say, say_if_compiling
 
-from stillhook.scenario import Mode
-
 if TYPE_CHECKING:
     from stillhook.analysis.controllers import Controller
     from stillhook.analysis.tune_compare import Outcome, Point
@@ -162,18 +160,21 @@ class _Report:
         for t, slow in zip(self.tuned, self.slow, strict=True):
             K_p = t.controller.on(self.crane).control.K_p
             if slow is not None and slow.K_p_ms < K_p:
+                limit, where = show(slow.K_p_ms, "gain_per_length", 2), f"{show(load, 'mass', 4)} at {show(abs(slow.v_tip), 'speed', 2)}"
                 out.append(
-                    f"{t.start.name}: K_p {show(K_p, 'gain_per_length', 3)} is above the {show(slow.K_p_ms, 'gain_per_length', 2)} at which the "
-                    f"whole plant swings with {show(load, 'mass', 4)} at {show(abs(slow.v_tip), 'speed', 2)} (motors at {slow.alpha_m:.2f})"
+                    f"{t.start.name}: K_p {show(K_p, 'gain_per_length', 3)} is above the {limit} at which the whole plant swings "
+                    f"with {where} (motors at {slow.alpha_m:.2f})"
                 )
         return out
 
     def _load_remarks(self, load: float) -> list[str]:
         from stillhook.analysis.applicable import HS_SHARE
+        from stillhook.scenario import Mode
 
-        beyond = load > HS_SHARE * self.crane.SWL * (1.0 + 1e-9)
-        names = [t.start.name for t in self.tuned if t.start.mode is Mode.HS and beyond]
-        return [f"{name}: high-speed mode carries {HS_SHARE:.0%} of the SWL at most (paper C); heavier scenarios were run all the same" for name in names]
+        if load <= HS_SHARE * self.crane.SWL * (1.0 + 1e-9):
+            return []
+        told = f"high-speed mode carries {HS_SHARE:.0%} of the SWL at most (paper C); heavier scenarios were run all the same"
+        return [f"{t.start.name}: {told}" for t in self.tuned if t.start.mode is Mode.HS]
 
     def data(self) -> dict[str, Any]:
         """Everything in SI, for machines."""
