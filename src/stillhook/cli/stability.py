@@ -72,7 +72,7 @@ def stability(
     else:
         _report(crane, found, point, layer)
     if out is not None:
-        _write(out, crane, found, table, late, quiet=json)
+        _write(out, crane, found, table, late, quiet=json, other=full or layer is not None)
     raise typer.Exit(0 if all(s.ok for s in found) else 1)
 
 
@@ -161,7 +161,8 @@ def _check_out(out: Path | None) -> None:
         check_folder(out, NAMES)
 
 
-def _write(out: Path, crane: Crane, found: list[Stability], table: dict[str, Any], delay: float, *, quiet: bool) -> None:
+def _write(out: Path, crane: Crane, found: list[Stability], table: dict[str, Any], delay: float, *, quiet: bool, other: bool) -> None:
+    """other: the table is of another model or layer than the pictures."""
     from stillhook.analysis.stability_figures import all_figures
     from stillhook.io.figures import save_figure
     from stillhook.io.results import save_json, save_run
@@ -177,3 +178,5 @@ def _write(out: Path, crane: Crane, found: list[Stability], table: dict[str, Any
         save_json(table, part / "stability.json")
     if not quiet:
         say("written: " + ", ".join(str(out / n) for n in NAMES))
+        if other:
+            say("pictures and sweeps show the published loop on the full drum; stability.json holds the table above")
