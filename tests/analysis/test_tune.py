@@ -15,7 +15,7 @@ from stillhook.analysis.loops import position_loop, sampled
 from stillhook.analysis.margins import margins
 from stillhook.analysis.steady import speed_limit
 from stillhook.analysis.tune_compare import front, outcomes, pareto, trials_dataset, variations
-from stillhook.analysis.tune_goal import Limits, Objective, hold_out, parse_limits, scenarios
+from stillhook.analysis.tune_goal import SPEEDS, Limits, Objective, hold_out, parse_limits, scenarios, usual_speeds
 from stillhook.analysis.tune_score import gain_allowed
 from stillhook.analysis.tune_space import of_vector, present, space, to_vector, tunable, tuned_controller, with_settings
 from stillhook.analysis.tuning import Tuned, tune
@@ -225,3 +225,11 @@ def test_a_threshold_that_leaves_the_motors_no_time_breaks_the_fast_run() -> Non
     assert any("saturated in a fast run" in b for b in found.before.broken)
     assert found.met
     assert found.controller.on(CRANE).control.u_thr < 0.95
+
+
+def test_usual_speeds_are_those_that_a_slower_winch_can_follow():
+    fast, slow = (usual_speeds(load_crane(name)) for name in ("nov-250t", "nov-100t-pure-active"))
+    assert fast == SPEEDS
+    top = parse(slow[-1], "speed", "speed")
+    assert 0.8 * speed_limit(load_crane("nov-100t-pure-active"), "ns") < top < speed_limit(load_crane("nov-100t-pure-active"), "ns")
+    assert len(scenarios(load_crane("nov-100t-pure-active"))) == len(scenarios(load_crane("nov-250t")))

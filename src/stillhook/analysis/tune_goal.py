@@ -12,6 +12,7 @@ from itertools import pairwise
 import numpy as np
 
 from stillhook.analysis.margins import GAIN_MARGIN, PHASE_MARGIN, SENSITIVITY_PEAK
+from stillhook.analysis.steady import speed_limit
 from stillhook.crane import Crane
 from stillhook.errors import StillhookError
 from stillhook.scenario import Mode, Scenario, Sensors
@@ -20,6 +21,9 @@ from stillhook.units import came, parse, show
 
 LOADS, SPEEDS, PERIODS = ("20 %", "60 %"), ("20 m/min", "50 m/min", "75 m/min"), ("8 s", "12 s")
 """Scenarios of a tuning unless others are given: loads as parts of the SWL, peak speeds of the tip, wave periods."""
+FASTEST = 0.9
+"""Highest of those speeds over that which NS reaches with full pumps: on a slower winch all three shrink to it, so that leakage and
+acceleration leave something to tune."""
 WARM_UP, COUNTED = 20.0, 32.0
 """Start of every run that is left out, and what counts [s]: a little more than the window of the peak-to-peak error."""
 HOLD_OUT_PERIODS, PARTS, HOLD_OUT_COUNTED = (6.5, 15.0), 6, 120.0
@@ -96,22 +100,29 @@ def _plain(text: str, name: str) -> float:
     return value
 
 
+def usual_speeds(crane: Crane) -> tuple[str, ...]:
+    """Peak speeds for this winch: `SPEEDS`, or less of each on one whose NS cannot follow the highest of them. In whole m/min."""
+    fastest = max(parse(v, "speed", "speeds") for v in SPEEDS)
+    part = min(1.0, FASTEST * speed_limit(crane, Mode.NS) / fastest)
+    return tuple(f"{60.0 * part * parse(v, 'speed', 'speeds'):.0f} m/min" for v in SPEEDS)
+
+
 def scenarios(
     crane: Crane,
     mode: Mode = Mode.SSC,
     *,
     loads: Sequence[str] = LOADS,
-    speeds: Sequence[str] = SPEEDS,
+    speeds: Sequence[str] | None = None,
     periods: Sequence[str] = PERIODS,
     s_w: str = "100 m",
     delay: float = 0.0,
 ) -> list[Scenario]:
-    """Every load with every peak speed and period, as sines. Loads are masses or parts of the SWL ("60 %").
+    """Every load with every peak speed (default `usual_speeds`) and period, as sines. Loads are masses or parts of the SWL ("60 %").
 
     Errors: StillhookError, UnitError for a text that is none of these.
     """
     masses = [_mass(crane, load) for load in loads]
-    pairs = [(parse(v, "speed", "speeds"), parse(T, "time", "periods")) for v in speeds for T in periods]
+    pairs = [(parse(v, "speed", "speeds"), parse(T, "time", "periods")) for v in _speeds(crane, speeds) for T in periods]
     if not masses or not pairs:
         raise StillhookError("scenarios: give at least one load, one speed and one period.")
     tips = [peak_sine(v, T) for v, T in pairs]
@@ -123,7 +134,7 @@ def hold_out(
     mode: Mode = Mode.SSC,
     *,
     loads: Sequence[str] = LOADS,
-    speeds: Sequence[str] = SPEEDS,
+    speeds: Sequence[str] | None = None,
     s_w: str = "100 m",
     delay: float = 0.0,
     seed: int = 0,
@@ -137,10 +148,14 @@ def hold_out(
     between = [0.5 * (a + b) for a, b in pairwise(masses)] or masses
     out = []
     for load in [*between, masses[-1]]:
-        for v in speeds:
+        for v in _speeds(crane, speeds):
             tip = _irregular(parse(v, "speed", "speeds"), rng)
             out.append(_case(load, s_w, tip, mode, HOLD_OUT_COUNTED, delay))
     return out
+
+
+def _speeds(crane: Crane, given: Sequence[str] | None) -> Sequence[str]:
+    return usual_speeds(crane) if given is None else given
 
 
 def _mass(crane: Crane, text: str) -> float:

@@ -32,7 +32,9 @@ def tune(
     objective: Annotated[str, typer.Option(help="error, worst-error, pressure or balanced.")] = "balanced",
     limit: Annotated[list[str] | None, typer.Option(help='Limit to keep, such as "p_max <= 300 bar"; may be given again.')] = None,
     loads: Annotated[str, typer.Option(help='Loads, such as "50 t, 150 t", or parts of the SWL.')] = "20 %, 60 %",
-    speeds: Annotated[str, typer.Option(help="Peak speeds of the tip.")] = "20 m/min, 50 m/min, 75 m/min",
+    speeds: Annotated[
+        str | None, typer.Option(help='Peak speeds of the tip (default "20 m/min, 50 m/min, 75 m/min", less on a slower winch).')
+    ] = None,
     periods: Annotated[str, typer.Option(help="Wave periods.")] = "8 s, 12 s",
     s_w: Annotated[str, typer.Option("--s-w", help="Wire paid out.")] = "100 m",
     delay: Annotated[str, typer.Option(help="Delay of the measured tip motion.")] = "0 s",
@@ -64,7 +66,7 @@ def tune(
         check_folder(out, files)
     if free is not None and not _split(free):
         _refuse(f'--free "{free}": name at least one setting, such as K_p,u_thr, or leave it out to tune all.')
-    where: dict[str, Any] = {"loads": _split(loads), "speeds": _split(speeds), "s_w": s_w, "delay": late}
+    where: dict[str, Any] = {"loads": _split(loads), "speeds": None if speeds is None else _split(speeds), "s_w": s_w, "delay": late}
     cases = scenarios(machine, periods=_split(periods), **where)
     unseen = hold_out(machine, seed=seed, **where)
     asked = {"free": _split(free or ""), "limits": limits, "seed": seed, "budget": budget, "cases": cases}
