@@ -23,6 +23,11 @@ def table(head: Iterable[str], rows: Iterable[Iterable[object]]) -> str:
     return "\n".join("| " + " | ".join(line) + " |" for line in lines)
 
 
+def claims_table(found: Mapping[str, tuple[str, str, str]]) -> str:
+    """The claims of a page: claim -> theirs, ours, verdict. The front page repeats them."""
+    return table(("claim", "theirs", "ours", "verdict"), [(name, *what) for name, what in found.items()])
+
+
 def percent(part: float, *, sign: bool = False) -> str:
     """27 %, or with a sign −27 %."""
     return f"{100.0 * part:+.0f} %".replace("-", "−") if sign else f"{100.0 * part:.0f} %"

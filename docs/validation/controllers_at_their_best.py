@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
-from blocks import percent, save, table, verdict
+from blocks import claims_table, percent, save, table, verdict
 
 from stillhook import Crane, Scenario, load_crane, simulate
 from stillhook.analysis.controllers import Controller, controller
@@ -180,7 +180,7 @@ def compute() -> tuple[dict[str, str], dict[str, tuple[str, str, str]], Any]:
         "variations": varied([controller("ssc"), strong, best("ns"), best("ssc")]),
     }
     claims = claimed(versus, before)
-    blocks["claims"] = table(("claim", "theirs", "ours", "verdict"), [(name, *what) for name, what in claims.items()])
+    blocks["claims"] = claims_table(claims)
     return blocks, claims, (by, fronts())
 
 

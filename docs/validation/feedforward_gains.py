@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from batch import side_by_side, sine
-from blocks import save, table
+from blocks import claims_table, save, table
 from numpy.typing import NDArray
 
 from stillhook import Scenario, load_crane
@@ -166,7 +166,7 @@ def compute() -> tuple[dict[str, str], dict[str, tuple[str, str, str]], dict[str
     estimate = ("estimate of the missing speed, SSC", *(f"{missing_speed(k, 1.0):.1f}" for k in K_1S))
     head_modes = [f"{m.upper()} {what}" for m in MODES for what in ("`K_1`, `K_2`", "derived", "least")]
     blocks = {
-        "claims": table(("claim", "theirs", "ours", "verdict"), [(name, *what) for name, what in told.items()]),
+        "claims": claims_table(told),
         "printed": f"0.68 s/m is {PRINTED / IDEAL.K_1:.3f} of the derived {IDEAL.K_1:.4f} s/m, the inverse of {60.0 / PRINTED:.1f} m/min; "
         f"the published machine reaches {60.0 * wire_speed_max(CRANE):.1f} m/min at full displacement.",
         "over-k1": table(("`K_1`/ideal", *(f"{k:.3g}" for k in K_1S)), [*grid_rows(base), estimate]),

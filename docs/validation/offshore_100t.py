@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray
 from batch import SWELL_AND_ROLL, Numbers, side_by_side, sine, wave
-from blocks import percent, save, table, verdict
+from blocks import claims_table, percent, save, table, verdict
 from scipy.optimize import brentq
 
 from stillhook import Crane, Scenario, load_crane, simulate
@@ -234,7 +234,7 @@ def compute() -> tuple[dict[str, str], dict[str, tuple[str, str, str]], dict[str
         "`p_a` NS, bar", "SSC, bar", "SSC/NS above boost", "`alpha_NS − 1`",
     )  # fmt: skip
     blocks = {
-        "claims": table(("claim", "theirs", "ours", "verdict"), [(name, *what) for name, what in told.items()]),
+        "claims": claims_table(told),
         "readings": table(("figure 2.33 read as", "command", "motors", "tip's highest speed", "`u_thr` 0.6 shows at"), readings),
         "bound": f"If motors follow their command, both can only be with a smallest displacement of SSC below {largest_alpha_min():.2f}.",
         "heights": table(("tip's highest speed", *(f"{T} s" for T in (6, 8, 10, 12, 14))), heights),

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray
 from batch import Numbers, side_by_side
-from blocks import percent, save, table, verdict
+from blocks import claims_table, percent, save, table, verdict
 
 from stillhook import Crane, Scenario, Sine, load_crane, simulate
 from stillhook.engine.pack import gains
@@ -166,7 +166,7 @@ def compute() -> tuple[dict[str, str], dict[str, tuple[str, str, str]], dict[str
         "above boost", "`alpha_NS − 1`", "error NS, cm", "SSC, cm", "SSC/NS",
     )  # fmt: skip
     blocks = {
-        "claims": table(("claim", "theirs", "ours", "verdict"), [(name, *what) for name, what in told.items()]),
+        "claims": claims_table(told),
         "periods": table(head, [over_period(row, p) for row, p in zip(OVER_PERIODS, found, strict=True)]),
         "sensitivity": table(head_varied, [variant(row, p) for row, p in zip(ROWS, varied, strict=True)]),
     }

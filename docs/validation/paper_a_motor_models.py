@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from functools import cache
 
 import numpy as np
-from blocks import percent, save, table, verdict
+from blocks import claims_table, percent, save, table, verdict
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
@@ -300,7 +300,7 @@ def compute() -> tuple[dict[str, str], dict[str, tuple[str, str, str]], None]:
     """Blocks of the page, its claims; the picture needs no more."""
     found = claims()
     blocks = {
-        "claims": table(("claim", "theirs", "ours", "verdict"), [(k, *v) for k, v in found.items()]),
+        "claims": claims_table(found),
         "terms": table(("", *TERMS.values()), term_rows()),
         "forced": table(
             ("model", "at full displacement", "above 150 cm³/rev", "half of it", "worse than MJ4, whatever the map"), forced_rows()

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray
 from batch import SWELL_AND_ROLL, Numbers, side_by_side, sine, wave
-from blocks import percent, save, table, verdict
+from blocks import claims_table, percent, save, table, verdict
 from scipy.signal import butter, hilbert, sosfiltfilt
 
 from stillhook import Crane, Scenario, load_crane, simulate
@@ -235,7 +235,7 @@ def compute() -> tuple[dict[str, str], dict[str, tuple[str, str, str]], dict[str
     ]
     head = ("", "error p-p", "largest", "highest `p_a`", "`p_b`", "pumps", "least `alpha_m`", "wire speed", "ringing < 10 bar after")
     blocks = {
-        "claims": table(("claim", "theirs", "ours", "verdict"), [(name, *what) for name, what in found.items()]),
+        "claims": claims_table(found),
         "numbers": table(head, numbers),
         "gears": table(("`i_hD`", *HEAD), [cells for cells, *_ in rows[len(ROWS) :]]),
         "sensitivity": table(("variant", *HEAD), [cells for cells, *_ in rows[: len(ROWS)]]),

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import xarray
-from blocks import percent, save, table, verdict
+from blocks import claims_table, percent, save, table, verdict
 
 from stillhook import Crane, load_crane
 from stillhook.analysis.envelope_figures import layer_figure, load_speed_figure, setting_figure
@@ -202,7 +202,7 @@ def compute() -> tuple[dict[str, str], dict[str, tuple[str, str, str]], dict[str
     by_load = ("load, t", "NS", "HS", "SSC", "cubic SSC", "machine", "what binds the machine", "`D_m,min` of SSC", "30 % at relief")
     wide = ("variant, 90 t", "NS, m/min", "HS", "SSC", "cubic SSC", "its pumps at HS", "gain over NS above 90 t", "linear", "at the SWL")
     blocks = {
-        "claims": table(("claim", "theirs", "ours", "verdict"), [(name, *what) for name, what in found.items()]),
+        "claims": claims_table(found),
         "loads": table(by_load, load_rows(C150)),
         "sensitivity": table(wide, [variant(r) for r in ROWS]),
     }

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import xarray
-from blocks import percent, save, table, verdict
+from blocks import claims_table, percent, save, table, verdict
 from matplotlib.figure import Figure
 
 from stillhook import Crane, Scenario, Sine, load_crane, simulate
@@ -190,7 +190,7 @@ def compute() -> tuple[dict[str, str], dict[str, tuple[str, str, str]], dict[int
         "highest pressure, bar",
     )
     blocks = {
-        "claims": table(("claim", "theirs", "ours", "verdict"), [(name, *what) for name, what in said.items()]),
+        "claims": claims_table(said),
         "numbers": table(head, numbers),
         "sensitivity": table(wide, [variant(r) for r in ROWS]),
     }

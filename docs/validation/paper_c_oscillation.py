@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import xarray
-from blocks import percent, save, table, verdict
+from blocks import claims_table, percent, save, table, verdict
 from matplotlib.figure import Figure
 
 from stillhook import Crane, Scenario, load_crane, simulate
@@ -299,7 +299,7 @@ def compute() -> tuple[dict[str, str], dict[str, tuple[str, str, str]], dict[int
     wide = ("variant", *(f"{D}: linear / full, s" for D in THEIRS), "decay, 1/s", "swing of the speed, %")
     inertia, line = CRANE.inertia, CRANE.active.line
     blocks = {
-        "claims": table(("claim", "theirs", "ours", "verdict"), [(name, *what) for name, what in said.items()]),
+        "claims": claims_table(said),
         "constant": f"Period times displacement may lie between {least:.0f} and {most:.0f} s cm³/rev for all four to round as printed. "
         f"The crane takes the middle: line volume {in_display(line.V, 'volume'):.0f} L, inertia {inertia.J_m_eff:.2f} kg m².",
         "periods": table(rings, periods(base)),

@@ -11,7 +11,7 @@ from tempfile import TemporaryDirectory
 from typing import NamedTuple
 
 import numpy as np
-from blocks import percent, save, table, verdict
+from blocks import claims_table, percent, save, table, verdict
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
@@ -465,7 +465,7 @@ def compute() -> tuple[dict[str, str], dict[str, tuple[str, str, str]], Results]
         f"{math.sqrt(E_SECOND / len(grid)):.1f} N m after the second loop, {COUNT * math.sqrt(E_FIRST / len(grid)):.0f} N m of all motors."
     )
     blocks = {
-        "claims": table(("claim", "theirs", "ours", "verdict"), [(k, *v) for k, v in found.items()]),
+        "claims": claims_table(found),
         "l4593": table(("L4593, table 2.4", *head[1:]), parameter_rows("L4593", Y.of(library_friction("L4593")), r)),
         "crane-2": table(("crane 2, D table 3", *head[1:]), parameter_rows("crane-2-extended", Y_ONE, r)),
         "held-out": table(

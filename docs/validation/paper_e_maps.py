@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
-from blocks import percent, save, table, verdict
+from blocks import claims_table, percent, save, table, verdict
 from numpy.typing import NDArray
 
 from stillhook import Crane, load_crane
@@ -228,7 +228,7 @@ def compute() -> tuple[dict[str, str], dict[str, tuple[str, str, str]], dict[str
     head = ("variant", "error up to 80", "above", "pressure up to 80", "above", "NS", "HS", "SSC", "best classic")
     wide = ("variant", "NS up to 50", "HS", "SSC", "change up to 50", "70 and 80", "above 80")
     blocks = {
-        "claims": table(("claim", "theirs", "ours", "verdict"), [(name, *what) for name, what in found.items()]),
+        "claims": claims_table(found),
         "corner": corner(waves),
         "sensitivity": table(head, rows),
         "settling": table(wide, tests),

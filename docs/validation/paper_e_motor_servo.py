@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray
 from batch import side_by_side
-from blocks import percent, save, table, verdict
+from blocks import claims_table, percent, save, table, verdict
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from quay import CRANE, OPEN_LOOP, OPEN_LOOP_10, OPEN_LOOP_BLIND, WARM
@@ -298,7 +298,7 @@ def compute() -> tuple[dict[str, str], dict[str, tuple[str, str, str]], dict[tup
     )
     limits = [(name, f"{x.tip:.0f} m/min", f"{x.wire:.0f} m/min", f"{x.most:.0f} m/min") for name, x in limit.items()]
     blocks = {
-        "claims": table(("claim", "theirs", "ours", "verdict"), [(name, *what) for name, what in said.items()]),
+        "claims": claims_table(said),
         "patterns": table(head, pattern_rows(runs)),
         "limits": table(("motors (12 s)", "fastest tip without full pumps", "wire then", "fastest wire at all"), limits),
         "sensitivity": table(wide, [variant(r) for r in ROWS]),

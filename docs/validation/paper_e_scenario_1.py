@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 
 import xarray
-from blocks import percent, save, table, verdict
+from blocks import claims_table, percent, save, table, verdict
 from quay import CRANE, HEAD, ROWS, WARM, Found, Row, beside, found, less, numbers
 
 from stillhook import Sine
@@ -94,7 +94,7 @@ def compute() -> tuple[dict[str, str], dict[str, tuple[str, str, str]], dict[str
     )
     wide = ("variant: NS / HS / SSC", "`v_w` above 0.5 Hz, m/min", "`p_a` above 0.5 Hz, bar", "error p-p, cm", "highest `p_a`, bar")
     blocks = {
-        "claims": table(("claim", "theirs", "ours", "verdict"), [(name, *what) for name, what in said.items()]),
+        "claims": claims_table(said),
         "frequencies": f"The circuit's eigenfrequency: {rings}.",
         "numbers": table(HEAD, [numbers(m, f) for m, f in base.items()]),
         "sensitivity": table(wide, [(r.label, *beside([*three(r).values()])) for r in (*OWN, *ROWS)]),

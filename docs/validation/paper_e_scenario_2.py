@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import xarray
-from blocks import percent, save, table, verdict
+from blocks import claims_table, percent, save, table, verdict
 
 from stillhook import Crane, Scenario, Sine, Still, load_crane, simulate
 from stillhook.engine.checks import layer_diameter_at
@@ -161,7 +161,7 @@ def compute() -> tuple[dict[str, str], dict[str, tuple[str, str, str]], dict[str
     head = ("", "error p-p", "largest", "highest `p_a`", "above boost", "pumps", "least `alpha_m`", "wire speed")
     wide = ("variant", "tip m/min", "NS pumps", "SSC pumps left", "reduction left", "SSC below HS, bar", "error NS, cm", "HS", "SSC")
     blocks = {
-        "claims": table(("claim", "theirs", "ours", "verdict"), [(name, *what) for name, what in found.items()]),
+        "claims": claims_table(found),
         "peak": f"Tip: {60.0 * v:.1f} m/min at most, {v * PERIOD / (2.0 * math.pi):.3f} m of amplitude, {PERIOD:g} s.",
         "numbers": table(head, numbers),
         "sensitivity": table(wide, [variant(r) for r in ROWS]),

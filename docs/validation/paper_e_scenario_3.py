@@ -7,7 +7,7 @@ from collections.abc import Mapping
 
 import numpy as np
 import xarray
-from blocks import percent, save, table, verdict
+from blocks import claims_table, percent, save, table, verdict
 from quay import HEAD, ROWS, WARM, Found, Row, beside, found, hs_at, less, numbers
 
 from stillhook import Sine
@@ -86,7 +86,7 @@ def compute() -> tuple[dict[str, str], dict[str, tuple[str, str, str]], dict[str
         both = runs_of(row)
         rows.append((row.label, *beside([*both.values()]), percent(both["ssc"].alpha_p)))
     blocks = {
-        "claims": table(("claim", "theirs", "ours", "verdict"), [(name, *what) for name, what in said.items()]),
+        "claims": claims_table(said),
         "tip": f"Tip: {fastest(TIP):.1f} m/min at most; {fastest(sea(0.5)):.1f} m/min if the printed amplitudes are heights.",
         "numbers": table(HEAD, [numbers(m, f) for m, f in base.items()]),
         "sensitivity": table(wide, rows),

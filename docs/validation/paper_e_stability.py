@@ -6,7 +6,7 @@ import math
 from typing import Any
 
 import numpy as np
-from blocks import percent, save, table, verdict
+from blocks import claims_table, percent, save, table, verdict
 
 from stillhook import Crane, Scenario, load_crane, simulate
 from stillhook.analysis.equivalent import equivalent
@@ -213,7 +213,7 @@ def compute() -> tuple[dict[str, str], dict[str, tuple[str, str, str]], Any]:
     alpha, least = least_limit(CRANE)
     D = in_display(alpha * CRANE.active.motor.D_total, "displacement")
     blocks = {
-        "claims": table(("claim", "theirs", "ours", "verdict"), [(name, *what) for name, what in found.items()]),
+        "claims": claims_table(found),
         "ways": four_ways(),
         "least": f"The least limit is {least:.4f} 1/m, at {D:.0f} cm³/rev ({percent(alpha)} of the full displacement).",
         "margins": margin_rows(),

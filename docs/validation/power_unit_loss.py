@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray
 from batch import Numbers, side_by_side, sine
-from blocks import percent, save, table, verdict
+from blocks import claims_table, percent, save, table, verdict
 
 from stillhook import Crane, Scenario, load_crane, simulate
 from stillhook.engine.checks import layer_diameter_at
@@ -219,7 +219,7 @@ def compute() -> tuple[dict[str, str], dict[str, tuple[str, str, str]], dict[str
         for unit, D in zip((0, *UNITS), (0.0, *CRANE.active.pump.D), strict=True)
     ]
     blocks = {
-        "claims": table(("claim", "theirs", "ours", "verdict"), [(name, *what) for name, what in told.items()]),
+        "claims": claims_table(told),
         "speeds": table(("unit lost", "active pumps left", *(f"{m.upper()}, m/min" for m in MODES)), speeds),
         "transients": table(head, [transient_row(u, v, known, never) for u in UNITS[:2] for v in SPEEDS]),
         "passive": table(

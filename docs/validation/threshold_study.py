@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from batch import Numbers, side_by_side, sine
-from blocks import percent, save, table, verdict
+from blocks import claims_table, percent, save, table, verdict
 from numpy.typing import NDArray
 
 from stillhook import Crane, Scenario, load_crane
@@ -202,7 +202,7 @@ def compute() -> tuple[dict[str, str], dict[str, tuple[str, str, str]], dict[str
     )  # fmt: skip
     head_varied = ("variant", *(f"{v:g}: {u}" for v in FEW_SPEEDS for u in FEW_THRESHOLDS), *(f"6 s, 100: {u}" for u in FEW_THRESHOLDS))
     blocks = {
-        "claims": table(("claim", "theirs", "ours", "verdict"), [(name, *what) for name, what in told.items()]),
+        "claims": claims_table(told),
         "times": table(head_times, times(loaded)),
         "errors": table(("`u_thr`", *(f"100 t: {v}" for v in speeds), *(f"empty: {v}" for v in speeds)), errors(found)),
         "sensitivity": table(head_varied, [variant(r) for r in ROWS]),

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import paper_c_90t
 import paper_e_scenario_2
 import xarray
-from blocks import percent, save, table
+from blocks import claims_table, percent, save, table
 
 from stillhook import Sine
 from stillhook.analysis.bands import Limit, band, chance, chances, failures, paired_difference
@@ -143,7 +143,7 @@ def compute() -> tuple[dict[str, str], dict[str, tuple[str, str, str]], dict[str
     head = ("", "mode", "error as described, cm", "median", "5 to 95 %", "pressure as described, bar", "median", "5 to 95 %", "failed")
     wide = ("", "", "error, median", "5 to 95 %", "lower in", "pressure, median", "5 to 95 %", "lower in")
     blocks = {
-        "claims": table(("claim", "theirs", "ours", "verdict"), [(name, *what) for name, what in found.items()]),
+        "claims": claims_table(found),
         "factors": table(("factor", "what", "distribution", "because"), [(n, FACTORS[n].meaning, d, r) for n, d, r in known.describe()]),
         "numbers": table(head, numbers(looked)),
         "differences": table(wide, differences(looked)),

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import functools
 import json
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, ParamSpec
 
 import numpy as np
 from numpy.typing import NDArray
@@ -173,3 +174,18 @@ class Map:
 def _attrs(name: str) -> dict[str, str]:
     v = BY_NAME[name]
     return {k: str(x) for k, x in (("units", v.unit), ("long_name", v.meaning), ("source", v.source)) if x}
+
+
+Asked = ParamSpec("Asked")
+
+
+def as_dataset(run: Callable[Asked, Map], name: str, doc: str) -> Callable[Asked, xarray.Dataset]:
+    """The same call with its map as a Dataset; name and doc of the new function."""
+
+    @functools.wraps(run)
+    def called(*args: Asked.args, **kwargs: Asked.kwargs) -> xarray.Dataset:
+        return run(*args, **kwargs).dataset()
+
+    called.__name__ = called.__qualname__ = name
+    called.__doc__ = doc
+    return called

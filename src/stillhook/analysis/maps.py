@@ -12,7 +12,7 @@ import numpy as np
 from stillhook.analysis.applicable import cause_of
 from stillhook.analysis.controllers import Controller, controller
 from stillhook.analysis.map_axes import LOADS, PERIOD, SPEEDS, Axes, Texts, axes_of
-from stillhook.analysis.map_result import Map
+from stillhook.analysis.map_result import Map, as_dataset
 from stillhook.crane import Crane
 from stillhook.engine.many import summaries
 from stillhook.engine.run import Progress
@@ -23,7 +23,7 @@ from stillhook.sea.scale import scaled_to, speed_peak
 from stillhook.units import came, parse, show
 
 if TYPE_CHECKING:
-    import xarray
+    pass
 
 CLASSIC_AND_NEW = ("ns", "hs", "ssc")
 DURATION, WARM_UP = "30 s", "10 s"
@@ -32,38 +32,6 @@ RAMP = 10.0
 """Time in which the tip's motion grows to full size [s], or the warm-up where that is shorter."""
 NUMBERS = ("e_c_pp", "eta_c", "p_max", "p_a_max", "alpha_m_min", "alpha_p_max", "u_p_max", "saturation_time", "relief_time")
 """What a map holds of every cell's run, in the names of `stillhook.variables.SUMMARY`."""
-
-
-def operability_map(
-    crane: Crane,
-    controllers: Sequence[str | Path | Controller] = CLASSIC_AND_NEW,
-    *,
-    loads: Texts = LOADS,
-    speeds: Texts = SPEEDS,
-    period: str = PERIOD,
-    motion: Motion | None = None,
-    s_w: str | None = None,
-    layers: int | Sequence[int] | None = None,
-    periods: Texts | None = None,
-    duration: str = DURATION,
-    warm_up: str = WARM_UP,
-    step: str | None = None,
-    threads: int = 2,
-    store: str | Path | None = None,
-    client: Any = None,
-    progress: Progress | None = None,
-) -> xarray.Dataset:
-    """Error, pressure and limits of controllers over load and peak speed of the tip; see `map_of`, whose result this is as a Dataset.
-
-    Returns a Dataset with dimensions ("controller", "load", "speed"[, "layer"][, "period"]): the numbers of `NUMBERS`, `status`,
-    `applicable` and `cause`; beside the controllers that were asked for, "best classic" (cell by cell the applicable one of NS and HS with
-    the lower error), and `e_c_pp_change`, `p_max_change` against it.
-    """
-    found = map_of(
-        crane, controllers, loads=loads, speeds=speeds, period=period, motion=motion, s_w=s_w, layers=layers, periods=periods,
-        duration=duration, warm_up=warm_up, step=step, threads=threads, store=store, client=client, progress=progress,
-    )  # fmt: skip
-    return found.dataset()
 
 
 def map_of(
@@ -125,6 +93,18 @@ def map_of(
             "warm_up": cases[0].warm_up,
         },
     ).with_best_classic()
+
+
+operability_map = as_dataset(
+    map_of,
+    "operability_map",
+    """Error, pressure and limits of controllers over load and peak speed of the tip; see `map_of`, whose result this is as a Dataset.
+
+    Returns a Dataset with dimensions ("controller", "load", "speed"[, "layer"][, "period"]): the numbers of `NUMBERS`, `status`,
+    `applicable` and `cause`; beside the controllers that were asked for, "best classic" (cell by cell the applicable one of NS and HS with
+    the lower error), and `e_c_pp_change`, `p_max_change` against it.
+    """,
+)
 
 
 class Cells(NamedTuple):

@@ -13,7 +13,7 @@ from stillhook.analysis.applicable import cause_of
 from stillhook.analysis.controllers import Controller
 from stillhook.analysis.drum import layer_row
 from stillhook.analysis.map_axes import LOADS, SPEEDS, Axes, Texts, axes_of
-from stillhook.analysis.map_result import FloatArray, Map
+from stillhook.analysis.map_result import FloatArray, Map, as_dataset
 from stillhook.analysis.maps import CLASSIC_AND_NEW, controllers_of
 from stillhook.crane import Crane
 from stillhook.engine.build import results_hash
@@ -28,7 +28,7 @@ from stillhook.scenario import Operator, Scenario
 from stillhook.units import parse, show
 
 if TYPE_CHECKING:
-    import xarray
+    pass
 
 STEP = "5 m/min"
 BAND = 0.02
@@ -56,33 +56,6 @@ class Response(NamedTuple):
     u_p_end: float
     status: str
     cause: str
-
-
-def settling_map(
-    crane: Crane,
-    controllers: Sequence[str | Path | Controller] = CLASSIC_AND_NEW,
-    *,
-    loads: Texts = LOADS,
-    speeds: Texts = SPEEDS,
-    wire_step: str = STEP,
-    lowering: bool = False,
-    s_w: str | None = None,
-    layers: int | Sequence[int] | None = None,
-    step: str | None = None,
-    threads: int = 2,
-    client: Any = None,
-    progress: Progress | None = None,
-) -> xarray.Dataset:
-    """Settling time and displacement after a step of wire speed; see `settling_of`, whose result this is as a Dataset.
-
-    Returns a Dataset with dimensions ("controller", "load", "speed"[, "layer"]): the numbers of `NUMBERS`, `status`, `applicable`, `cause`,
-    and `settling_time_change` against the best classic controller (the applicable one of NS and HS that settles first).
-    """
-    found = settling_of(
-        crane, controllers, loads=loads, speeds=speeds, wire_step=wire_step, lowering=lowering, s_w=s_w, layers=layers,
-        step=step, threads=threads, client=client, progress=progress,
-    )  # fmt: skip
-    return found.dataset()
 
 
 def settling_of(
@@ -138,6 +111,17 @@ def settling_of(
         better="settling_time",
         about={"speed_is": "wire speed before the step", "wire_step": dv, "lowering": lowering, "duration": RAMP + HOLD + AFTER},
     ).with_best_classic()
+
+
+settling_map = as_dataset(
+    settling_of,
+    "settling_map",
+    """Settling time and displacement after a step of wire speed; see `settling_of`, whose result this is as a Dataset.
+
+    Returns a Dataset with dimensions ("controller", "load", "speed"[, "layer"]): the numbers of `NUMBERS`, `status`, `applicable`, `cause`,
+    and `settling_time_change` against the best classic controller (the applicable one of NS and HS that settles first).
+    """,
+)
 
 
 def _nobody(share: float) -> None:

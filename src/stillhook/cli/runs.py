@@ -91,7 +91,7 @@ def run(
     try:
         with progress_bar(case_file.stem) as bar:
             steps = {"step": files[0].step, "every": files[0].every}
-            runs = run_labelled(cranes, [f.case for f in files], **steps, progress=started(crane, bar, lanes=1))
+            runs = run_labelled(cranes, [f.case for f in files], **steps, progress=started(crane, bar, series=True))
     except StillhookError as e:
         raise type(e)(f"{case_file.name}: {e}") from None
     summaries = {label: r.summary for label, r in zip(labels, runs, strict=True)}
@@ -142,7 +142,8 @@ def compare(
     case = Scenario(load=load, s_w=s_w, tip=tip, warm_up=warm_up, sensors=Sensors(delay=delay), **times)
     chosen = [m.strip().lower() for m in modes.split(",") if m.strip()]
     with progress_bar("comparing") as bar:
-        result = side_by_side(machine, case, chosen, step=step, progress=started(machine, bar, lanes=1, report=getattr(tip, "report", "")))
+        told = started(machine, bar, series=True, report=getattr(tip, "report", ""))
+        result = side_by_side(machine, case, chosen, step=step, progress=told)
     _report(result, json=json)
     if out is not None:
         _write_comparison(result, out, quiet=json)
@@ -239,7 +240,7 @@ def demo(
     rows, results = [], []
     for file in cases:
         with progress_bar(file.case.name) as bar:
-            result = side_by_side(file.crane, file.case, progress=started(file.crane, bar, lanes=1))
+            result = side_by_side(file.crane, file.case, progress=started(file.crane, bar, series=True))
         results.append((file.case.name, result))
         rows += [[file.case.name if i == 0 else "", r.mode.value, *_row(r.summary)] for i, r in enumerate(result.runs)]
     crane, case = cases[0].crane, cases[0].case

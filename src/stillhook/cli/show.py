@@ -16,8 +16,6 @@ if TYPE_CHECKING:
     from stillhook.engine.run import Progress
 
 
-LANES = 16
-"""Trajectories side by side where statistics alone are wanted (`stillhook.engine.lanes.VL`, without its imports)."""
 PLAIN_WIDTH = 160
 """Width of tables that go to a file or a pipe."""
 FREE = ("status", "meaning")
@@ -124,25 +122,26 @@ def say(text: str) -> None:
     print(text, file=sys.stderr)
 
 
-def say_if_compiling(crane: Crane, lanes: int = LANES) -> None:
-    """A word on why the first run of a winch type takes longer."""
+def say_if_compiling(crane: Crane, *, series: bool = False) -> None:
+    """A word on why the first run of a winch type takes longer; with series one trajectory runs at a time."""
     from stillhook.engine.build import is_compiled
+    from stillhook.engine.lanes import VL
 
-    if not is_compiled(crane.plant.value, lanes):
+    if not is_compiled(crane.plant.value, 1 if series else VL):
         say("compiling the winch model for this machine (once, about 10 s) ...")
 
 
-def started(crane: Crane, bar: Progress | None, *, lanes: int = LANES, report: str = "") -> Progress:
+def started(crane: Crane, bar: Progress | None, *, series: bool = False, report: str = "") -> Progress:
     """Progress of a run that says what there is to say once everything that was given has been found good.
 
-    lanes: trajectories side by side, 1 with series or 16 without; report: a line on the motion.
+    series: whether series are kept; report: a line on the motion.
     """
 
     def told(share: float) -> None:
         if share == 0.0:
             if report:
                 say(report)
-            say_if_compiling(crane, lanes)
+            say_if_compiling(crane, series=series)
         if bar is not None:
             bar(share)
 

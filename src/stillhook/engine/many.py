@@ -5,7 +5,6 @@ from __future__ import annotations
 import itertools
 import math
 import pickle
-import threading
 from collections.abc import Callable, Generator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from concurrent.futures import as_completed as as_done
@@ -22,7 +21,7 @@ from stillhook.engine.checks import check
 from stillhook.engine.drive import shape
 from stillhook.engine.given import STATISTICS_STEP, check_threads, paired, steps_per_cycle
 from stillhook.engine.lanes import VL
-from stillhook.engine.run import Interrupted, Progress, run_cases
+from stillhook.engine.run import Meter, Progress, run_cases
 from stillhook.engine.store import Store
 from stillhook.engine.summary import summarise
 from stillhook.errors import SimulationError, StillhookError
@@ -86,11 +85,10 @@ def summaries(
     missing = [i for i in range(len(cases)) if i not in found]
     if kept is not None and missing:
         kept.check_room()
-    told = progress or (lambda share: None)
-    told(len(found) / len(cases))
+    meter = Meter(len(cases), progress, done=len(found))
+    meter.tell()
     workers = threads if client is None else max(sum(client.nthreads().values()), 1)
     tasks = [_Task(i, [cranes[k] for k in i], [cases[k] for k in i], n_sub) for i in _cut(cranes, cases, missing, workers)]
-    meter = _Meter(len(found), len(cases), told)
     landed = _on_threads(tasks, threads, meter) if client is None else _on_cluster(tasks, client, meter)
     with closing(landed):  # a store that fails stops the threads, or the cluster, at once
         for task, answers in landed:
@@ -165,39 +163,15 @@ def work_packed(task: bytes) -> Answers:
     return work(pickle.loads(task))
 
 
-class _Meter:
-    """Adds up what the tasks have done and tells the caller; also carries the stop flag to the worker threads."""
-
-    def __init__(self, done: int, total: int, told: Progress) -> None:
-        self.done, self.total, self.told, self.stopped, self.lock = float(done), total, told, False, threading.Lock()
-
-    def of(self, task: _Task) -> Progress:
-        """Progress of one task."""
-        before = 0.0
-
-        def add(share: float) -> None:
-            nonlocal before
-            if self.stopped:
-                raise Interrupted
-            if share == before:
-                return
-            with self.lock:
-                self.done += (share - before) * len(task.indices)
-                before = share
-                self.told(min(self.done / self.total, 1.0))
-
-        return add
-
-
-def _on_threads(tasks: Sequence[_Task], threads: int, meter: _Meter) -> Generator[tuple[_Task, Answers], None, None]:
+def _on_threads(tasks: Sequence[_Task], threads: int, meter: Meter) -> Generator[tuple[_Task, Answers], None, None]:
     """Tasks with their answers, as they finish."""
     if threads == 1 or len(tasks) < 2:
         for task in tasks:
-            yield task, work(task, meter.of(task))
+            yield task, work(task, meter.part(len(task.indices)))
         return
     driver(tasks[0].cranes[0].plant.value, VL)
     with ThreadPoolExecutor(threads) as pool:
-        waiting: dict[Future[Answers], _Task] = {pool.submit(work, task, meter.of(task)): task for task in tasks}
+        waiting: dict[Future[Answers], _Task] = {pool.submit(work, task, meter.part(len(task.indices))): task for task in tasks}
         try:
             for done in as_done(list(waiting)):
                 yield waiting.pop(done), done.result()
@@ -207,11 +181,11 @@ def _on_threads(tasks: Sequence[_Task], threads: int, meter: _Meter) -> Generato
             raise
 
 
-def _on_cluster(tasks: Sequence[_Task], client: Any, meter: _Meter) -> Generator[tuple[_Task, Answers], None, None]:
+def _on_cluster(tasks: Sequence[_Task], client: Any, meter: Meter) -> Generator[tuple[_Task, Answers], None, None]:
     """Tasks with their answers, as they finish."""
     with closing(spread(tasks, lambda task: task.light(), work_packed, client)) as answered:
         for task, answers in answered:
-            meter.of(task)(1.0)
+            meter.part(len(task.indices))(1.0)
             yield task, answers
 
 

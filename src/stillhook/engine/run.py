@@ -97,17 +97,16 @@ def run_cases(
     for i, (_, drive) in enumerate(packs):
         groups.setdefault((drive.n_ticks, drive.first, drive.cols), []).append(i)
     blocks = [g[i : i + lanes] for g in groups.values() for i in range(0, len(g), lanes)]
-    meter = _Meter(len(blocks), progress)
-    meter.add(0.0)
+    meter = Meter(len(blocks), progress)
+    meter.tell()
     results: dict[int, Result] = {}
 
     def work(indices: list[int]) -> None:
         block = Block([packs[i] for i in indices], lanes=lanes, n_sub=n_sub, every=every)
-        done = 0.0
+        reached = meter.part(1.0)
         for share in block.steps():
-            meter.add(share - done)
-            done = share
-        meter.add(1.0 - done)
+            reached(share)
+        reached(1.0)
         results.update(zip(indices, block.results(), strict=True))
 
     if threads == 1 or len(blocks) == 1:
@@ -259,17 +258,33 @@ def _span(best: Array, st: Stats, n_win: int) -> tuple[tuple[float, float, float
     return (st.e_max - st.e_min, st.em_max - st.em_min, st.tip_max - st.tip_min), False
 
 
-class _Meter:
-    """Adds up what all blocks have done and tells the caller; also carries the stop flag to the worker threads."""
+class Meter:
+    """Adds up what all parts of a work have done and tells the caller; also carries the stop flag to the worker threads.
 
-    def __init__(self, total: float, progress: Progress | None) -> None:
-        self.total, self.progress, self.done, self.stopped = total, progress, 0.0, False
+    total and done in any weight, such as cases.
+    """
+
+    def __init__(self, total: float, progress: Progress | None, done: float = 0.0) -> None:
+        self.total, self.progress, self.done, self.stopped = total, progress, done, False
         self.lock = threading.Lock()
 
-    def add(self, share: float) -> None:
-        if self.stopped:
-            raise Interrupted
-        with self.lock:
-            self.done += share
-            if self.progress is not None:
-                self.progress(self.done / self.total)
+    def tell(self) -> None:
+        if self.progress is not None:
+            self.progress(min(self.done / self.total, 1.0))
+
+    def part(self, weight: float) -> Progress:
+        """Progress of a part of this weight, called with its share done. Raises Interrupted once the meter is stopped."""
+        before = 0.0
+
+        def reached(share: float) -> None:
+            nonlocal before
+            if self.stopped:
+                raise Interrupted
+            if share == before:
+                return
+            with self.lock:
+                self.done += (share - before) * weight
+                before = share
+                self.tell()
+
+        return reached

@@ -6,7 +6,6 @@ from log to parameters.
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -16,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from stillhook.crane import Crane, Plant, SourceKind
+from stillhook.engine.run import Meter
 from stillhook.engine.simulate import simulate
 from stillhook.errors import IdentifyError, SimulationError, SpecError
 from stillhook.identify.instruments import COLUMNS, Instruments, Noise, Sensors, in_log_unit, logged, unit_factor
@@ -141,14 +141,14 @@ def write_campaign(
     sensors = instruments.sensors(crane, max(float(s.speeds.max()) for s in stairs))
     suffix = ".parquet" if parquet else ".csv"
     files = [f"{LOG_FOLDER}/{t.name}{suffix}" for t in plan.tests]
-    meter = _Meter(len(stairs), progress)
-    meter.add(0.0)
+    meter = Meter(len(stairs), progress)
+    meter.tell()
     with whole_folder(folder) as part:
         (part / LOG_FOLDER).mkdir()
 
         def work(i: int) -> list[str]:
             notes = _write_log(crane, stairs[i], sensors, np.random.default_rng([instruments.seed, i]), part / files[i])
-            meter.add(1.0)
+            meter.part(1.0)(1.0)
             return notes
 
         with ThreadPoolExecutor(threads) as pool:
@@ -225,16 +225,3 @@ def _signal(column: Any, sensors: Sensors) -> list[str]:
         lo, hi = (f'"{x / unit_factor(column):.12g} {column.unit}"' for x in (sensor.lo, sensor.hi))
         out.append(f"range = [{lo}, {hi}]")
     return out
-
-
-class _Meter:
-    """Adds up the tests that are done and tells the caller."""
-
-    def __init__(self, total: int, progress: Progress | None) -> None:
-        self.total, self.progress, self.done, self.lock = total, progress, 0.0, threading.Lock()
-
-    def add(self, share: float) -> None:
-        with self.lock:
-            self.done += share
-            if self.progress is not None:
-                self.progress(self.done / self.total)
