@@ -11,8 +11,8 @@ import numpy as np
 from stillhook import identify
 from stillhook.identify.friction_fit import predicted, predicted_sd
 from stillhook.identify.friction_model import Y_NAMES, Y
-from stillhook.identify.instruments import Instruments, Noise
 from stillhook.identify.uncertainty import t_factor
+from stillhook.io.instruments import Instruments, Noise
 from stillhook.library import system_friction
 
 CASES = {"L4593": "L4593", "crane-2": "crane-2"}

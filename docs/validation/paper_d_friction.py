@@ -21,13 +21,13 @@ from stillhook.identify.draws import crane_with
 from stillhook.identify.friction_fit import FrictionFit, cost, fit_system, predicted
 from stillhook.identify.friction_model import Y_NAMES, Loss, Y, mj4, motor_loss_at, system_friction
 from stillhook.identify.from_tests import JUDGED_FROM, Friction, held_out_errors, nominal_share, thesis_check
-from stillhook.identify.instruments import Instruments, noise_of
 from stillhook.identify.measure import measure
 from stillhook.identify.motor_refit import SecondLoop, second_loop
 from stillhook.identify.pairs import on_grid
 from stillhook.identify.points import Points, joined
 from stillhook.identify.set_compare import drum_torque, speeds, split
 from stillhook.io.figures import COLOURS, GREY
+from stillhook.io.instruments import Instruments, noise_of
 from stillhook.library import load_friction, motor
 from stillhook.library import system_friction as library_friction
 from stillhook.library.sets import load_losses

@@ -32,5 +32,9 @@ class LogError(StillhookError):
     """A log, a supplier map or their mapping that cannot be read, or whose signals cannot be trusted."""
 
 
+class ValidateError(StillhookError):
+    """A validation campaign, its criteria or a certificate that cannot be used."""
+
+
 class IdentifyError(StillhookError):
     """Data that cannot tell what is asked of them."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import zlib
 from collections.abc import Mapping
 from enum import StrEnum
 from itertools import pairwise
@@ -10,6 +11,7 @@ from typing import Annotated, Any, Self
 from pydantic import BaseModel, ConfigDict, Field, SerializeAsAny, ValidationError, field_validator, model_validator
 
 from stillhook import units as u
+from stillhook.commands import Commands
 from stillhook.errors import ScenarioError, StillhookError
 from stillhook.physics.scalar import G
 from stillhook.sea.motion import Motion, Still
@@ -123,7 +125,9 @@ class Scenario(Record):
     """One run. `load` is the hook load without the hook; `s_w` the wire paid out at the start; `tip` the crane tip's motion.
 
     The motion is ramped in over `ramp`; metrics count from `warm_up` on. `modes` changes the mode at given times, bumpless.
-    `gas_held`: the accumulator's pressure stands, as with a gas bank without end, so that a long steady run does not empty it.
+    `commands`: a record of pump and motor commands that the active circuit takes in place of the PLC's, as measured ones to see how the
+    winch itself answers. `gas_held`: the accumulator's pressure stands, as with a gas bank without end, so that a long steady run does
+    not empty it.
     Texts carry units: `Scenario(load="100 t", s_w="100 m", tip="sine 2.8 m 12 s", mode="ssc")`.
     Raises ScenarioError, one line, for anything else.
     """
@@ -143,15 +147,18 @@ class Scenario(Record):
     power_loss: PowerLoss | None = None
     friction: FrictionModel = FrictionModel.LUGRE
     gas_held: Annotated[bool, Field(strict=True)] = False
+    commands: Commands | None = None
 
     @model_validator(mode="before")
     @classmethod
     def _whole_record(cls, data: Any) -> Any:
-        """A recorded motion is run to its end unless a duration is given."""
-        tip = data.get("tip") if isinstance(data, dict) else None
-        if isinstance(tip, Motion) and tip.duration is not None and "duration" not in data:
-            return {**data, "duration": f"{tip.duration!r} s"}
-        return data
+        """A recorded motion, or a record of commands, is run to its end unless a duration is given."""
+        if not isinstance(data, dict) or "duration" in data:
+            return data
+        tip, commands = data.get("tip"), data.get("commands")
+        ends = [tip.duration] if isinstance(tip, Motion) and tip.duration is not None else []
+        ends += [commands.duration] if isinstance(commands, Commands) else []
+        return {**data, "duration": f"{min(ends)!r} s"} if ends else data
 
     @field_validator("tip", mode="before")
     @classmethod
@@ -169,6 +176,10 @@ class Scenario(Record):
         if self.tip.duration is not None and self.duration > self.tip.duration + 1e-9:
             raise ValueError(
                 f"duration {self.duration:g} s is longer than the recorded motion, {self.tip.duration:g} s. Shorten the run."
+            )
+        if self.commands is not None and self.duration > self.commands.duration + 1e-9:
+            raise ValueError(
+                f"duration {self.duration:g} s is longer than the record of commands, {self.commands.duration:g} s. Shorten the run."
             )
         return self
 
@@ -192,7 +203,7 @@ class Scenario(Record):
         """The scenario that `to_dict` wrote. Errors: ScenarioError where it is none."""
         try:
             return cls.model_construct(**_rebuilt({**data, "tip": motion_from_dict(data["tip"])}))
-        except (KeyError, TypeError, ValueError, AttributeError) as problem:
+        except (KeyError, TypeError, ValueError, AttributeError, zlib.error) as problem:
             raise ScenarioError(f"stored scenario: {u.came(str(problem))} is missing or wrong. Simulate again.") from None
 
 
@@ -205,6 +216,7 @@ def _rebuilt(raw: dict[str, Any]) -> dict[str, Any]:
     raw["operator"] = Operator.model_construct(profile=profile, steps=steps, alpha_m=raw["operator"].get("alpha_m"))
     raw["sensors"] = Sensors.model_construct(**raw["sensors"])
     raw["water"] = Water.model_construct(**raw["water"]) if raw["water"] else None
+    raw["commands"] = Commands.from_dict(raw["commands"]) if raw.get("commands") else None
     raw["power_loss"] = PowerLoss.model_construct(**raw["power_loss"]) if raw["power_loss"] else None
     return raw
 

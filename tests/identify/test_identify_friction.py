@@ -12,7 +12,7 @@ import pytest
 from stillhook import Scenario, identify, load_crane, simulate
 from stillhook.cli import run
 from stillhook.identify.friction_model import Y_NAMES, Y
-from stillhook.identify.instruments import Instruments, noise_of
+from stillhook.io.instruments import Instruments, noise_of
 from stillhook.library import system_friction
 from stillhook.library.evidence import Evidence
 from stillhook.library.sets import load_friction, load_losses, set_toml

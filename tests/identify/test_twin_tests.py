@@ -12,10 +12,10 @@ from stillhook import load_crane
 from stillhook.cli.identify_example import example_campaign
 from stillhook.engine.pack import active_record, friction_record
 from stillhook.errors import StillhookError
-from stillhook.identify.instruments import COLUMNS, Calibration, Instruments, Noise, Sensor, logged, noise_of
 from stillhook.identify.published_tests import CAMPAIGNS, PlannedTest, TestPlan
 from stillhook.identify.staircase import HOLD, PAUSE, RAMP, outermost_layer, staircase
 from stillhook.identify.twin_tests import MARK, campaign_plan, closed_circuit, crane_of, write_campaign
+from stillhook.io.instruments import COLUMNS, Calibration, Instruments, Noise, Sensor, logged, noise_of
 from stillhook.library import changed, crane_from_toml, load_friction
 from stillhook.physics.friction import system_friction
 from stillhook.physics.motor import torque_loss

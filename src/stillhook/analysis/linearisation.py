@@ -255,7 +255,7 @@ def _control_slopes(crane: Crane, point: OperatingPoint, mode: Mode) -> tuple[Fl
 def _tick(point: OperatingPoint, mode: Mode) -> Tick:
     """What comes from outside while the tip moves at its constant speed."""
     s, v = point.tip.s, point.tip.v
-    return Tick(s, v, 0.0, s, v, 0.0, 0.0, 0.0, MODE_CODE[mode], 1.0, 1.0, 0.0, 0.0, 1.0)
+    return Tick(s, v, 0.0, s, v, 0.0, 0.0, 0.0, MODE_CODE[mode], 1.0, 1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
 
 
 def settled_displacement(crane: Crane, point_at: Callable[[float], OperatingPoint], mode: Mode | str) -> OperatingPoint:

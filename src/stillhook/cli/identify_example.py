@@ -29,8 +29,8 @@ def example_campaign(
     Example: stillhook identify example-campaign L4593 my-tests
     """
     from stillhook.identify.draws import crane_with
-    from stillhook.identify.instruments import Instruments, noise_of
     from stillhook.identify.twin_tests import campaign_plan, write_campaign
+    from stillhook.io.instruments import Instruments, noise_of
     from stillhook.library import load_crane, load_set
 
     plan, instruments = campaign_plan(name), Instruments(noise=noise_of(noise), seed=seed)

@@ -41,9 +41,9 @@ def friction(
 
     Example: stillhook identify friction my-tests/campaign.toml --out results
     """
-    from stillhook.identify.choices import choice
     from stillhook.identify.complex_method import Variant
     from stillhook.identify.from_tests import friction as identify
+    from stillhook.io.choices import choice
     from stillhook.whole import check_folder
 
     if out is not None:

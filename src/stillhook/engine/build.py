@@ -40,7 +40,7 @@ def kernel_hash() -> str:
 
 
 RESULT_FOLDERS = (*KERNEL_FOLDERS, "sea", "library")
-RESULT_FILES = ("crane.py", "metrics.py", "scenario.py", "variables.py")
+RESULT_FILES = ("commands.py", "crane.py", "metrics.py", "scenario.py", "variables.py")
 
 
 @functools.cache

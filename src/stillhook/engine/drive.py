@@ -61,7 +61,7 @@ def shape(crane: Crane, case: Scenario) -> tuple[int, int, int]:
 
 def _only_the_tip_moves(case: Scenario) -> bool:
     s = case.sensors
-    plain = not case.modes and not case.operator.profile and not case.operator.steps and case.power_loss is None
+    plain = not case.modes and not case.operator.profile and not case.operator.steps and case.power_loss is None and case.commands is None
     return plain and not any((s.delay, s.noise_s_tip, s.noise_v_tip, s.noise_a_tip, s.noise_s_w, s.noise_F, s.step_s_tip, s.step_v_tip))
 
 
@@ -121,6 +121,7 @@ class Drive:
         out[:, 11] = self._noise.wire[k : k + n]
         out[:, 12] = self._noise.load[k : k + n]
         out[:, 13], _ = pump_shares(case.power_loss, self._passive_pumps, t)
+        out[:, 14:] = _given(case, t)
         return out
 
     def _measured(self, t: Array, k: int, n: int, thin: Array) -> Array:
@@ -191,3 +192,10 @@ def pump_shares(loss: PowerLoss | None, pumps: tuple[float, ...], t: Array) -> t
     gone = np.clip((t - loss.time) / loss.run_down, 0.0, 1.0) if loss.run_down > 0.0 else (t >= loss.time).astype(float)
     known = np.where(t >= loss.time + loss.detection, left, 1.0)
     return 1.0 - (1.0 - left) * gone, known
+
+
+def _given(case: Scenario, t: Array) -> Array:
+    """Whether commands are given at each time, and which: columns given, u_p, u_m."""
+    if case.commands is None:
+        return np.zeros((len(t), 3))
+    return np.column_stack([np.ones_like(t), *case.commands.at(t)])

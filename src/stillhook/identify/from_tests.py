@@ -13,7 +13,6 @@ import numpy as np
 from stillhook.crane import SystemFriction
 from stillhook.errors import IdentifyError
 from stillhook.identify.campaign import Campaign, load_campaign
-from stillhook.identify.choices import choice
 from stillhook.identify.complex_method import Found, Variant, complex_method
 from stillhook.identify.diagnosis import Design, Statement, design, judge
 from stillhook.identify.friction_fit import (
@@ -33,6 +32,7 @@ from stillhook.identify.planner import Proposal, propose
 from stillhook.identify.points import Points, joined
 from stillhook.identify.remarks import log_statements, motor_statement, unlike
 from stillhook.identify.uncertainty import Interval, bootstrap, posterior, profile_intervals, quantile_intervals
+from stillhook.io.choices import choice
 from stillhook.physics.scalar import G
 from stillhook.units import parse
 

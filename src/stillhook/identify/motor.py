@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from stillhook.crane import Source, SourceKind, TorqueLoss
 from stillhook.errors import IdentifyError
-from stillhook.identify.choices import choice
 from stillhook.identify.loss_against_map import Compared, compare_mapped
 from stillhook.identify.loss_fit import LossFit, cannot_tell, spread_of_levels
 from stillhook.identify.loss_map import AXES, LossMap
@@ -26,6 +25,7 @@ from stillhook.identify.loss_rank import (
     rank_losses,
     usable_share,
 )
+from stillhook.io.choices import choice
 from stillhook.library import motor as library_motor
 from stillhook.library import motors as library_motors
 from stillhook.library.evidence import Evidence

@@ -18,9 +18,9 @@ from stillhook.crane import Crane, Plant, SourceKind
 from stillhook.engine.run import Meter
 from stillhook.engine.simulate import simulate
 from stillhook.errors import IdentifyError, SimulationError, SpecError
-from stillhook.identify.instruments import COLUMNS, Instruments, Noise, Sensors, in_log_unit, logged, unit_factor
 from stillhook.identify.published_tests import CAMPAIGNS, TestPlan
 from stillhook.identify.staircase import Staircase, outermost_layer, staircase
+from stillhook.io.instruments import COLUMNS, Instruments, Noise, Sensors, in_log_unit, logged, unit_factor
 from stillhook.library import changed, crane_toml, load_crane
 from stillhook.units import came, show
 from stillhook.whole import check_folder, whole_folder

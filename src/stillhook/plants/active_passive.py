@@ -15,7 +15,7 @@ from stillhook.physics.valves import Relief, external_leakage, internal_leakage,
 from stillhook.physics.wire import wire_stiffness
 from stillhook.plants.active_circuit import ActiveCircuit, ActiveFlows, active_flows, overspeed
 from stillhook.plants.hoist import Hoist, HoistState, drag_loss, drum_geometry, hoist_energy, hoist_state, wire_loss
-from stillhook.plants.sensing import sense
+from stillhook.plants.sensing import obeyed, sense
 from stillhook.plants.state import Limits, Powers, Sensors, Signals, Tip
 
 
@@ -212,6 +212,7 @@ def control(x, m, tick, tip, geo, p):
     A, P = p.active, p.passive
     p_hp = accumulator_pressure(x.V_o, P.accumulator)
     drive, m = cycle(sense(x, m, tick, tip, geo, p), m, p_hp, p.plc)
+    drive = obeyed(drive, tick)
     u_m, held = pilot(drive.u_m, m.held, A.control)
     u_pm = displacement_for_weight(m.F, geo.lever, p_hp, P.settings)
     u_pp = make_up(m.p_mean, u_pm, tick.v_op / geo.lever, P.settings)

@@ -11,7 +11,7 @@ from stillhook.physics.swash import displacement, pilot, swash_acceleration
 from stillhook.physics.wire import wire_stiffness
 from stillhook.plants.active_circuit import ActiveCircuit, ActiveFlows, active_flows, overspeed
 from stillhook.plants.hoist import Hoist, HoistState, drag_loss, drum_geometry, hoist_energy, hoist_state, wire_loss
-from stillhook.plants.sensing import sense
+from stillhook.plants.sensing import obeyed, sense
 from stillhook.plants.state import Limits, Powers, Sensors, Signals, Tip
 
 
@@ -131,6 +131,7 @@ def at_rest(s_w, m, tick, p):
 def control(x, m, tick, tip, geo, p):
     """One PLC cycle: plant commands, the PLC's new memory, and the active drive's signals."""
     drive, m = cycle(sense(x, m, tick, tip, geo, p), m, 0.0, p.plc)
+    drive = obeyed(drive, tick)
     u_m, held = pilot(drive.u_m, m.held, p.active.control)
     return Command(drive.u_p, u_m, tick.f_pump), hold(m, held), drive
 

@@ -1,6 +1,6 @@
-"""What the PLC of either winch type reads at the start of a cycle."""
+"""What the PLC of either winch type reads at the start of a cycle, and commands that stand in for its own."""
 
-from stillhook.control.plc import Sensed
+from stillhook.control.plc import Drive, Sensed
 from stillhook.physics.drum import K_wire
 from stillhook.physics.scalar import scalar
 from stillhook.physics.sensor import quantise
@@ -18,3 +18,13 @@ def sense(x, m, tick, tip, geo, p):
     F = quantise(q.F_w + tick.n_F, p.sensors.q_F)
     ratio = K_wire(geo.d, p.hoist.drum)
     return Sensed(tick.s_m, tick.v_m, tick.a_m, tick.v_op, tick.s_op, tick.mode, tick.f_known, s_w, F, alpha_m, ratio)
+
+
+@scalar
+def obeyed(drive, tick):
+    """The commands that the active circuit takes: the PLC's, or those that were given for this cycle, such as a measured record."""
+    given = tick.given > 0.0
+    u_p = tick.u_p if given else drive.u_p
+    u_m = tick.u_m if given else drive.u_m
+    u_raw = tick.u_p if given else drive.u_raw
+    return Drive(u_p, u_m, drive.u_ff, u_raw, drive.e_c)

@@ -23,7 +23,8 @@ class Geometry(NamedTuple):
 class Tick(NamedTuple):
     """What comes from outside in one PLC cycle. True tip s, v, a at its start; s_m, v_m, a_m as the PLC receives them;
     v_op operator's speed and s_op its integral; mode; f_pump share of the pumps that run, f_known share that the PLC knows of;
-    n_s, n_F noise on encoder [m] and load cell [N]; f_passive share of the passive pumps that run."""
+    n_s, n_F noise on encoder [m] and load cell [N]; f_passive share of the passive pumps that run; given 1 where the active circuit takes
+    the commands u_p, u_m in place of the PLC's, else 0."""
 
     s: float
     v: float
@@ -39,6 +40,9 @@ class Tick(NamedTuple):
     n_s: float
     n_F: float
     f_passive: float
+    given: float
+    u_p: float
+    u_m: float
 
 
 THIN = 3

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import base64
 import binascii
 import math
 import zlib
@@ -13,6 +12,7 @@ from typing import Any, ClassVar, Self
 import numpy as np
 from numpy.typing import ArrayLike
 
+from stillhook.columns import packed, unpacked
 from stillhook.errors import MotionError
 from stillhook.sea.motion import FloatArray, Motion, Sample
 from stillhook.units import parse
@@ -151,14 +151,14 @@ class Recorded(Motion):
 
     def to_dict(self) -> dict[str, Any]:
         """Numbers as base64 of zlib of little-endian float64, exact to the bit: some 8 to 16 bytes a point."""
-        packed = {"times": _pack(self.times), "heights": _pack(self.heights)}
-        return {"type": self.kind, "source": self.source, "report": self.report, "points": len(self.times), **packed}
+        columns = {"times": packed(self.times), "heights": packed(self.heights)}
+        return {"type": self.kind, "source": self.source, "report": self.report, "points": len(self.times), **columns}
 
     @classmethod
     def from_dict(cls, data: dict[str, Any]) -> Self:
         """The record that `to_dict` stored."""
         try:
-            columns = {name: _unpack(data[name]) for name in ("times", "heights")}
+            columns = {name: unpacked(data[name]) for name in ("times", "heights")}
         except (KeyError, TypeError, AttributeError, ValueError, binascii.Error, zlib.error) as problem:
             raise MotionError(
                 f"stored record: {type(problem).__name__}: times and heights are not what a run stores. Simulate again."
@@ -202,11 +202,3 @@ def _check(t: FloatArray, s: FloatArray, source: str) -> None:
         )
     if not math.isfinite(float(np.abs(np.diff(s) / step).max())):
         raise MotionError(f"{place}: two points lie too close in time to make a velocity. Remove one of them.")
-
-
-def _pack(column: FloatArray) -> str:
-    return base64.b64encode(zlib.compress(column.astype("<f8").tobytes())).decode("ascii")
-
-
-def _unpack(text: str) -> FloatArray:
-    return np.frombuffer(zlib.decompress(base64.b64decode(text)), dtype="<f8")

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from stillhook.crane import Crane
 from stillhook.errors import IdentifyError
-from stillhook.identify.choices import choice
+from stillhook.io.choices import choice
 from stillhook.physics.scalar import G
 from stillhook.units import came, from_display
 
