@@ -1,0 +1,72 @@
+"""Fields of a table in a file that describes a campaign: read one by one, each with the line that says what is wrong with it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from stillhook.errors import StillhookError
+from stillhook.library.files import nearest
+from stillhook.units import came, parse
+
+
+class Fields:
+    """A table of a parsed TOML file. place stands before every message, such as 'test "3": '; error is what is raised."""
+
+    def __init__(self, table: Any, place: str, error: type[StillhookError]) -> None:
+        if not isinstance(table, Mapping):
+            raise error(f"{place.rstrip(': ')}: {came(table)} is no table. Write its fields as name = value.")
+        self.table, self.place, self.error = table, place, error
+
+    def known(self, allowed: tuple[str, ...]) -> None:
+        """Refuse fields that are none of these."""
+        for key in self.table:
+            if key not in allowed:
+                raise self.error(f"{self.place}{came(key)[1:-1]}: unknown field. Allowed: {', '.join(allowed)}{nearest(key, allowed)}")
+
+    def need(self, *keys: str) -> None:
+        """Refuse a table without these."""
+        for key in keys:
+            if key not in self.table:
+                raise self.error(f"{self.place}{key}: missing. Give it.")
+
+    def __contains__(self, key: str) -> bool:
+        return key in self.table
+
+    def wrong(self, key: str, instead: str) -> StillhookError:
+        """The error that names a field, what came, and what to write."""
+        return self.error(f"{self.place}{key} = {came(self.table[key])}: {instead}")
+
+    def text(self, key: str, otherwise: str | None = None) -> str:
+        """A text that is not empty."""
+        if key not in self.table and otherwise is not None:
+            return otherwise
+        self.need(key)
+        value = self.table[key]
+        if not isinstance(value, str) or not value.strip():
+            raise self.wrong(key, "give a text.")
+        return value
+
+    def flag(self, key: str, otherwise: bool = False) -> bool:
+        """true or false."""
+        value = self.table.get(key, otherwise)
+        if not isinstance(value, bool):
+            raise self.wrong(key, "give true or false.")
+        return value
+
+    def quantity(self, key: str, kind: str, otherwise: float | None = None) -> float | None:
+        """A text with a unit as SI; `otherwise` where the field is not there."""
+        return parse(self.table[key], kind, f"{self.place}{key}") if key in self.table else otherwise
+
+    def beside(self, key: str, folder: Path) -> str:
+        """The path of a file seen from the folder of this one, or a name of the library as it is."""
+        name = self.text(key)
+        return str(folder / name) if name.endswith(".toml") and (folder / name).is_file() else name
+
+    def file(self, key: str, folder: Path) -> Path:
+        """A file that is there, seen from the folder of this one."""
+        path = folder / self.text(key)
+        if not path.is_file():
+            raise self.wrong(key, "no such file beside the campaign file. Check the path.")
+        return path

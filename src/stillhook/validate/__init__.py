@@ -1,0 +1,27 @@
+"""Does this twin represent that crane? Logs of a crane's tests against the twin, step by step, against written criteria.
+
+Source: Moslatt 2020 paper F and sections 2.5-2.6. `validate` runs a campaign; its verdict is a `Certificate`.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from stillhook._lazy import attached
+
+if TYPE_CHECKING:
+    from stillhook.validate.campaign import Campaign, load_campaign
+    from stillhook.validate.criteria import Criteria, load_criteria
+    from stillhook.validate.validation import Validation, validate
+
+_HOMES = {
+    "Campaign": "validate.campaign",
+    "Criteria": "validate.criteria",
+    "Validation": "validate.validation",
+    "load_campaign": "validate.campaign",
+    "load_criteria": "validate.criteria",
+    "validate": "validate.validation",
+}
+__all__ = ["Campaign", "Criteria", "Validation", "load_campaign", "load_criteria", "validate"]
+
+__getattr__, __dir__ = attached(__name__, _HOMES)

@@ -1,0 +1,211 @@
+"""A validation campaign as its file describes it: crane, criteria, signals of the logs, and one entry a test."""
+
+from __future__ import annotations
+
+import datetime
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import StrEnum
+from pathlib import Path
+from typing import Any
+
+from stillhook.crane import Crane
+from stillhook.engine.pack import drum_record
+from stillhook.errors import StillhookError, ValidateError
+from stillhook.io.fields import Fields
+from stillhook.io.log_mapping import mapping_from
+from stillhook.io.log_types import Signal
+from stillhook.library import load_crane
+from stillhook.library.files import parsed, toml_text
+from stillhook.scenario import Mode, Water, mode_of
+from stillhook.units import came, show
+from stillhook.validate.criteria import Criteria, load_criteria
+
+TOP = ("title", "date", "crane", "criteria", "delay", "signals", "test", "synthetic", "remarks")
+TEST = ("name", "log", "kind", "load", "mode", "s_w", "water", "signals", "start", "end")
+MARK = "SYNTHETIC"
+LONGEST_DELAY = 10.0  # s, as in a scenario's sensors
+
+
+class Kind(StrEnum):
+    """What a test shows: heave compensation (step 5, and all that follows from it), the winch at its speed limit (step 3), or hoisting
+    and lowering without load in quick turns (step 4)."""
+
+    AHC = "ahc"
+    LIMITS = "limits"
+    DYNAMICS = "dynamics"
+
+
+@dataclass(frozen=True)
+class CraneTest:
+    """One test. load: payload on the hook without the hook [kg], None: from the load cell; s_w: wire out at the start [m], None: from the
+    log; mode: of the PLC, None: from the log; start, end: the part of the log that counts [s]; water: a submerged payload."""
+
+    name: str
+    log: Path
+    kind: Kind
+    load: float | None
+    mode: Mode | None
+    s_w: float | None
+    water: Water | None
+    mapping: Mapping[str, Signal] | None
+    start: float
+    end: float
+
+
+@dataclass(frozen=True)
+class Campaign:
+    """Tests of one crane. crane: the twin under test; delay: what the crane's tip motion is known to be late by when the PLC gets it [s];
+    date: the day that the certificate bears; file: the campaign file."""
+
+    title: str
+    date: datetime.date
+    file: Path
+    crane: Crane
+    crane_name: str
+    """As the file names it: a library name, or a path."""
+    criteria: Criteria
+    delay: float
+    tests: tuple[CraneTest, ...]
+    synthetic: bool
+    remarks: tuple[str, ...]
+
+    def of(self, kind: Kind) -> tuple[CraneTest, ...]:
+        """The tests of a kind."""
+        return tuple(t for t in self.tests if t.kind is kind)
+
+
+def load_campaign(path: str | Path) -> Campaign:
+    """Read a validation campaign::
+
+        title = "Quay and sea trials of crane 7"
+        date = 2026-11-21              # of the certificate
+        crane = "nov-250t"             # library name or crane file: the twin under test
+        criteria = "paper-f"           # library name or criteria file (default: paper-f)
+        delay = "40 ms"                # by which the tip motion is known to reach the PLC late (default: 0 s)
+        [signals]                      # as for `stillhook identify friction`
+        time = { column = "Time", unit = "s" }
+        s_tip = { column = "Tip pos", unit = "m" }
+        ...
+        [[test]]
+        name = "1"
+        log = "logs/1.csv"             # seen from this file
+        kind = "ahc"                   # ahc, limits or dynamics
+        load = "82 t"                  # payload on the hook, without the hook
+        s_w = "487 m"                  # wire out at the start, where the log has no s_w
+        mode = "ssc"                   # where the log has no mode
+        start = "0 s"                  # the part of the log that counts
+        end = "200 s"
+        water = { volume = "10 m^3", added_mass = "20 t", C_D = 1.2, area = "12 m^2" }   # a submerged payload
+
+    Errors: StillhookError, one line that names file, field, what came and what is allowed.
+    """
+    file = Path(path)
+    data = parsed(toml_text(file), file.name)
+    try:
+        return _campaign(data, file)
+    except StillhookError as e:
+        text = str(e)
+        raise type(e)(text if text.startswith(file.name) else f"{file.name}: {text}") from None
+
+
+def _campaign(data: Mapping[str, Any], file: Path) -> Campaign:
+    top = Fields(data, "", ValidateError)
+    top.known(TOP)
+    top.need("date", "crane", "test")
+    crane_name = top.beside("crane", file.parent)
+    crane = load_crane(crane_name)
+    mapping = mapping_from(data["signals"], "signals") if "signals" in data else None
+    rows = data["test"]
+    if not isinstance(rows, list) or not rows:
+        raise ValidateError("test: give one [[test]] a log.")
+    tests = tuple(_test(row, i, file.parent, crane, mapping) for i, row in enumerate(rows))
+    _no_name_twice(tests)
+    _no_log_twice(tests)
+    title = top.text("title", file.stem)
+    return Campaign(
+        title=title, date=_date(top), file=file, crane=crane, crane_name=top.text("crane"), criteria=_criteria(top, file.parent),
+        delay=_delay(top), tests=tests, synthetic=top.flag("synthetic") or MARK in title, remarks=_remarks(top),
+    )  # fmt: skip
+
+
+def _date(top: Fields) -> datetime.date:
+    value = top.table["date"]
+    if isinstance(value, datetime.datetime) or not isinstance(value, datetime.date):
+        raise top.wrong("date", "give the day that the certificate bears, without quotes, such as 2026-11-21.")
+    return value
+
+
+def _criteria(top: Fields, folder: Path) -> Criteria:
+    return load_criteria(top.beside("criteria", folder) if "criteria" in top else "paper-f")
+
+
+def _delay(top: Fields) -> float:
+    delay = top.quantity("delay", "time", 0.0)
+    assert delay is not None
+    if not 0.0 <= delay <= LONGEST_DELAY:
+        raise top.wrong("delay", f"allowed is 0 s to {LONGEST_DELAY:g} s.")
+    return delay
+
+
+def _remarks(top: Fields) -> tuple[str, ...]:
+    value = top.table.get("remarks", [])
+    if not isinstance(value, list) or not all(isinstance(x, str) for x in value):
+        raise top.wrong("remarks", "give a list of texts.")
+    return tuple(value)
+
+
+def _test(row: Any, i: int, folder: Path, crane: Crane, mapping: Mapping[str, Signal] | None) -> CraneTest:
+    name = Fields(row, f"test {i + 1}: ", ValidateError).text("name", str(i + 1))
+    test = Fields(row, f'test "{name}": ', ValidateError)
+    test.known(TEST)
+    test.need("log", "kind")
+    kind = test.text("kind")
+    if kind not in list(Kind):
+        raise test.wrong("kind", f"not one of {', '.join(Kind)}.")
+    load = test.quantity("load", "mass")
+    if load is not None and not 0.0 <= load <= crane.SWL:
+        raise test.wrong("load", f'"{crane.name}" is made for 0 t to {show(crane.SWL, "mass")}. Check the load.')
+    L_full, s_w = drum_record(crane).L_full, test.quantity("s_w", "length")
+    if s_w is not None and not 0.0 <= s_w <= L_full:
+        raise test.wrong("s_w", f'"{crane.name}" has 0 m to {show(L_full, "length")} of wire.')
+    start, end = test.quantity("start", "time", -math.inf), test.quantity("end", "time", math.inf)
+    assert start is not None
+    assert end is not None
+    if not start < end:
+        raise test.wrong("end", f"must come after start {start:g} s.")
+    own = mapping_from(row["signals"], f'test "{name}": signals') if "signals" in row else mapping
+    return CraneTest(
+        name=name, log=test.file("log", folder), kind=Kind(kind), load=load, mode=mode_of(test.text("mode")) if "mode" in test else None,
+        s_w=s_w, water=_water(test), mapping=own, start=start, end=end,
+    )  # fmt: skip
+
+
+def _water(test: Fields) -> Water | None:
+    if "water" not in test:
+        return None
+    inside = Fields(test.table["water"], f"{test.place}water: ", ValidateError)
+    inside.known(tuple(Water.model_fields))
+    try:
+        return Water(**inside.table)
+    except StillhookError as e:
+        raise ValidateError(f"{test.place}{e}") from None
+
+
+def _no_name_twice(tests: tuple[CraneTest, ...]) -> None:
+    names = [t.name for t in tests]
+    twice = next((n for n in names if names.count(n) > 1), None)
+    if twice is not None:
+        raise ValidateError(f"test: the name {came(twice)} comes twice. Give every test its own.")
+
+
+def _no_log_twice(tests: tuple[CraneTest, ...]) -> None:
+    """Errors: ValidateError where two tests of a kind take the same part of the same log: it would count twice."""
+    for i, a in enumerate(tests):
+        for b in tests[:i]:
+            if a.kind is b.kind and a.log.resolve() == b.log.resolve() and a.start < b.end and b.start < a.end:
+                raise ValidateError(
+                    f'test "{a.name}": log = {came(a.log.name)} is that of test "{b.name}" as well, and would count twice. '
+                    "Name another log, or give each its own start and end."
+                )

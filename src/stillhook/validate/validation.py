@@ -1,0 +1,82 @@
+"""A whole validation: logs read, five steps taken, every criterion judged."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from pathlib import Path
+
+from stillhook.engine.run import Meter
+from stillhook.validate.ahc import check_ahc
+from stillhook.validate.campaign import Campaign, load_campaign
+from stillhook.validate.controller import check_controller
+from stillhook.validate.criteria import judge
+from stillhook.validate.data_set import check_data
+from stillhook.validate.dynamics import check_dynamics
+from stillhook.validate.limits import check_limits
+from stillhook.validate.lines import Line, Step, StepNumber
+from stillhook.validate.parameters import check_parameters
+from stillhook.validate.reading import read_records
+from stillhook.validate.record import Record
+
+Progress = Callable[[float], None]
+CHECKS = {
+    StepNumber.DATA: check_data,
+    StepNumber.PARAMETERS: check_parameters,
+    StepNumber.CONTROLLER: check_controller,
+    StepNumber.LIMITS: check_limits,
+    StepNumber.DYNAMICS: check_dynamics,
+    StepNumber.AHC: check_ahc,
+}
+"""Each takes (campaign, records, progress) and returns its Step."""
+WEIGHT = dict.fromkeys(StepNumber, 1.0) | {StepNumber.DYNAMICS: 4.0, StepNumber.AHC: 4.0}
+"""Share of the work, for progress; reading weighs READING."""
+READING = 5.0
+
+
+@dataclass(frozen=True)
+class Validation:
+    """What came out: the records, the steps that were taken, and a line for each of their criteria.
+
+    whole: all five steps were taken; only then can there be a certificate.
+    """
+
+    campaign: Campaign
+    records: tuple[Record, ...]
+    steps: tuple[Step, ...]
+    lines: tuple[Line, ...]
+
+    @property
+    def whole(self) -> bool:
+        return {s.number for s in self.steps} == set(StepNumber)
+
+    @property
+    def passed(self) -> bool:
+        """Whether no judged line is a no."""
+        return not any(line.no for line in self.lines)
+
+    def step(self, number: StepNumber) -> Step:
+        """A step that was taken. Errors: KeyError."""
+        return next(s for s in self.steps if s.number == number)
+
+
+def validate(campaign: str | Path | Campaign, *, steps: Iterable[int] | None = None, progress: Progress | None = None) -> Validation:
+    """Take a campaign of crane tests through the five verification steps and judge it by its criteria.
+
+    Parameters: campaign file (see `load_campaign`) or a campaign; steps 0 to 5 (0: the data set; default: all); progress is called with
+    the share done.
+    Errors: StillhookError of one line, for a campaign or log that cannot be read or trusted.
+    Source: Moslatt 2020 paper F, section "Verification of the Digital Twin" and table 2.
+    """
+    todo = campaign if isinstance(campaign, Campaign) else load_campaign(campaign)
+    numbers = tuple(sorted({StepNumber(n) for n in steps})) if steps is not None else tuple(StepNumber)
+    meter = Meter(READING + sum(WEIGHT[n] for n in numbers), progress)
+    meter.tell()
+    records = read_records(todo, meter.part(READING))
+    taken: list[Step] = []
+    for number in numbers:
+        reached = meter.part(WEIGHT[number])
+        taken.append(CHECKS[number](todo, records, reached))
+        reached(1.0)
+    measures = tuple(m for step in taken for m in step.measures)
+    return Validation(todo, records, tuple(taken), judge(todo.criteria, measures, numbers))
