@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from pydantic import GetCoreSchemaHandler
     from pydantic_core import CoreSchema
 
-__all__ = ["KINDS", "Kind", "Quantity", "came", "from_display", "in_display", "parse", "show"]
+__all__ = ["KINDS", "Kind", "Quantity", "came", "from_display", "in_display", "in_unit", "parse", "show"]
 
 LONGEST_TEXT = 100  # characters; a longer text is no quantity
 LARGEST = 1e30  # in SI; far above everything measured, far below where squares and products overflow
@@ -223,6 +223,15 @@ def in_display(value: float, kind: str) -> float:
     """An SI value in the unit that its kind prints in (m^3/rad to cm^3/rev)."""
     known = _known(kind)
     factor, offset = _scale(known.display, known.si)
+    return (value - offset) / factor
+
+
+def in_unit(value: float, unit: str, kind: str) -> float:
+    """An SI value in one of the units of its kind (0.05 m to 5 cm). Errors: UnitError where the unit is none of them."""
+    known = _known(kind)
+    if unit not in known.allowed:
+        raise UnitError(f"unit {came(unit)} is not one of {', '.join(known.allowed)}.")
+    factor, offset = _scale(unit, known.si)
     return (value - offset) / factor
 
 

@@ -10,7 +10,7 @@ from stillhook.engine.run import Meter
 from stillhook.validate.ahc import check_ahc
 from stillhook.validate.campaign import Campaign, load_campaign
 from stillhook.validate.controller import check_controller
-from stillhook.validate.criteria import judge
+from stillhook.validate.judging import judge
 from stillhook.validate.data_set import check_data
 from stillhook.validate.dynamics import check_dynamics
 from stillhook.validate.limits import check_limits

@@ -1,0 +1,61 @@
+"""Names of the measures that steps find and criteria may judge, and of the settings that a set of criteria hands to the steps."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from stillhook.validate.lines import StepNumber
+
+
+@dataclass(frozen=True)
+class Named:
+    """A measure or setting: quantity a key of `stillhook.units.KINDS`, "" for a pure number; meaning in words."""
+
+    quantity: str
+    meaning: str
+
+
+@dataclass(frozen=True)
+class NamedMeasure(Named):
+    """step: the one that finds it."""
+
+    step: StepNumber
+
+
+def _m(step: StepNumber, quantity: str, meaning: str) -> NamedMeasure:
+    return NamedMeasure(quantity, meaning, step)
+
+
+_DATA = {
+    "wire_lengths": _m(StepNumber.DATA, "", "different wire lengths in the tests with heave compensation"),
+    "loads": _m(StepNumber.DATA, "", "different winch loads in the tests with heave compensation"),
+    "load_share": _m(StepNumber.DATA, "", "highest winch load over the safe working load"),
+    "s_tip_pp_low": _m(StepNumber.DATA, "length", "smallest peak-to-peak tip motion over a window"),
+    "s_tip_pp_high": _m(StepNumber.DATA, "length", "largest peak-to-peak tip motion over a window"),
+    "data_length": _m(StepNumber.DATA, "time", "length of the tests with heave compensation"),
+}
+_PARAMETERS: dict[str, NamedMeasure] = {}
+_CONTROLLER = {
+    "u_p_deviation": _m(StepNumber.CONTROLLER, "", "deviation of the pump command, simulated against measured"),
+    "u_m_deviation": _m(StepNumber.CONTROLLER, "", "deviation of the motor command, simulated against measured"),
+}
+_LIMITS: dict[str, NamedMeasure] = {}
+_DYNAMICS: dict[str, NamedMeasure] = {}
+_AHC = {
+    "e_c_pp_deviation": _m(StepNumber.AHC, "length", "mean deviation of the peak-to-peak control error over all windows"),
+    "e_c_pp_deviation_s": _m(StepNumber.AHC, "length", "standard deviation of that deviation"),
+    "e_c_max_difference": _m(StepNumber.AHC, "length", "largest |e_c| simulated less largest |e_c| measured"),
+    "e_c_deviation_max": _m(StepNumber.AHC, "length", "largest |e_c simulated - e_c measured| at any one moment"),
+    "eta_c_deviation_high": _m(StepNumber.AHC, "", "mean deviation of the compensation efficiency at high tip motion"),
+    "e_c_correlation": _m(StepNumber.AHC, "", "correlation of simulated and measured control error"),
+    "e_c_spectral_distance": _m(StepNumber.AHC, "", "rms difference of the spectra of the control error in the wave band, in dB"),
+}
+MEASURES: Mapping[str, NamedMeasure] = _DATA | _PARAMETERS | _CONTROLLER | _LIMITS | _DYNAMICS | _AHC
+"""Every measure that a criterion may name."""
+
+SETTINGS: Mapping[str, Named] = {
+    "window": Named("time", "window of the peak-to-peak control error"),
+    "eta_above": Named("length", "peak-to-peak tip motion from which the compensation efficiency is judged"),
+}
+"""Numbers that steps compute their measures with. Every set of criteria gives all of them."""
