@@ -22,6 +22,7 @@ import numba
 import platformdirs
 from numba.core.caching import FunctionCache
 
+from stillhook.physics.scalar import STRICT
 from stillhook.plants import active_passive, pure_active
 
 PLANTS: dict[str, ModuleType] = {"active-passive": active_passive, "pure-active": pure_active}
@@ -128,3 +129,16 @@ def driver(plant: str, lanes: int) -> ModuleType:
                 numba.config.CACHE_DIR = before
             sys.modules[name] = module
     return sys.modules[name]
+
+
+def kept(function: Any, name: str) -> Any:
+    """A kernel of its own beside the drivers, compiled on first call and cached on disk under this name; see `driver`."""
+    with LOCK:
+        before, numba.config.CACHE_DIR = numba.config.CACHE_DIR, str(cache_folder(name, 1))
+        try:
+            entry = numba.njit(cache=True, **STRICT)(function)
+            if hasattr(entry, "_cache"):
+                entry._cache = _Cache(entry.py_func)
+        finally:
+            numba.config.CACHE_DIR = before
+    return entry

@@ -1,0 +1,55 @@
+"""The PLC alone, without a winch behind it: cycle after cycle over inputs that are given, such as those of a log."""
+
+import functools
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stillhook.control.plc import Memory, Plc, Sensed, cycle
+from stillhook.engine.build import kept
+from stillhook.physics.swash import MotorControl, known_displacement
+
+Array = NDArray[np.float64]
+
+
+class Told(NamedTuple):
+    """What the PLC commands in every cycle, each (n,): u_p pumps and u_m motors [-], u_ff the feedforward in u_p, u_raw pumps before the
+    limit, e_c control error against the tip that it reads [m]."""
+
+    u_p: Array
+    u_m: Array
+    u_ff: Array
+    u_raw: Array
+    e_c: Array
+
+
+def plc_alone(seen: Sensed, p_hp: Array, memory: Memory, plc: Plc, control: MotorControl) -> tuple[Told, Memory]:
+    """Commands of the PLC over what it reads, cycle by cycle, and its memory after the last one.
+
+    Parameters: seen with an array (n,) in every field, one value a cycle; p_hp (n,) accumulator pressure [Pa]; memory before the first
+    cycle; control: where the motors' displacement is not measured, the PLC reckons with its own last command in place of seen.alpha_m.
+    Source: Moslatt 2020 paper F, verification step 2 ("controller inputs from measured data").
+    """
+    columns = Sensed(*(np.ascontiguousarray(x, dtype=np.float64) for x in seen))
+    told = Told(*np.empty((len(Told._fields), len(p_hp))))
+    last = _compiled()(columns, np.ascontiguousarray(p_hp, dtype=np.float64), told, memory, plc, control)
+    return told, last
+
+
+@functools.cache
+def _compiled() -> Any:
+    return kept(_cycles, "plc")
+
+
+def _cycles(seen, p_hp, told, m, plc, control):
+    for k in range(len(p_hp)):
+        alpha_m = known_displacement(seen.alpha_m[k], m.u_m, control)
+        y = Sensed(
+            seen.s_tip[k], seen.v_tip[k], seen.a_tip[k], seen.v_op[k], seen.s_op[k], seen.mode[k], seen.f_pump[k], seen.s_w[k], seen.F[k],
+            alpha_m, seen.K_wire[k],
+        )  # fmt: skip
+        drive, m = cycle(y, m, p_hp[k], plc)
+        told.u_p[k], told.u_m[k], told.u_ff[k] = drive.u_p, drive.u_m, drive.u_ff
+        told.u_raw[k], told.e_c[k] = drive.u_raw, drive.e_c
+    return m
