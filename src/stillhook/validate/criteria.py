@@ -238,19 +238,20 @@ def _row(row: Fields, old: Criterion | None, label: str) -> Criterion:
         quantity=known.quantity, written=written, by=By(by), judged=row.flag("judged", old.judged if old else True),
         needed=row.flag("needed", old.needed if old else True), source=row.text("source", old.source if old else f"given in {label}"),
     )  # fmt: skip
-    return replace(new, **_why(row, new, old, label))
+    source, reason = _why(row, new, old, label)
+    return replace(new, source=source, reason=reason)
 
 
-def _why(row: Fields, new: Criterion, old: Criterion | None, label: str) -> dict[str, str]:
+def _why(row: Fields, new: Criterion, old: Criterion | None, label: str) -> tuple[str, str]:
     """Source and reason: a row that was changed does not go on bearing the source of what it was."""
     reason = row.text("reason", " ").strip()
     if new.source == OURS and not (reason or (old and old.reason)):
         raise ValidateError(f'{row.place}reason: missing. A criterion with source = "{OURS}" says why.')
     if old is None or "source" in row:
-        return {"reason": reason}
+        return new.source, reason
     if _meaning(new) == _meaning(old):
-        return {"reason": reason or old.reason}
-    return {"reason": reason, "source": f"changed in {label}; {old.asked} in {old.source}"}
+        return old.source, reason or old.reason
+    return f"changed in {label}; {old.asked} in {old.source}", reason
 
 
 def _meaning(c: Criterion) -> tuple[Any, ...]:

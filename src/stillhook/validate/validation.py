@@ -10,9 +10,9 @@ from stillhook.engine.run import Meter
 from stillhook.validate.ahc import check_ahc
 from stillhook.validate.campaign import Campaign, load_campaign
 from stillhook.validate.controller import check_controller
-from stillhook.validate.judging import judge
 from stillhook.validate.data_set import check_data
 from stillhook.validate.dynamics import check_dynamics
+from stillhook.validate.judging import judge
 from stillhook.validate.limits import check_limits
 from stillhook.validate.lines import Line, Step, StepNumber
 from stillhook.validate.parameters import check_parameters
