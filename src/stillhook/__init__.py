@@ -13,7 +13,7 @@ from stillhook._lazy import attached
 from stillhook._version import __version__
 
 if TYPE_CHECKING:
-    from stillhook import analysis, identify, metrics
+    from stillhook import analysis, identify, metrics, validate
     from stillhook.analysis.compare import compare
     from stillhook.crane import Crane
     from stillhook.engine.simulate import simulate
@@ -44,6 +44,7 @@ _HOMES = {
     "read_tip_motion": "io.motion_file",
     "save_run": "io.results",
     "simulate": "engine.simulate",
+    "validate": "",
 }
 __all__ = [
     "Crane",
@@ -65,6 +66,7 @@ __all__ = [
     "read_tip_motion",
     "save_run",
     "simulate",
+    "validate",
 ]
 
 __getattr__, __dir__ = attached(__name__, _HOMES)

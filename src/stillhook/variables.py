@@ -253,6 +253,19 @@ ANSWERS = (
     _v("change", "", "1", "", "", "change of an index from half the draws to all, or excess of a first order over its total one"),
     _v("slow", "", "", "", "", "least K_p_ms of the whole plant at 2 and 5 m/min of the tip, either way, with its v_tip and alpha_m"),
     _v("applicable_chance", "", "1", "", "", "share of the draws in which a controller is applicable in a cell, with the ends of its 95 % interval"),
+    _v("title", "", "", "", "", "title of a validation campaign"),
+    _v("date", "", "", "", "", "day that a certificate bears, as ISO 8601"),
+    _v("synthetic", "", "", "", "", "whether logs were simulated, and measured on no crane"),
+    _v("crane", "", "", "", "", "name of a crane: in a validation that of the twin under test"),
+    _v("criteria", "", "", "", "", "acceptance criteria that a validation is judged by: name, version, source, settings, changes, rows, and a digest of it all", "paper F table 2"),
+    _v("passed", "", "", "", "", "whether every criterion that counts is met"),
+    _v("whole", "", "", "", "", "whether all steps of a validation were taken: only then can there be a certificate"),
+    _v("verdict", "", "", "", "", "of a validation: one sentence; of a criterion: pass, fail, not shown (the data cannot tell), told (not judged)"),
+    _v("lines", "", "", "", "", "what became of each criterion: key, step, what, verdict, whether it counts, limit, source, measure, and all of it as a sentence"),
+    _v("measure", "", "", "", "", "figure that a validation step found: name, value [SI] with the ends of its 95 % interval (null: none), quantity, test, data behind it, note"),
+    _v("segments", "", "", "", "", "load cases of a validation: unbroken parts of its logs with one load in one mode"),
+    _v("steps", "", "", "", "", "what each step of a validation found: measures, statements, and the numbers behind its figures", "paper F"),
+    _v("tests", "", "", "", "", "tests of a campaign, and what was found while reading their logs"),
 )  # fmt: skip
 
 PHYSICAL: Mapping[str, Variable] = {v.name: v for v in SERIES + SUMMARY + QUANTITIES}

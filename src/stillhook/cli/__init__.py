@@ -15,7 +15,7 @@ from typing import Annotated
 import typer
 
 from stillhook._version import __version__
-from stillhook.cli import calc, cranes, envelope, friction, identify, maps, runs, stability, tune, uncertainty
+from stillhook.cli import calc, cranes, envelope, friction, identify, maps, runs, stability, tune, uncertainty, validate
 from stillhook.errors import StillhookError
 
 INTERRUPTED, UNREAD = 130, 141
@@ -49,6 +49,7 @@ stability.register(app)
 maps.register(app)
 tune.register(app)
 uncertainty.register(app)
+validate.register(app)
 app.add_typer(calc.app, name="calc")
 app.add_typer(identify.app, name="identify")
 app.add_typer(friction.app, name="friction")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import base64
 import io
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from html import escape
 from typing import TYPE_CHECKING
 
@@ -20,7 +20,8 @@ h1{font-size:1.5em}h2{font-size:1.2em;margin-top:2em}table{border-collapse:colla
 td{white-space:nowrap}td:last-child{white-space:normal}
 td,th{padding:.25em .7em;border-bottom:1px solid #ddd;text-align:right;vertical-align:top}td:first-child,th:first-child{text-align:left}
 img{max-width:100%}figcaption{font-size:.85em;color:#555}figure{margin:1.5em 0}tr.chosen td{font-weight:600}
-.synthetic{background:#fff3cd;padding:.6em 1em}.no{color:#a00;font-weight:600}"""
+table.words td,table.words th{white-space:normal;text-align:left}h3{font-size:1em;margin:1.5em 0 .3em}
+.synthetic{background:#fff3cd;padding:.6em 1em}.no,tr.no td{color:#a00;font-weight:600}.yes{color:#060;font-weight:600}"""
 
 
 def page(title: str, parts: Iterable[str], *, synthetic: str = "") -> str:
@@ -35,22 +36,29 @@ def heading(text: str) -> str:
     return f"<h2>{escape(text)}</h2>"
 
 
-def paragraph(text: str, *, no: bool = False) -> str:
-    """A paragraph; no: the answer is "no", and shows."""
-    return f"<p{' class=no' if no else ''}>{escape(text)}</p>"
+def subheading(text: str) -> str:
+    return f"<h3>{escape(text)}</h3>"
+
+
+def paragraph(text: str, *, no: bool = False, yes: bool = False) -> str:
+    """A paragraph; no, yes: the answer is "no", or "yes", and shows."""
+    return f"<p{' class=no' if no else ' class=yes' if yes else ''}>{escape(text)}</p>"
 
 
 def bullets(lines: Iterable[str]) -> str:
     return f"<ul>{''.join(f'<li>{escape(line)}</li>' for line in lines)}</ul>"
 
 
-def table(header: Sequence[str], rows: Iterable[Sequence[str]], *, chosen: int | None = None) -> str:
-    """A table of texts; the chosen row is set bold."""
+def table(
+    header: Sequence[str], rows: Iterable[Sequence[str]], *, chosen: int | None = None, no: Collection[int] = (), words: bool = False
+) -> str:
+    """A table of texts; the chosen row is set bold, the rows `no` in red; words: columns of words, which fold, in place of numbers."""
     head = "".join(f"<th>{escape(h)}</th>" for h in header)
     body = "".join(
-        f"<tr{' class=chosen' if i == chosen else ''}>{''.join(f'<td>{escape(c)}</td>' for c in row)}</tr>" for i, row in enumerate(rows)
+        f"<tr{' class=no' if i in no else ' class=chosen' if i == chosen else ''}>{''.join(f'<td>{escape(c)}</td>' for c in row)}</tr>"
+        for i, row in enumerate(rows)
     )
-    return f"<table><tr>{head}</tr>{body}</table>"
+    return f"<table{' class=words' if words else ''}><tr>{head}</tr>{body}</table>"
 
 
 def png(figure: Figure, resolution: int = RESOLUTION) -> bytes:

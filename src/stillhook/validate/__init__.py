@@ -1,6 +1,10 @@
 """Does this twin represent that crane? Logs of a crane's tests against the twin, step by step, against written criteria.
 
-Source: Moslatt 2020 paper F and sections 2.5-2.6. `validate` runs a campaign; its verdict is a `Certificate`.
+Source: Moslatt 2020 paper F and sections 2.5-2.6.
+
+>>> from stillhook import validate
+>>> found = validate.validate("sea-trial/campaign.toml")  # doctest: +SKIP
+>>> found.passed, [line.said for line in found.lines if line.no]  # doctest: +SKIP
 """
 
 from __future__ import annotations

@@ -1,0 +1,25 @@
+"""The figures of all steps under one set of names."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any
+
+from stillhook.validate.lines import StepNumber
+from stillhook.validate.validation import Validation
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+FIGURES: Mapping[StepNumber, Callable[..., dict[str, Any]]] = {}
+"""Each takes (step, campaign, records) and returns its figures by stem."""
+
+
+def figures(validation: Validation) -> dict[str, Figure]:
+    """Every figure of a validation by file stem, "step-5-..."."""
+    found: dict[str, Figure] = {}
+    for step in validation.steps:
+        if step.number in FIGURES:
+            drawn = FIGURES[step.number](step, validation.campaign, validation.records)
+            found |= {f"step-{int(step.number)}-{stem}": figure for stem, figure in drawn.items()}
+    return found

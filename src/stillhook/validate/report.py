@@ -1,0 +1,131 @@
+"""The report: one page that a colleague can read without the program, every step with its statements, tables, figures and verdict."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+
+from stillhook.io.page import bullets, heading, page, paragraph, picture, subheading, table
+from stillhook.validate.campaign import Campaign
+from stillhook.validate.lines import Line, Step, Table
+from stillhook.validate.report_texts import (
+    LINE_HEAD,
+    MEANING,
+    SEGMENT_HEAD,
+    SHOWS,
+    STEP_HEAD,
+    line_cells,
+    lines_of,
+    segment_cells,
+    segments,
+    sentence,
+    step_row,
+    step_verdict,
+    title,
+)
+from stillhook.validate.validation import Validation
+
+SYNTHETIC = "SYNTHETIC: these logs were simulated, measured on no crane. What follows says nothing about a real one."
+JUDGED = (
+    "A figure with a 95 % interval is judged as the criteria file says for each criterion: by the figure itself, by the whole interval "
+    "(all of it must keep the limit), or by any part of it (it fails only where all of it breaks the limit, for a limit that data can "
+    "refute but not prove)."
+)
+METHOD = (
+    "Method: the five verification steps and the acceptance criteria of G.-A. Moslåt 2020 (section 2.6, paper F table 2), with criteria "
+    "of our own where paper F gives no number; each line names its source. The twin under test is the crane file as given. Values that "
+    "step 4 tunes are proposals: they become part of the twin, and of a verdict, only by a crane file that holds them, validated again."
+)
+
+
+def report(validation: Validation, figures: Mapping[str, bytes]) -> str:
+    """The page as text. figures: PNG by stem, see `stillhook.validate.figures.figures`."""
+    parts = [
+        paragraph(sentence(validation), no=not validation.passed, yes=validation.passed and validation.whole),
+        _about(validation.campaign),
+        heading("Verdict"),
+        table(STEP_HEAD, (step_row(validation, step) for step in validation.steps)),
+        *_lines(validation, validation.lines),
+        _legend(validation.lines),
+        paragraph(JUDGED),
+        heading("Load cases"),
+        paragraph("Unbroken parts of the logs with one load in one mode. Wire out: least to most; tip p-p: its largest over 30 s."),
+        table([h.replace("\n", " ") for h in SEGMENT_HEAD], map(segment_cells, segments(validation))),
+        *_found_on_the_way(validation),
+    ]
+    for step in validation.steps:
+        parts += _step(validation, step, figures)
+    parts.append(paragraph(METHOD))
+    return page(f"Validation of {title(validation)}", parts, synthetic=SYNTHETIC if validation.campaign.synthetic else "")
+
+
+def _about(campaign: Campaign) -> str:
+    criteria = campaign.criteria
+    return table(
+        ("", ""),
+        (
+            ("twin under test", f"{campaign.crane.title} ({campaign.crane_name})"),
+            ("date", campaign.date.isoformat()),
+            ("tests", ", ".join(f"{t.name} ({t.kind.value})" for t in campaign.tests)),
+            ("criteria", f"{criteria.label}: {criteria.source}"),
+            *(("changed", text) for text in criteria.changes),
+            *(("remark", text) for text in campaign.remarks),
+        ),
+        words=True,
+    )
+
+
+def _lines(validation: Validation, lines: Sequence[Line]) -> list[str]:
+    """Verdict lines as a table."""
+    if not lines:
+        return [paragraph("No criterion judges these steps.")]
+    no = [i for i, line in enumerate(lines) if line.no]
+    return [table(LINE_HEAD, (line_cells(validation, line) for line in lines), no=no, words=True)]
+
+
+def _legend(lines: Sequence[Line]) -> str:
+    there = {line.verdict for line in lines}
+    return bullets(f"{v.value}: {text}." for v, text in MEANING.items() if v in there)
+
+
+def _found_on_the_way(validation: Validation) -> list[str]:
+    """What reading the logs brought up."""
+    said = [f"test {record.test.name}: {text}" for record in validation.records for text in record.statements]
+    return [subheading("Found while reading the logs"), bullets(said)] if said else []
+
+
+def _step(validation: Validation, step: Step, figures: Mapping[str, bytes]) -> Iterable[str]:
+    number = int(step.number)
+    lines = lines_of(validation, step)
+    yield heading(f"Step {number}: {step.title}")
+    yield paragraph(SHOWS[step.number])
+    no = any(line.no for line in lines)
+    yield paragraph(f"Step {number} alone: {step_verdict(validation, step)}.", no=no)
+    yield bullets(step.statements) if step.statements else paragraph("Nothing stands out.")
+    for found in step.tables:
+        yield from _table(found)
+    for stem, data in figures.items():
+        if stem.startswith(f"step-{number}-"):
+            yield picture(data, caption(stem))
+    if lines:
+        yield subheading(f"Criteria of step {number}")
+        yield from _lines(validation, lines)
+
+
+def _table(found: Table) -> Iterable[str]:
+    yield subheading(found.title)
+    yield table([h.replace("\n", " ") for h in found.header], found.rows, words=has_words(found))
+
+
+WORDS = 24  # characters: a longer cell is a text
+"""Longest cell of a table of numbers."""
+
+
+def has_words(found: Table) -> bool:
+    """Whether a table has columns of texts beside its first, which must fold."""
+    return any(len(cell) > WORDS for row in found.rows for cell in row[1:])
+
+
+def caption(stem: str) -> str:
+    """What a figure is, from its file's name: "step-5-error-deviation" is "Step 5: error deviation"."""
+    _, number, name = stem.split("-", 2)
+    return f"Step {number}: {name.replace('-', ' ')}"

@@ -1,0 +1,50 @@
+"""A validation as data: everything in SI for JSON, load cases as a table."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import TYPE_CHECKING, Any
+
+from stillhook.validate.report_texts import segments, sentence
+from stillhook.validate.validation import Validation
+
+if TYPE_CHECKING:
+    import polars
+
+
+def to_dict(validation: Validation) -> dict[str, Any]:
+    """Everything in SI, ready for JSON; names as in the nomenclature."""
+    campaign = validation.campaign
+    return {
+        "title": campaign.title,
+        "date": campaign.date.isoformat(),
+        "synthetic": campaign.synthetic,
+        "crane": campaign.crane.name,
+        "criteria": campaign.criteria.to_dict(),
+        "passed": validation.passed,
+        "whole": validation.whole,
+        "verdict": sentence(validation),
+        "lines": [line.to_dict() for line in validation.lines],
+        "segments": [dataclasses.asdict(s) | {"mode": s.mode.value} for s in segments(validation)],
+        "steps": [step.to_dict() for step in validation.steps],
+        "tests": [{"name": r.test.name, "log": r.test.log.name, "statements": list(r.statements)} for r in validation.records],
+    }
+
+
+def segments_table(validation: Validation) -> polars.DataFrame:
+    """Every load case in display units, units in the headings."""
+    import polars as pl
+
+    found = segments(validation)
+    columns = {
+        "test": [s.test for s in found],
+        "start [s]": [s.start for s in found],
+        "duration [s]": [s.duration for s in found],
+        "load [t]": [s.load / 1e3 for s in found],
+        "s_w_min [m]": [s.s_w_min for s in found],
+        "s_w_max [m]": [s.s_w_max for s in found],
+        "s_tip_pp [m]": [s.s_tip_pp for s in found],
+        "period [s]": [s.period for s in found],
+        "mode": [s.mode.value for s in found],
+    }
+    return pl.DataFrame(columns)

@@ -1,0 +1,255 @@
+"""`stillhook validate`: what a person reads, what a program reads, what is written, and what is refused. The steps are staged here."""
+
+import datetime
+import json
+from dataclasses import replace
+from html.parser import HTMLParser
+from pathlib import Path
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+
+from stillhook import load_crane
+from stillhook.cli import run as command
+from stillhook.cli import validate as surface
+from stillhook.io.log_types import Log
+from stillhook.scenario import Mode
+from stillhook.validate import figures as pictures
+from stillhook.validate import validation as frame
+from stillhook.validate.campaign import Campaign, CraneTest, Kind
+from stillhook.validate.criteria import By, Criteria, Criterion, Limit
+from stillhook.validate.judging import judge
+from stillhook.validate.lines import Measure, Step, StepNumber, Table
+from stillhook.validate.record import Record, Segment
+from stillhook.validate.report_texts import sentence
+from stillhook.validate.validation import Validation
+from stillhook.variables import BY_NAME
+
+TERMINAL = 80  # columns
+CRITERIA = Criteria(
+    "quay", "3", "agreed with the owner",
+    (
+        Criterion("1b", StepNumber.DATA, "Winch loads", "loads", Limit.AT_LEAST, 2.0, "", "2", source="paper F table 2"),
+        Criterion(
+            "2b", StepNumber.AHC, "Mean deviation", "e_c_pp_deviation", Limit.AT_MOST, 0.05, "length", "5 cm", by=By.WHOLE, source="paper F table 2"
+        ),
+        Criterion("2b-s", StepNumber.AHC, "Its spread", "e_c_pp_deviation_s", Limit.AT_MOST, 0.015, "length", "1.5 cm", judged=False, source="ours"),
+    ),
+    {"window": 30.0, "eta_above": 1.0},
+)  # fmt: skip
+
+
+def record(name: str, load: float, s_w: float) -> Record:
+    test = CraneTest(name, Path(f"{name}.csv"), Kind.AHC, load, Mode.SSC, s_w, None, None, 0.0, np.inf)
+    t = np.arange(0.0, 1500.0, 0.01)
+    part = Segment(name, 0, len(t), 0.0, 1500.0, load, s_w, s_w - 1.2, s_w + 1.2, 2.31, 9.4, Mode.SSC)
+    log = Log(f"{name}.csv", t, {}, {}, (), (), 100.0, len(t))
+    return Record(test, log, t, 0.01, {}, (part,), ("a gap of 20 s at 412 s: no window crosses it",))
+
+
+def staged(e_c_pp_deviation: float | None = 0.021, high: float = 0.027, *, synthetic: bool = True, whole: bool = True) -> Validation:
+    """A validation as the steps would leave it."""
+    records = (record("1", 82e3, 487.0), record("2", 164e3, 2314.0))
+    campaign = Campaign(
+        title="Sea trial", date=datetime.date(2026, 11, 21), file=Path("campaign.toml"), crane=load_crane("nov-250t"), crane_name="nov-250t",
+        criteria=CRITERIA, delay=0.0, tests=tuple(r.test for r in records), synthetic=synthetic, remarks=("wind 12 m/s",),
+    )  # fmt: skip
+    note = "no test has s_tip: log it" if e_c_pp_deviation is None else ""
+    deviation = Measure("e_c_pp_deviation", e_c_pp_deviation, "length", 0.016, high, "load case 2", "2 load cases, 71 windows", note)
+    spread = Measure("e_c_pp_deviation_s", 0.012, "length")
+    table = Table("Deviation by load case", ("load case", "mean\n[cm]", "remark"), (("1", "1.9", ""), ("2", "2.1", "the <worst> one")))
+    steps = tuple(
+        Step(n, {StepNumber.DATA: (Measure("loads", 2.0, data="2 tests"),), StepNumber.AHC: (deviation, spread)}.get(n, ()), tables=())
+        for n in (StepNumber if whole else (StepNumber.DATA, StepNumber.AHC))
+    )
+    steps = (*steps[:-1], replace(steps[-1], statements=("the twin errs by less than the crane",), tables=(table,), data={"e_c_pp": [0.1]}))
+    measures = tuple(m for s in steps for m in s.measures)
+    return Validation(campaign, records, steps, judge(CRITERIA, measures, [s.number for s in steps]))
+
+
+def drawn(step: Step, campaign: Campaign, records: tuple[Record, ...]) -> dict[str, Figure]:
+    figure = Figure()
+    figure.subplots().plot([0.0, 1.0])
+    return {"error-over-time": figure}
+
+
+@pytest.fixture
+def stage(monkeypatch, tmp_path):
+    """Puts a staged validation in place of the steps; returns the path of a campaign file."""
+    monkeypatch.setattr(pictures, "FIGURES", {StepNumber.AHC: drawn})
+    monkeypatch.setattr("stillhook.validate.campaign.load_campaign", lambda path: staged().campaign)
+    asked = {}
+
+    def put(found: Validation) -> dict:
+        def validate(campaign, *, steps=None, progress=None):
+            asked.update(campaign=campaign, steps=steps)
+            return found
+
+        monkeypatch.setattr(frame, "validate", validate)
+        return asked
+
+    return put
+
+
+class Text(HTMLParser):
+    """What a reader of a page sees, without its style."""
+
+    def __init__(self):
+        super().__init__()
+        self.parts, self.hidden = [], False
+
+    def handle_starttag(self, tag, attributes):
+        self.hidden = tag == "style"
+
+    def handle_data(self, data):
+        if not self.hidden:
+            self.parts.append(data)
+
+
+def test_a_person_reads_load_cases_steps_every_criterion_and_one_sentence(stage, capsys):
+    stage(staged())
+    assert command(["validate", "campaign.toml"]) == 0
+    out = capsys.readouterr().out
+    first = out.splitlines()[0]
+    assert "SYNTHETIC Sea trial: nov-250t" in first
+    for words in (
+        "2313-2315",
+        "a gap of 20 s at 412 s",
+        "step 5, active heave compensation: passed",
+        "the twin errs by less than the crane",
+        "Deviation by load case",
+        "pass      2b  Mean deviation in load case 2: 2.1 cm (95 % interval 1.6 to 2.7 cm",
+        "told      2b-s",
+        "for information, no part of the verdict",
+        "[paper F table 2]",
+    ):
+        assert words in out
+    assert out.splitlines()[-1].startswith('PASSED: "nov-250t" as described represents this crane')
+
+
+def test_a_no_is_in_capitals_counted_and_ends_with_exit_code_1(stage, capsys):
+    stage(staged(0.049, 0.056))
+    assert command(["validate", "campaign.toml"]) == 1
+    out = capsys.readouterr().out
+    assert "FAIL      2b" in out
+    assert "NOT PASSED: of 2 criteria of quay version 3, 1 fail (2b)." in out
+
+
+def test_what_the_data_cannot_tell_is_a_no_with_its_reason_and_is_explained(stage, capsys):
+    stage(staged(None))
+    assert command(["validate", "campaign.toml"]) == 1
+    out = capsys.readouterr().out
+    assert "NOT SHOWN 2b" in out
+    assert "no test has s_tip: log it" in out
+    assert "the data cannot tell; in capitals it makes the verdict a no" in out
+    assert "1 not shown (2b)" in out
+
+
+def test_nothing_of_the_text_is_wider_than_a_terminal_of_80_columns(stage, capsys, monkeypatch):
+    monkeypatch.setattr("sys.stdout.isatty", lambda: True)
+    monkeypatch.setenv("COLUMNS", str(TERMINAL))
+    stage(staged(None))
+    command(["validate", "campaign.toml"])
+    lines = capsys.readouterr().out.splitlines()
+    assert max(map(len, (line for line in lines if not line.startswith(("│", "┃", "┏", "┡", "└"))))) <= TERMINAL
+
+
+def test_single_steps_say_that_there_is_no_certificate_without_the_others(stage, capsys):
+    asked = stage(staged(whole=False))
+    assert command(["validate", "campaign.toml", "--steps", "0, 5"]) == 0
+    assert list(asked["steps"]) == [0, 5]
+    assert "This is steps 0 and 5 only: a certificate needs all steps, 0 to 5." in capsys.readouterr().out
+
+
+def test_json_is_in_si_with_names_of_the_nomenclature(stage, capsys):
+    stage(staged())
+    assert command(["validate", "campaign.toml", "--json"]) == 0
+    data = json.loads(capsys.readouterr().out)
+    assert set(data) <= set(BY_NAME)
+    line = next(x for x in data["lines"] if x["key"] == "2b")
+    assert line["measure"]["value"] == 0.021
+    assert line["verdict"] == "pass"
+    assert data["segments"][1]["load"] == 164e3
+    assert data["steps"][-1]["data"] == {"e_c_pp": [0.1]}
+    assert data["passed"] is True
+
+
+def test_everything_is_written_and_the_page_reads_as_text(stage, capsys, tmp_path):
+    stage(staged())
+    out = tmp_path / "out"
+    assert command(["validate", "campaign.toml", "--out", str(out)]) == 0
+    assert {"report.html", "summary.json", "segments.csv", "step-5-error-over-time.png"} <= {p.name for p in out.iterdir()}
+    assert f"written to {out}: " in capsys.readouterr().out
+    page = Text()
+    page.feed((out / "report.html").read_text(encoding="utf-8"))
+    text = " ".join(" ".join(page.parts).split())
+    for words in (
+        "Validation of SYNTHETIC Sea trial: nov-250t",
+        "measured on no crane",
+        sentence(staged()),
+        "Step 5: active heave compensation",
+        "Step 5 alone: passed",
+        "the <worst> one",
+        "Step 5: error over time",
+        "1.6 cm to 2.7 cm",
+        "at most 5 cm (whole interval)",
+        "wind 12 m/s",
+        "quay version 3",
+    ):
+        assert words in text
+    assert json.loads((out / "summary.json").read_text(encoding="utf-8"))["whole"] is True
+    assert (out / "segments.csv").read_text(encoding="utf-8").splitlines()[1].startswith("1,0.0,1500.0,82.0,")
+
+
+def test_an_interrupted_validation_leaves_no_file(stage, capsys, tmp_path, monkeypatch):
+    stage(staged())
+
+    def stopped(*given):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(pictures, "FIGURES", {StepNumber.AHC: stopped})
+    out = tmp_path / "out"
+    assert command(["validate", "campaign.toml", "--out", str(out)]) == 130
+    assert not out.exists()
+    assert "stopped" in capsys.readouterr().err
+
+
+def test_criteria_of_the_command_line_take_the_place_of_those_of_the_campaign(stage, capsys):
+    asked = stage(staged())
+    command(["validate", "campaign.toml", "--criteria", "paper-f"])
+    assert asked["campaign"].criteria.name == "paper-f"
+
+
+def test_a_verdict_without_any_criterion_that_counts_is_no_pass(stage, capsys):
+    found = staged(whole=False)
+    told = replace(found, lines=tuple(replace(line, judged=False) for line in found.lines))
+    assert sentence(told).startswith("NOT JUDGED")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["nowhere.toml"], '"nowhere.toml": no such file'),
+        (["campaign.toml", "--steps", "6"], '--steps = "6": "6" is not one of 0, 1, 2, 3, 4, 5. Write numbers such as 1,2.'),
+        (["campaign.toml", "--steps", ""], '"" is not one of'),
+        (["campaign.toml", "--criteria", "papier-f"], 'did you mean "paper-f"'),
+        (["campaign.toml", "--out", "a-file"], "a-file is not a folder"),
+        ([], "CAMPAIGN.toml"),
+    ],
+)
+def test_bad_input_is_refused_in_one_line(arguments, words, capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("a-file").write_text("")
+    Path("log.csv").write_text("")
+    Path("campaign.toml").write_text('date = 2026-11-21\ncrane = "nov-250t"\n[[test]]\nlog = "log.csv"\nkind = "ahc"\n')
+    assert command(["validate", *arguments]) == 2
+    error = capsys.readouterr().err.strip()
+    assert words in error
+    assert "\n" not in error
+
+
+def test_help_shows_an_example(capsys):
+    assert command(["validate", "--help"]) == 0
+    assert "Example: stillhook validate" in " ".join(capsys.readouterr().out.split())
+    assert surface.REPORT == "report.html"
