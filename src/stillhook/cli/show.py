@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
@@ -58,20 +58,23 @@ def print_values(values: dict[str, Any]) -> None:
     Console().print(table)
 
 
-def print_table(header: Sequence[str], rows: Sequence[Sequence[str]], *, title: str = "", left: int = 1) -> None:
-    """A table; the first `left` columns are text, the others numbers.
+def print_table(
+    header: Sequence[str], rows: Sequence[Sequence[str]], *, title: str = "", left: int = 1, texts: Collection[int] = ()
+) -> None:
+    """A table; the first `left` columns are text, the others numbers, but for those whose place (from 0) is in `texts`: text that folds.
 
     Numbers are never cut: on a terminal too narrow for all of them the table goes on below, the texts at its left repeated.
     """
     from rich.console import Console
 
     console = Console()
-    folds = [name in FREE or (i < left and left > 1) for i, name in enumerate(header)]  # texts fold, so that numbers stay whole
+    folds = [name in FREE or i in texts or (i < left and left > 1) for i, name in enumerate(header)]  # texts fold: numbers stay whole
     least = [_least_width([name, *(row[i] for row in rows)], folds[i]) for i, name in enumerate(header)]
     if not console.is_terminal:
         console = Console(width=max(console.width, PLAIN_WIDTH, sum(least) + 1))
     for columns in _side_by_side(least, left, console.width):
-        table = _table([header[i] for i in columns], [[row[i] for i in columns] for row in rows], [folds[i] for i in columns], left)
+        aligned = [i < left or folds[i] for i in columns]
+        table = _table([header[i] for i in columns], [[row[i] for i in columns] for row in rows], [folds[i] for i in columns], aligned)
         table.title, title = title and _escaped(title), ""
         width = max(console.width, sum(least[i] for i in columns) + 1)  # what no terminal holds runs over its edge, whole
         console.print(table, width=width, soft_wrap=width > console.width)
@@ -97,13 +100,12 @@ def _least_width(cells: Sequence[str], folds: bool) -> int:
     return BORDER + (min(widest, FOLDED) if folds else widest)
 
 
-def _table(header: Sequence[str], rows: Sequence[Sequence[str]], folds: Sequence[bool], left: int) -> Table:
+def _table(header: Sequence[str], rows: Sequence[Sequence[str]], folds: Sequence[bool], left: Sequence[bool]) -> Table:
     from rich.table import Table
 
     table = Table(title_justify="left", title_style="bold", header_style="bold")
-    for i, name in enumerate(header):
-        text = i < left or name in FREE
-        table.add_column(_escaped(name), justify="left" if text else "right", no_wrap=not folds[i], overflow="fold")
+    for name, text, fold in zip(header, left, folds, strict=True):
+        table.add_column(_escaped(name), justify="left" if text else "right", no_wrap=not fold, overflow="fold")
     for row in rows:
         table.add_row(*(_escaped(cell) for cell in row))
     return table

@@ -96,13 +96,13 @@ def _print(found: Validation) -> None:
 
 
 def _print_step(found: Validation, step: Step) -> None:
-    from stillhook.validate.report_texts import step_verdict
+    from stillhook.validate.report_texts import columns_of_words, step_verdict
 
     print(f"\nstep {int(step.number)}, {step.title}: {step_verdict(found, step)}")
     for text in step.statements:
         _item(text)
     for table in step.tables:
-        print_table(table.header, [list(row) for row in table.rows], title=table.title)
+        print_table(table.header, [list(row) for row in table.rows], title=table.title, texts=columns_of_words(table))
 
 
 def _print_verdict(found: Validation) -> None:

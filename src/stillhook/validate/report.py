@@ -13,6 +13,7 @@ from stillhook.validate.report_texts import (
     SEGMENT_HEAD,
     SHOWS,
     STEP_HEAD,
+    columns_of_words,
     line_cells,
     lines_of,
     segment_cells,
@@ -113,16 +114,7 @@ def _step(validation: Validation, step: Step, figures: Mapping[str, bytes]) -> I
 
 def _table(found: Table) -> Iterable[str]:
     yield subheading(found.title)
-    yield table([h.replace("\n", " ") for h in found.header], found.rows, words=has_words(found))
-
-
-WORDS = 24  # characters: a longer cell is a text
-"""Longest cell of a table of numbers."""
-
-
-def has_words(found: Table) -> bool:
-    """Whether a table has columns of texts beside its first, which must fold."""
-    return any(len(cell) > WORDS for row in found.rows for cell in row[1:])
+    yield table([h.replace("\n", " ") for h in found.header], found.rows, words=bool(columns_of_words(found) - {0}))
 
 
 def caption(stem: str) -> str:

@@ -10,7 +10,7 @@ from stillhook.units import number
 from stillhook.validate.campaign import MARK
 from stillhook.validate.criteria import By, Criterion
 from stillhook.validate.judging import in_words
-from stillhook.validate.lines import Line, Step, StepNumber, Verdict
+from stillhook.validate.lines import Line, Step, StepNumber, Table, Verdict
 from stillhook.validate.record import Segment
 from stillhook.validate.validation import Validation
 
@@ -31,6 +31,14 @@ SHOWS = {
 SEGMENT_HEAD = ("test", "from\n[s]", "for\n[s]", "load\n[t]", "wire out\n[m]", "tip p-p\n[m]", "period\n[s]", "mode")
 LINE_HEAD = ("", "criterion", "found", "95 %", "limit", "verdict", "rests on", "source")
 STEP_HEAD = ("step", "", "pass", "fail", "not shown", "told")
+
+
+LONGEST_NUMBER = 20  # characters: a longer cell is text
+
+
+def columns_of_words(table: Table) -> set[int]:
+    """Places of the columns of a step's table that hold text, and may fold."""
+    return {i for row in table.rows for i, cell in enumerate(row) if len(cell) > LONGEST_NUMBER}
 
 
 def title(validation: Validation) -> str:
