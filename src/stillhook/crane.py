@@ -383,6 +383,12 @@ def effective_inertia(crane: Crane) -> float:
     return sum(m.count * m.J for m in sets) + crane.inertia.J_gear + drum / crane.i_hD**2
 
 
+def beside_wire(crane: Crane) -> float:
+    """By how much the inertia beside the wire changes for one part of the whole: the wire's own inertia is known, from its mass [-]."""
+    J, J_wire = effective_inertia(crane), wire_inertia(crane.drum, crane.wire) / crane.i_hD**2
+    return J / (J - J_wire)
+
+
 def _misfits(crane: Crane) -> Iterator[str]:
     """Why the parts of a crane do not fit together, worst first."""
     if (crane.passive is not None) != (crane.plant is Plant.ACTIVE_PASSIVE):

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from stillhook.analysis.distribution import Distribution, Law
-from stillhook.crane import Crane, ServoVariant, effective_inertia, wire_inertia
+from stillhook.crane import Crane, ServoVariant, beside_wire
 from stillhook.scenario import Scenario
 
 CASE = "case."
@@ -31,12 +31,6 @@ class Target(NamedTuple):
 
 def _all(crane: Crane) -> float:
     return 1.0
-
-
-def _beside_wire(crane: Crane) -> float:
-    """By how much the inertia beside the wire changes for one part of the whole: the wire's own inertia is known, from its mass [-]."""
-    J, J_wire = effective_inertia(crane), wire_inertia(crane.drum, crane.wire) / crane.i_hD**2
-    return J / (J - J_wire)
 
 
 def _scaled(*paths: str) -> tuple[Target, ...]:
@@ -119,7 +113,7 @@ _TABLE = (
         "inertia",
         "J_m_eff with a full drum; motors, gears and drum share the difference, the wire keeps its mass",
         (
-            *(Target(path, _beside_wire) for path in (*(f"{c}.motor.J" for c in BOTH), "inertia.J_gear", "inertia.J_drum")),
+            *(Target(path, beside_wire) for path in (*(f"{c}.motor.J" for c in BOTH), "inertia.J_gear", "inertia.J_drum")),
             Target("inertia.J_m_eff", _all),
         ),
         _normal(0.05),
