@@ -80,7 +80,7 @@ def _refuse_nothing(source: Source, rows: Mapping[str, Signal], *, own: bool) ->
 
 
 def _log(source: Source, rows: Mapping[str, Signal], found: Tracks, main: Checked, joined: Merged) -> Log:
-    findings = [*joined.findings, *standstill(source.name, joined.t, joined.watched, joined.doubtful)]
+    findings = [*joined.findings, *standstill(source.name, joined.t, joined.watched, joined.doubtful, main.bins.starts)]
     for name, ours, given in found.units:
         text = f"{name}: the mapping says {came(ours)} and the file {came(given)}; the mapping is believed"
         findings.append(Finding(name, "unit", 0.0, 0.0, 0, "noted", text))
@@ -93,6 +93,7 @@ def _log(source: Source, rows: Mapping[str, Signal], found: Tracks, main: Checke
         source=source.name, t=joined.t, signals=MappingProxyType({name: joined.watched[name].values for name in ordered}),
         doubtful=MappingProxyType({name: joined.doubtful[name] for name in ordered}), gaps=tuple(main.track.gaps), findings=tuple(findings),
         rate=1.0 / main.track.spacing, samples=main.track.samples, every=main.track.every, mapping=MappingProxyType(dict(rows)),
+        at=main.bins.at,
     )  # fmt: skip
 
 

@@ -24,7 +24,29 @@ RESTART_SPACINGS = 20.0  # ... and further than this many spacings, for slow log
 LONGEST = 1e7  # s: four months; a stamp so far from the first is none
 MOST_BACKWARDS = 0.2  # of the samples: with more left out, the stamps are too coarse for the samples
 EDGE = 1e-4  # of a bin: a sample that rounding (dates in floats: 0.2 us) puts just below an edge belongs above it
+LOOK = 0.1  # s: noise, rails and motion are looked for on so long a stretch, however narrow the bins are
 Line = Callable[[int], int]
+
+
+def together(every: float) -> int:
+    """Bins of this width [s] that a check looks at together: an odd number, so that one lies in the middle; 1 from LOOK on."""
+    return 2 * round(0.5 * (max(1.0, LOOK / every) - 1.0)) + 1
+
+
+def stretches(index: NDArray[np.int64], every: float) -> NDArray[np.int64]:
+    """Number of the stretch of about LOOK that each bin belongs to."""
+    bins = together(every)
+    return index if bins == 1 else (index + bins // 2) // bins
+
+
+def on_stretches(values: FloatArray, starts: NDArray[np.intp]) -> FloatArray:
+    """Means of the finite values from each start to the next one, NaN where there are none."""
+    if len(starts) == len(values):
+        return values
+    good = np.isfinite(values)
+    number = np.add.reduceat(good.astype(np.int64), starts)
+    sums = np.add.reduceat(np.where(good, values, 0.0), starts)
+    return np.where(number > 0, sums / np.maximum(number, 1), np.nan)
 
 
 @dataclass
@@ -81,6 +103,7 @@ class Track:
     _t: FloatArray = field(default_factory=lambda: np.empty(0))
     _rows: list[FloatArray] = field(default_factory=list)
     _index: list[NDArray[np.int64]] = field(default_factory=list)
+    _at: list[FloatArray] = field(default_factory=list)
 
     def feed(self, time: FloatArray, raw: Sequence[FloatArray], line_of: Line) -> None:
         """The next rows: stamps [s] and raw numbers of each column, NaN where missing."""
@@ -154,22 +177,25 @@ class Track:
         self._last = float(t[-1])
 
     def _keep(self, t: FloatArray, rows: list[FloatArray], last: bool = False) -> None:
-        """Emits the whole bins; the samples of the last one wait for the next rows."""
+        """Emits the whole stretches and their bins; the samples of the last one wait for the next rows."""
         if len(self._t):
             t = np.concatenate((self._t, t))
             rows = [np.concatenate((old, new)) for old, new in zip(self._rows, rows, strict=True)]
         index = np.floor(t / self.every + 0.5 + EDGE).astype(np.int64)
-        end = len(t) if last else int(np.searchsorted(index, index[-1])) if len(t) else 0
+        wide = stretches(index, self.every)
+        end = len(t) if last else int(np.searchsorted(wide, wide[-1])) if len(t) else 0
         self._t, self._rows = t[end:], [values[end:] for values in rows]
         if not end:
             return
-        t, index, rows = t[:end], index[:end], [values[:end] for values in rows]
+        t, index, wide, rows = t[:end], index[:end], wide[:end], [values[:end] for values in rows]
         starts = np.flatnonzero(np.diff(index, prepend=index[0] - 1))
+        wide_starts = np.flatnonzero(np.diff(wide, prepend=wide[0] - 1))
         counts = np.diff(starts, append=end).astype(np.int64)
         self._index.append(index[starts])
+        self._at.append(np.add.reduceat(t, starts) / counts)
         for column, values in zip(self.columns, rows, strict=True):
             _reduce(column, values, starts, counts)
-            column.watch.feed(t, values, index, starts)
+            column.watch.feed(t, values, wide, wide_starts)
 
     def finish(self) -> Binned:
         """The bins, once all rows were fed. Errors: LogError where most stamps repeat."""
@@ -184,7 +210,10 @@ class Track:
         index = _joined(self._index, np.int64)
         means = [_joined(c.means, np.float64) for c in self.columns]
         missing = [_joined(c.missing, np.int32) for c in self.columns]
-        return Binned(index, index.astype(np.float64) * self.every, means, missing)
+        wide = stretches(index, self.every)
+        starts = np.flatnonzero(np.diff(wide, prepend=wide[0] - 1)) if len(wide) else np.empty(0, np.intp)
+        at = _joined(self._at, np.float64)
+        return Binned(index, index.astype(np.float64) * self.every, means, missing, at, wide, starts)
 
 
 def _joined(parts: list[Any], dtype: type) -> Any:
@@ -196,12 +225,16 @@ def _joined(parts: list[Any], dtype: type) -> Any:
 
 @dataclass(frozen=True)
 class Binned:
-    """The bins of a track: number and centre [s], means and missing samples by column."""
+    """The bins of a track: number and centre [s], means and missing samples by column; mean stamp of the samples in each bin [s];
+    the stretch that each bin belongs to, and the bin that each stretch starts with."""
 
     index: NDArray[np.int64]
     t: FloatArray
     means: list[FloatArray]
     missing: list[NDArray[np.int32]]
+    at: FloatArray
+    wide: NDArray[np.int64]
+    starts: NDArray[np.intp]
 
 
 def _reduce(column: Column, values: FloatArray, starts: NDArray[np.intp], counts: NDArray[np.int64]) -> None:

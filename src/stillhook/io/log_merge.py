@@ -17,9 +17,10 @@ NEAR = 1.5  # bins or spacings: a sample further away says nothing of a bin
 
 @dataclass
 class Merged:
-    """All signals on the bins of the main clock [s]."""
+    """All signals on the bins of the main clock: their centres t and the mean stamps `at` of the samples in them [s]."""
 
     t: FloatArray
+    at: FloatArray
     watched: dict[str, Watched] = field(default_factory=dict)
     doubtful: dict[str, BoolArray] = field(default_factory=dict)
     findings: list[Finding] = field(default_factory=list)
@@ -39,7 +40,7 @@ def merged(file: str, main: Checked, others: list[Other]) -> Merged:
 
     Errors: LogError for a clock whose offset or drift cannot be found.
     """
-    out = Merged(main.bins.t, findings=list(main.findings))
+    out = Merged(main.bins.t, main.bins.at, findings=list(main.findings))
     for i, column in enumerate(main.track.columns):
         name = column.signal.name
         out.watched[name] = Watched(column.signal, main.bins.means[i], column.watch, tuple(column.watch.runs))
@@ -53,9 +54,9 @@ def merged(file: str, main: Checked, others: list[Other]) -> Merged:
         apart = other.track.origin - main.track.origin
         fit = Fit(apart, 0.0, 0.0, 0)
         if turn.own_clock:
-            theirs = (other.bins.t, dict(zip(names, other.bins.means, strict=True)))
+            theirs = (other.bins.at, dict(zip(names, other.bins.means, strict=True)))
             try:
-                fit = align((out.t, ours), theirs, f"{file}: clock {other.track.time_column} of {', '.join(names)}")
+                fit = align((out.at, ours), theirs, f"{file}: clock {other.track.time_column} of {', '.join(names)}")
                 out.findings.append(_told(other, fit, names))
             except LogError as problem:
                 if not turn.dated:
@@ -88,16 +89,16 @@ def _told(other: Checked, fit: Fit, names: list[str]) -> Finding:
 
 def _bring(out: Merged, other: Checked, fit: Fit, every: float) -> None:
     """The signals of another track at the bins of the main one, by straight lines between its own; NaN where none is near."""
-    t = fit.to_main(other.bins.t)
+    t, ours = fit.to_main(other.bins.at), out.at
     for i, column in enumerate(other.track.columns):
         name, values = column.signal.name, other.bins.means[i]
         good = np.isfinite(values)
-        at = np.clip(np.searchsorted(t[good], out.t), 1, max(1, int(good.sum()) - 1))
+        at = np.clip(np.searchsorted(t[good], ours), 1, max(1, int(good.sum()) - 1))
         before, after = t[good][at - 1], t[good][at]
-        far = np.minimum(np.abs(out.t - before), np.abs(out.t - after)) > NEAR * max(every, other.track.spacing)
-        far |= (out.t < t[good][0] - every) | (out.t > t[good][-1] + every)  # nothing is known before the first sample and after the last
-        here = np.where(far, np.nan, np.interp(out.t, t[good], values[good]))
-        nearest = np.clip(np.searchsorted(t, out.t - 0.5 * other.track.every), 0, len(t) - 1)
+        far = np.minimum(np.abs(ours - before), np.abs(ours - after)) > NEAR * max(every, other.track.spacing)
+        far |= (ours < t[good][0] - every) | (ours > t[good][-1] + every)  # nothing is known before the first sample and after the last
+        here = np.where(far, np.nan, np.interp(ours, t[good], values[good]))
+        nearest = np.clip(np.searchsorted(t, ours - 0.5 * other.track.every), 0, len(t) - 1)
         runs = tuple(
             replace(run, start=float(fit.to_main(np.array(run.start))), end=float(fit.to_main(np.array(run.end))))
             for run in column.watch.runs

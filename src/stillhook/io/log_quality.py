@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stillhook.errors import LogError
-from stillhook.io.log_bins import Binned, Column, Track
+from stillhook.io.log_bins import Binned, Column, Track, on_stretches
 from stillhook.io.log_limits import LEAST, SET_VALUES
 from stillhook.io.log_types import BoolArray, Finding
 from stillhook.io.log_watch import Rail
@@ -41,9 +41,8 @@ def checked(track: Track) -> Checked:
     bins = track.finish()
     for i, column in enumerate(track.columns):
         column.watch.finish()
-        marked = (
-            [replace(run, noisy=column.watch.noisy_at(run, bins.t, bins.means[i])) for run in column.watch.runs] if judged(column) else []
-        )
+        t, means = on_stretches(bins.t, bins.starts), on_stretches(bins.means[i], bins.starts)
+        marked = [replace(run, noisy=column.watch.noisy_at(run, t, means)) for run in column.watch.runs] if judged(column) else []
         column.watch.runs = marked
         column.watch.spans.clear()
     out = Checked(track, bins, [np.zeros(len(bins.t), np.bool_) for _ in track.columns])
@@ -193,8 +192,8 @@ def _is_rail(rail: Rail) -> bool:
     return rail.hits >= RAIL_HITS and rail.mixed >= RAIL_BINS and len(others) >= RAIL_LEVELS and rail.hits >= RAIL_SHARE * max(others)
 
 
-def _mark_saturated(out: Checked, i: int, name: str, bins: NDArray[np.int64], samples: int, text: str) -> None:
-    at = np.isin(out.bins.index, bins)
+def _mark_saturated(out: Checked, i: int, name: str, stretches: NDArray[np.int64], samples: int, text: str) -> None:
+    at = np.isin(out.bins.wide, stretches)
     out.doubtful[i] |= at
     t = out.bins.t[at]
     text = f"{text.format(n=samples)}, from {t[0]:.6g} s on, in {int(at.sum())} bins: the sensor or its converter is saturated"

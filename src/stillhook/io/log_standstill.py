@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stillhook.errors import LogError
-from stillhook.io.log_limits import REQUIRED, SET_VALUES
+from stillhook.io.log_bins import on_stretches
+from stillhook.io.log_limits import NOT_THE_WINCH, REQUIRED, SET_VALUES, TIP
 from stillhook.io.log_types import BoolArray, Finding, FloatArray, Signal
 from stillhook.io.log_watch import Run, Watch
 from stillhook.units import came
@@ -22,6 +24,7 @@ MOVES = 0.2  # of the spread of a signal over the whole log: so much change is m
 ABOVE_NOISE = 20.0  # times the step from bin to bin: a spread that is smaller is noise; in white noise it is 5 times
 COMMANDED = 0.1  # of the pump command: with more, a winch that stands still is not at rest
 TURNING = 0.05  # of the largest speed: with more, the winch moves
+TIP_MOVES = 10.0  # times the step from bin to bin, for a tip that moves: a wave of 4 s has 20, white noise 5
 MOTION = ("rotation", "speed")
 MOST_LISTED = 20  # findings of one signal that are told one by one
 
@@ -37,18 +40,24 @@ class Watched:
     """Long runs of equal values, in the time of the main clock."""
 
 
-def standstill(file: str, t: FloatArray, signals: Mapping[str, Watched], doubtful: Mapping[str, BoolArray]) -> list[Finding]:
-    """Findings of signals that are stuck; their bins become doubtful.
+def standstill(
+    file: str, t: FloatArray, signals: Mapping[str, Watched], doubtful: Mapping[str, BoolArray], starts: NDArray[np.intp]
+) -> list[Finding]:
+    """Findings of signals that are stuck; their bins become doubtful. starts: the first bin of every stretch on which motion is looked for.
 
+    Whether the winch moves is said by signals of the winch alone: a tip that moves above a winch at rest is no evidence. The tip's own
+    signals are held against each other.
     Errors: LogError where a signal that friction needs never changes although others move.
     """
     found: list[Finding] = []
-    spread = {name: _spread(w.values) for name, w in signals.items()}
-    for name, w in signals.items():
+    looked = {name: replace(w, values=on_stretches(w.values, starts)) for name, w in signals.items()}
+    at, spread = on_stretches(t, starts), {name: _spread(w.values) for name, w in looked.items()}
+    for name, w in looked.items():
+        others = {o: other for o, other in looked.items() if other is not w and (o in TIP if name in TIP else o not in NOT_THE_WINCH)}
         if w.watch.lowest == w.watch.highest:
-            found.append(_constant(file, t, w, signals, doubtful[name]))
+            found.append(_constant(file, t, w, others, spread, doubtful[name]))
         elif name not in SET_VALUES:
-            stuck = [(run, why) for run in w.runs if _beyond_chance(w.watch, run) and (why := _while_moving(t, w, run, signals, spread))]
+            stuck = [(run, why) for run in w.runs if _beyond_chance(w.watch, run) and (why := _while_moving(at, w, run, others, spread))]
             found += _told(t, w, stuck, doubtful[name])
     return found
 
@@ -58,13 +67,18 @@ def _spread(values: FloatArray) -> float:
     return float(np.subtract(*np.percentile(good, (99.0, 1.0)))) if len(good) else 0.0
 
 
-def _constant(file: str, t: FloatArray, w: Watched, signals: Mapping[str, Watched], doubtful: BoolArray) -> Finding:
+def _constant(
+    file: str, t: FloatArray, w: Watched, others: Mapping[str, Watched], spread: Mapping[str, float], doubtful: BoolArray
+) -> Finding:
     name, value = w.signal.name, w.signal.say(w.watch.highest)
     if name in SET_VALUES:
         return Finding(
             name, "constant", float(t[0]), float(t[-1]), w.watch.good, "noted", f"{name} stands at {value} throughout, as a set value may"
         )
-    moving = [other for other, o in signals.items() if o.watch.lowest != o.watch.highest]
+    moving = [other for other, o in others.items() if o.watch.lowest != o.watch.highest]
+    if name in TIP and not any(spread[other] > TIP_MOVES * _noise(others[other].values) for other in moving):
+        text = f"{name} stands at {value} throughout: the tip is at rest, or the signal is dead"
+        return Finding(name, "constant", float(t[0]), float(t[-1]), w.watch.good, "noted", text)
     if name in HELD and moving:
         said = f"{name} stands at {value} throughout while {moving[0]} changes"
         text = f"{said}: right for a low side that boost holds, wrong for a dead sensor"
@@ -93,10 +107,13 @@ def _beyond_chance(watch: Watch, run: Run) -> bool:
     return math.log(others) + (run.samples - 1) * math.log1p(-1.0 / mean) < math.log(CHANCE)
 
 
-def _while_moving(t: FloatArray, w: Watched, run: Run, signals: Mapping[str, Watched], spread: Mapping[str, float]) -> str:
+def _while_moving(t: FloatArray, w: Watched, run: Run, others: Mapping[str, Watched], spread: Mapping[str, float]) -> str:
     """What moves while a signal stands still, "" where nothing says that it should change."""
     part = slice(*(int(i) for i in np.searchsorted(t, (run.start, run.end))))
-    others = {name: other for name, other in signals.items() if other is not w and part.stop - part.start > 1}
+    if part.stop - part.start < 2:
+        return ""
+    if w.signal.name in TIP:
+        return next((name for name, other in others.items() if _tip_moves(other, part, spread[name])), "")
     turning = next((name for name, other in others.items() if _shows_motion(t, other, part)), "")
     if w.signal.quantity == "length" or (w.signal.quantity in MOTION and run.value == 0.0):
         return turning  # a winch at rest is allowed
@@ -123,6 +140,20 @@ def _shows_motion(t: FloatArray, other: Watched, part: slice) -> bool:
     return bool(other.signal.name == "u_p" and np.median(np.abs(values[good])) > COMMANDED)
 
 
+def _noise(values: FloatArray) -> float:
+    """Median step from bin to bin."""
+    steps = np.abs(np.diff(values))
+    return float(np.nanmedian(steps)) if np.isfinite(steps).any() else 0.0
+
+
+def _tip_moves(other: Watched, part: slice, spread: float) -> bool:
+    """Whether another signal of the tip says that it moves."""
+    values = other.values[part]
+    if not np.isfinite(values).any():
+        return False
+    return bool(spread > TIP_MOVES * _noise(other.values) and np.nanmax(values) - np.nanmin(values) > MOVES * spread)
+
+
 def _changes(other: Watched, part: slice, spread: float) -> bool:
     """Whether a signal changes by more than its noise."""
     values = other.values[part]
@@ -130,8 +161,7 @@ def _changes(other: Watched, part: slice, spread: float) -> bool:
         return False
     if not np.isfinite(values).any():
         return False
-    noise = float(np.nanmedian(np.abs(np.diff(other.values))))
-    return bool(spread > ABOVE_NOISE * noise and np.nanmax(values) - np.nanmin(values) > MOVES * spread)
+    return bool(spread > ABOVE_NOISE * _noise(other.values) and np.nanmax(values) - np.nanmin(values) > MOVES * spread)
 
 
 def _told(t: FloatArray, w: Watched, stuck: list[tuple[Run, str]], doubtful: BoolArray) -> list[Finding]:

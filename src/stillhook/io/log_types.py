@@ -94,6 +94,8 @@ class Log:
     """Width of the bins [s]."""
     mapping: Mapping[str, Signal] | None = None
     """What was read as what, "time" included."""
+    at: FloatArray | None = None
+    """(n,) mean stamps of the samples in each bin [s from the first sample]: what a mean is of, to less than a bin; None: the centres."""
 
     @property
     def duration(self) -> float:

@@ -99,7 +99,7 @@ class Watch:
         return np.where(bad, np.nan, values)
 
     def feed(self, t: FloatArray, values: FloatArray, index: NDArray[np.int64], starts: NDArray[np.intp]) -> None:
-        """Whole bins: times, samples, number of the bin of each sample, where each bin starts."""
+        """Whole bins (stretches of about 0.1 s): times, samples, number of the bin of each sample, where each bin starts."""
         span = np.fmax.reduceat(values, starts) - np.fmin.reduceat(values, starts)
         self.spans.append(span.astype(np.float32))
         good = int(np.count_nonzero(~np.isnan(values)))

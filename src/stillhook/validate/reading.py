@@ -8,7 +8,6 @@ import numpy as np
 
 from stillhook.engine.run import Meter
 from stillhook.io.log import read_log
-from stillhook.io.log_types import Log
 from stillhook.metrics import peak_to_peak
 from stillhook.scenario import Mode
 from stillhook.validate.campaign import Campaign, CraneTest
