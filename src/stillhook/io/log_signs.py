@@ -1,16 +1,20 @@
 """Signs that contradict each other: hoisting is positive, A is the hoisting side, wire out grows downwards.
 
 What is used: the pump command and the motors turn the same way; friction makes the pressure drop p_a - p_b higher when hoisting than when
-lowering the same load; wire that is paid out grows while speed is negative. A contradiction is refused with the row to write, never mended.
+lowering the same load; wire that is paid out grows while speed is negative. Where the winch compensates, the tip tells as well
+(`log_signs_ahc`). A contradiction is refused with the row to write, never mended.
 """
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
 
 from stillhook.errors import LogError
+from stillhook.io.log_bins import on_stretches, stretches
+from stillhook.io.log_signs_ahc import PRESSURE, compensating, contradictions
 from stillhook.io.log_types import FloatArray, Log
 
 AGREE = 0.5  # correlation beyond which two signals clearly go together, or against each other
@@ -25,6 +29,11 @@ HANGING = 1.0  # times the difference between directions: with a larger mean the
 
 def check_signs(log: Log) -> None:
     """LogError, with the row of the mapping to write, where the signs of a winch's signals contradict each other."""
+    log = _on_stretches(log)
+    if {"s_tip", "v_tip"} & log.signals.keys():
+        found = contradictions(log, compensating(log), _friction_way(log), lambda name: _row(log, name))
+        _refuse(log, found, "Hoisting and up are positive")
+        return
     speed = next((name for name in ("omega_m", "v_w") if name in log.signals), None)
     if speed is None:
         return
@@ -51,11 +60,47 @@ def check_signs(log: Log) -> None:
         problems.append(f"set sign = {-_sign(log, 'u_p')} for u_p: it runs against {speed} ({known})")
     if not unclear or command < -AGREE:  # otherwise the speed itself is in doubt
         problems += _wire(log, -v if flipped_speed or unclear else v, speed)
+    _refuse(log, problems, "Hoisting is positive")
+
+
+def _refuse(log: Log, problems: list[str], rule: str) -> None:
     if problems:
-        raise LogError(
-            f"{log.source}: signs contradict each other. In the mapping {'; '.join(problems)}. Hoisting is positive, p_a is the hoisting "
-            "side."
-        )
+        said = "; ".join(problems)
+        raise LogError(f"{log.source}: signs contradict each other. In the mapping {said}. {rule}, p_a is the hoisting side.")
+
+
+def _on_stretches(log: Log) -> Log:
+    """The log with means of about 0.1 s in place of narrower bins, doubtful ones left out."""
+    index = np.round(log.t / log.every).astype(np.int64)
+    wide = stretches(index, log.every)
+    if wide is index or not len(wide):
+        return log
+    starts = np.flatnonzero(np.diff(wide, prepend=wide[0] - 1))
+    means = {name: on_stretches(_good(log, name), starts) for name in log.signals}
+    doubtful = {name: np.isnan(values) for name, values in means.items()}
+    t = on_stretches(log.t, starts)
+    return replace(log, t=t, signals=means, doubtful=doubtful, every=float(np.median(np.diff(t))) if len(t) > 1 else log.every, at=None)
+
+
+def _row(log: Log, name: str) -> str:
+    """The row of the mapping that turns a signal round."""
+    if name == PRESSURE:
+        return _swap(log)
+    offset = " and an offset that makes it the wire out" if name == "s_w" and np.nanmedian(log.signals[name]) > 0.0 else ""
+    return f"set sign = {-_sign(log, name)}{offset} for {name}"
+
+
+def _friction_way(log: Log) -> int:
+    """1 where the pressure drop is higher when hoisting by the first speed there is, -1 where it is lower, 0 where it does not tell."""
+    speed = next((name for name in ("omega_m", "v_w") if name in log.signals), None)
+    if speed is None or not _has_pressure(log):
+        return 0
+    apart = _apart(_moves(_good(log, speed), _drop(log)))
+    return 0 if apart is None else int(np.sign(apart))
+
+
+def _drop(log: Log) -> FloatArray:
+    return _good(log, "dp_m") if "dp_m" in log.signals else _good(log, "p_a") - _good(log, "p_b")
 
 
 def _good(log: Log, name: str) -> FloatArray:
@@ -93,13 +138,9 @@ def _friction(log: Log, v: FloatArray) -> tuple[bool, bool, bool]:
     """Whether the speed is flipped, the pressures are swapped, or one of both and the load does not say which."""
     if not _has_pressure(log):
         return False, False, False
-    dp = _good(log, "dp_m") if "dp_m" in log.signals else _good(log, "p_a") - _good(log, "p_b")
-    moves = _moves(v, dp)
-    differences = np.array([a[1] - b[1] if a[0] > 0 else b[1] - a[1] for a, b in pairwise(moves) if a[0] != b[0]])
-    if len(differences) < FEWEST_PAIRS or abs(np.median(differences)) < CLEAR:
-        return False, False, False
-    apart = float(np.median(differences))
-    if np.mean(np.sign(differences) == np.sign(apart)) < MOST_PAIRS:
+    moves = _moves(v, _drop(log))
+    apart = _apart(moves)
+    if apart is None:
         return False, False, False
     load = float(np.median([mean for _, mean in moves]))
     hangs = abs(load) > HANGING * abs(apart)
@@ -120,6 +161,15 @@ def _moves(v: FloatArray, dp: FloatArray) -> list[tuple[int, float]]:
     edges = np.flatnonzero(np.diff(way, prepend=way[0] - 2, append=way[-1] - 2))
     pieces = [(int(way[a]), dp[a:b]) for a, b in pairwise(edges) if way[a] and b - a >= SHORTEST_MOVE]
     return [(direction, float(np.median(piece))) for direction, piece in pieces]
+
+
+def _apart(moves: list[tuple[int, float]]) -> float | None:
+    """How much higher the pressure drop is when hoisting than in the neighbouring moves down [Pa]; None where they do not agree."""
+    differences = np.array([a[1] - b[1] if a[0] > 0 else b[1] - a[1] for a, b in pairwise(moves) if a[0] != b[0]])
+    if len(differences) < FEWEST_PAIRS or abs(np.median(differences)) < CLEAR:
+        return None
+    apart = float(np.median(differences))
+    return apart if np.mean(np.sign(differences) == np.sign(apart)) >= MOST_PAIRS else None
 
 
 def _swap(log: Log) -> str:
