@@ -8,6 +8,8 @@ crane sheet prints.
 
 from __future__ import annotations
 
+import hashlib
+import json
 import math
 from collections.abc import Iterator, Mapping
 from enum import StrEnum
@@ -16,6 +18,7 @@ from typing import Annotated, Any, Self
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from stillhook import units as u
+from stillhook.certified import Certified
 
 INERTIA_TOLERANCE = 0.005  # of J_m_eff: the published value has two digits, the split is ours
 DIAMETER_TOLERANCE = 0.005  # of d_max: printed 5.1 m against 5.104 m from drum, layers and wire
@@ -347,6 +350,7 @@ class Crane(Spec):
     friction: Friction
     control: Control
     sources: Mapping[str, Source] = Field(default_factory=dict, repr=False, description="field to source")
+    certified: Certified | None = Field(default=None, repr=False, description="certificate of the twin, in short; none: not validated")
 
     @model_validator(mode="before")
     @classmethod
@@ -363,6 +367,14 @@ class Crane(Spec):
         for problem in _misfits(self):
             raise ValueError(problem)
         return self
+
+
+def content(crane: Crane) -> dict[str, str]:
+    """Hash of every part of a crane that results follow from, by its field; names, titles, sources and the certificate are none."""
+    named = {"motor": {"type"}}
+    bare = {"name": True, "title": True, "sources": True, "certified": True, "active": named, "passive": named, "friction": {"library"}}
+    data = crane.model_dump(mode="json", exclude=bare, exclude_none=True)
+    return {name: hashlib.sha256(json.dumps(part, sort_keys=True).encode()).hexdigest()[:16] for name, part in data.items()}
 
 
 def wire_capacity(drum: Drum, wire: Wire) -> float:

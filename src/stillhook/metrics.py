@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import numpy as np
 import xarray
-from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
 from stillhook.errors import StillhookError
+from stillhook.sea.waves import trailing_spans
 from stillhook.units import came
 from stillhook.variables import WINDOW
 
@@ -39,13 +39,8 @@ def peak_to_peak(series: xarray.DataArray, dt: float, window: float = WINDOW) ->
     n = _samples(window, dt, series.sizes["time"])
     x, axis = series.values, series.get_axis_num("time")
     assert isinstance(axis, int)
-    unknown = np.isnan(x)
-    trail = (n - 1) // 2  # shifts the centred filters so that the window ends at its sample
-    hi = maximum_filter1d(np.where(unknown, -np.inf, x), n, axis=axis, origin=trail)
-    lo = minimum_filter1d(np.where(unknown, np.inf, x), n, axis=axis, origin=trail)
-    holes = maximum_filter1d(unknown.astype(float), n, axis=axis, origin=trail) > 0.0
     full = series["time"] >= series["time"][0] + window - 1e-9
-    return series.copy(data=np.where(holes, np.nan, hi - lo)).where(full)
+    return series.copy(data=trailing_spans(x, n, axis)).where(full)
 
 
 def _samples(window: float, dt: float, most: int) -> int:

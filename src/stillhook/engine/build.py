@@ -41,7 +41,7 @@ def kernel_hash() -> str:
 
 
 RESULT_FOLDERS = (*KERNEL_FOLDERS, "sea", "library")
-RESULT_FILES = ("commands.py", "crane.py", "metrics.py", "scenario.py", "variables.py")
+RESULT_FILES = ("certified.py", "commands.py", "crane.py", "metrics.py", "scenario.py", "variables.py")
 
 
 @functools.cache

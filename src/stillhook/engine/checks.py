@@ -18,6 +18,7 @@ from stillhook.engine.pack import (
     plc_record,
     wire_speed_max,
 )
+from stillhook.engine.validated import standing
 from stillhook.errors import ScenarioError
 from stillhook.physics.drum import LAST_TURNS, WIRE_SLACK, layer_diameter, layers_filled, wire_usable
 from stillhook.plants.active_circuit import active_flows
@@ -26,10 +27,12 @@ from stillhook.units import show
 
 
 class Foreseen(NamedTuple):
-    """What a run will meet: notes, one line each, worst first; unstable: the position loop is beyond its gain of marginal stability."""
+    """What a run will meet: notes, one line each, worst first; unstable: the position loop is beyond its gain of marginal stability;
+    validated: the crane's certificate holds, and the run lies inside its envelope."""
 
     notes: tuple[str, ...]
     unstable: bool
+    validated: bool
 
 
 def check(crane: Crane, case: Scenario) -> None:
@@ -115,7 +118,9 @@ def layer_diameter_at(crane: Crane, s_w: float) -> float:
 
 def foresee(crane: Crane, case: Scenario) -> Foreseen:
     """Limits that this run will meet. The scenario must have passed `check`."""
-    asked = Drive(crane, case).asked()
+    drive = Drive(crane, case)
+    asked = drive.asked()
+    stands = standing(crane, case, drive, asked)
     d = layer_diameter_at(crane, case.s_w)
     K_wire = crane.drum.d_max / d
     gain = _gain_notes(crane, case, asked.v_max, K_wire)
@@ -127,8 +132,9 @@ def foresee(crane: Crane, case: Scenario) -> Foreseen:
         *_pure_active_notes(crane, case, d, alpha_wanted(crane, case, K_wire, 0.0)),
         *_friction_notes(crane, case, d),
         *_event_notes(case),
+        *stands.notes,
     ]
-    return Foreseen(tuple(notes), bool(gain))
+    return Foreseen(tuple(notes), bool(gain), stands.validated)
 
 
 T_D_BEYOND = 0.1

@@ -19,6 +19,7 @@ from stillhook.engine.given import SERIES_STEP, STATISTICS_STEP, check_threads, 
 from stillhook.engine.many import summaries
 from stillhook.engine.run import Ending, Progress, Result, run_cases
 from stillhook.engine.summary import summarise
+from stillhook.engine.validated import twin_line
 from stillhook.errors import ScenarioError, SimulationError
 from stillhook.library import crane_toml
 from stillhook.plants.state import Signals
@@ -155,6 +156,7 @@ def labelled(
     data.attrs = {
         "title": f"Stillhook run of {crane.name if isinstance(crane, Crane) else f'{len(crane)} cranes'}",
         "crane": crane_toml(crane) if isinstance(crane, Crane) else json.dumps([crane_toml(c) for c in crane]),
+        "twin": twin_line(crane if isinstance(crane, Crane) else crane[0]),
         "scenarios": json.dumps([c.to_dict() for c in (cases[:1] if _one_for_all(crane, cases) else cases)]),
         "single": int(single),
         "stillhook_version": __version__,

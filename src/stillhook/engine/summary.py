@@ -125,7 +125,7 @@ def summarise(crane: Crane, case: Scenario, result: Result) -> dict[str, Any]:
         numbers = dict.fromkeys(numbers, math.nan)
     elif {case.mode, *(m for _, m in case.modes)} == {Mode.MANUAL}:
         numbers |= dict.fromkeys(POSITION, math.nan)
-    return {"status": status(case, result, foreseen), **numbers, "notes": notes}
+    return {"status": status(case, result, foreseen), **numbers, "validated": float(foreseen.validated), "notes": notes}
 
 
 def _window_notes(result: Result) -> list[str]:

@@ -10,13 +10,14 @@ from stillhook.library.load import changed, crane_from_toml, cranes, load_crane
 from stillhook.library.sets import FrictionSet, LossSet, load_friction, load_losses, load_set, set_toml
 from stillhook.library.sheet import sheet, sheet_json
 from stillhook.library.tables import LeakTable, frictions, leak_table, leak_tables, motor, motors, system_friction
-from stillhook.library.write import crane_toml
+from stillhook.library.write import certified_crane_toml, crane_toml
 
 __all__ = [
     "Evidence",
     "FrictionSet",
     "LeakTable",
     "LossSet",
+    "certified_crane_toml",
     "changed",
     "crane_from_toml",
     "crane_toml",

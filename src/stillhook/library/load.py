@@ -9,7 +9,8 @@ from typing import Any
 from pydantic import ValidationError
 
 from stillhook.crane import Crane, Motor, Plant, Source, SourceKind, Spec, SystemFriction
-from stillhook.errors import SpecError
+from stillhook.errors import SpecError, StillhookError
+from stillhook.library.certificate import read_certified
 from stillhook.library.explain import explain
 from stillhook.library.files import LABELS, Leaf, Tree, file_tree, lay_over, library_tree, nearest, parsed, shelf, sources, tree, values
 from stillhook.library.sets import is_path, known_torques, set_values
@@ -31,6 +32,8 @@ def load_crane(name_or_path: str | Path) -> Crane:
     only what differs. A motor or system friction that it names is filled in from the library; what the file itself says
     on top wins. It may also name the path of a set's file, seen from its own folder (``library = "my-crane.friction.toml"``).
     A file that turns its base into a pure active winch drops the passive circuit of that base.
+    ``certificate = "certificate.json"``, seen from the file, names the certificate of the crane's twin (`stillhook validate` writes both);
+    the crane then carries it in short, and runs say where they leave what was validated, or that it no longer holds for this crane.
 
     Errors: SpecError, UnitError of one line that names file, field, what came and what is allowed.
     """
@@ -60,9 +63,12 @@ def changed(crane: Crane, changes: Mapping[str, Any]) -> Crane:
 def _crane(fields: Tree, label: str) -> Crane:
     if "sources" in fields:
         raise SpecError(f"{label}: sources: unknown field; write the source beside its value.")
-    fields = _with_library(fields, label)
+    fields, certified = _with_library(fields, label), fields.get("certified")
+    fields.pop("certified", None)
     stated = {path: source for path, source in sources(fields) if path not in LABELS}
     data = values(fields)
+    if certified is not None:
+        data["certified"] = certified.value if isinstance(certified, Leaf) else {"envelope": None} | values(certified)
     try:
         return Crane.model_validate(data | {"sources": {"i_hD": _PRODUCT} | stated})
     except ValidationError as error:
@@ -80,8 +86,24 @@ def _fields(name_or_path: str | Path, above: tuple[Path, ...]) -> tuple[str, Tre
         have, hint = ", ".join(cranes()), nearest(name_or_path, cranes())
         raise SpecError(f"No crane {came(name_or_path)}: the library has {have}{hint} A file's name ends in .toml.")
     own = _with_library(file_tree(path), path.name, path.parent)
-    base = own.pop("base", None)
+    base, certificate = own.pop("base", None), own.pop("certificate", None)
+    if certificate is not None:
+        own["certified"] = _certified(own, certificate, path)
     return path.name, own if base is None else _on_base(own, base, path, above)
+
+
+def _certified(own: Tree, certificate: Leaf | Tree, path: Path) -> Leaf:
+    """The certificate that a crane file names, in short."""
+    name = certificate.value if isinstance(certificate, Leaf) else None
+    if not isinstance(name, str) or not name.strip():
+        raise SpecError(f'{path.name}: certificate = {came(name)}: give the path of a certificate, such as "certificate.json".')
+    if "certified" in own:
+        raise SpecError(f"{path.name}: certificate and [certified]: the second is the record of another. Remove it.")
+    try:
+        record = read_certified(path.parent / name)
+    except StillhookError as problem:
+        raise SpecError(f"{path.name}: certificate = {came(name)}: {problem}") from None
+    return Leaf(record, Source(text=f"certificate {record.short}", kind=SourceKind.USER))
 
 
 def _on_base(own: Tree, base: Leaf | Tree, path: Path, above: tuple[Path, ...]) -> Tree:
@@ -103,6 +125,8 @@ def _on_base(own: Tree, base: Leaf | Tree, path: Path, above: tuple[Path, ...]) 
 def _over_base(below: Tree, own: Tree, label: str) -> Tree:
     """``own`` laid over its base, less the numbers of the base that ``own`` makes stale."""
     base = dict(below)
+    if "certified" in own:
+        base.pop("certified", None)
     if _text_at(own, "plant") == Plant.PURE_ACTIVE.value:
         base.pop("passive", None)
     for circuit in ("active", "passive"):
@@ -147,7 +171,7 @@ def _with_library(fields: Tree, label: str, folder: Path | None = None) -> Tree:
 
 
 def _to_be_read(name: str, part: Leaf | Tree | None, model: type[Spec], folder: Path | None) -> bool:
-    """Whether a set is read now: one of the library at the end, one from a path with the file that names it."""
+    """Whether a set is read now: one of the library at the end, one from a path with the file that names it, unless that has all of it."""
     if not is_path(name):
         return folder is None
-    return folder is not None or not (isinstance(part, dict) and set(model.model_fields) <= set(part))
+    return not (isinstance(part, dict) and set(model.model_fields) <= set(part))

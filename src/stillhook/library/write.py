@@ -6,6 +6,7 @@ import json
 from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple, get_args
 
+from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
 from stillhook.crane import Crane, Source, SourceKind, Spec
@@ -13,6 +14,8 @@ from stillhook.library.files import LABELS, Leaf, Tree
 from stillhook.units import KINDS, Quantity, parse, show
 
 _UNSTATED = Source(text="not stated", kind=SourceKind.USER)
+BESIDE = ("sources", "certified")
+"""Fields of a crane that are no values of it."""
 _DIGITS = 12  # significant digits tried in display units before SI with all digits
 
 
@@ -43,7 +46,7 @@ def _walk(spec: Spec, path: str) -> Iterator[tuple[str, str, FieldInfo, Any]]:
         place = f"{path}.{name}" if path else name
         if isinstance(value, Spec):
             yield from _walk(value, place)
-        elif value is not None and name != "sources":
+        elif value is not None and name not in BESIDE:
             yield place, name, field, str(value) if isinstance(value, str) else value
 
 
@@ -67,7 +70,8 @@ def written(value: Any, quantity: str | None) -> Any:
 
 def crane_tree(crane: Crane) -> Tree:
     """A crane as a tree of leaves, as read from a file."""
-    return leaf_tree(crane, crane.sources)
+    out = leaf_tree(crane, crane.sources)
+    return out if crane.certified is None else {**out, "certified": Leaf(crane.certified, _UNSTATED)}
 
 
 def leaf_tree(spec: Spec, sources: Mapping[str, Source]) -> Tree:
@@ -85,8 +89,30 @@ def leaf_tree(spec: Spec, sources: Mapping[str, Source]) -> Tree:
 
 
 def crane_toml(crane: Crane) -> str:
-    """A crane as a complete crane file: ``load_crane`` reads the same crane from it, sources included."""
-    return joined(leaf_tables(crane, crane.sources))
+    """A crane as a complete crane file: ``load_crane`` reads the same crane from it, sources and the record of its certificate included."""
+    tables = leaf_tables(crane, crane.sources)
+    return joined(tables if crane.certified is None else tables | record_tables(crane.certified, "certified"))
+
+
+def certified_crane_toml(crane: Crane, certificate: str = "certificate.json") -> str:
+    """A crane as a complete crane file that names its certificate, a path seen from that file; it stands alone beside it."""
+    tables = leaf_tables(crane, crane.sources)
+    tables[""].insert(0, f"certificate = {toml_value(certificate)}")
+    return joined(tables)
+
+
+def record_tables(record: BaseModel, name: str) -> dict[str, list[str]]:
+    """The lines of a record without sources, by their table: quantities as texts, records and mappings within as tables of their own."""
+    tables: dict[str, list[str]] = {name: []}
+    for key, field in type(record).model_fields.items():
+        value = getattr(record, key)
+        if isinstance(value, BaseModel):
+            tables |= record_tables(value, f"{name}.{key}")
+        elif isinstance(value, Mapping):
+            tables[f"{name}.{key}"] = [f"{toml_value(k)} = {toml_value(v)}" for k, v in value.items()]
+        elif value is not None:
+            tables[name].append(f"{key} = {toml_value(written(value, _quantity(field)))}")
+    return tables
 
 
 def leaf_tables(spec: Spec, sources: Mapping[str, Source]) -> dict[str, list[str]]:
@@ -111,6 +137,8 @@ def toml_value(value: Any) -> str:
     """A text, a number or a list of them as TOML writes it."""
     if isinstance(value, list):
         return f"[{', '.join(toml_value(v) for v in value)}]"
+    if isinstance(value, bool):
+        return str(value).lower()
     if isinstance(value, str):
         return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007F")
     return repr(value)

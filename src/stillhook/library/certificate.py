@@ -1,0 +1,93 @@
+"""A certificate's file, as far as a crane needs it: whole and untouched, and in short. What it says in full: `stillhook.validate`."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from stillhook.certified import Certified
+from stillhook.errors import ValidateError
+from stillhook.units import KINDS, came
+
+FORMAT = "stillhook certificate 1"
+"""What a certificate's file begins to say; the number changes with the meaning of its contents."""
+LARGEST = 50_000_000
+"""Bytes; a certificate has some hundred kB."""
+DIGITS = 10
+"""Significant digits of a number in a certificate."""
+_GIVE = "Give the certificate.json that stillhook validate wrote."
+_KINDS = {"load": "mass", "s_w": "length", "s_tip_pp": "length", "period": "time"}
+
+
+def canonical(data: Mapping[str, Any]) -> str:
+    """The one text of a certificate: keys in order, numbers with DIGITS digits, what is no number null, a line at the end."""
+    return json.dumps(_rounded(data), sort_keys=True, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def _rounded(x: Any) -> Any:
+    if isinstance(x, Mapping):
+        return {str(k): _rounded(v) for k, v in x.items()}
+    if isinstance(x, list | tuple):
+        return [_rounded(v) for v in x]
+    if isinstance(x, float):
+        return float(f"{x:.{DIGITS}g}") + 0.0 if math.isfinite(x) else None
+    return x
+
+
+def digest_of(data: Mapping[str, Any]) -> str:
+    """SHA-256 of everything that a certificate says but the digest itself."""
+    return hashlib.sha256(canonical({k: v for k, v in data.items() if k != "digest"}).encode()).hexdigest()
+
+
+def read_certificate(path: Path) -> dict[str, Any]:
+    """What a certificate's file says, when it is whole and as it was written. Errors: ValidateError of one line."""
+    try:
+        if path.is_file() and path.stat().st_size > LARGEST:
+            raise ValidateError(f"{path.name}: larger than {LARGEST // 1_000_000} MB, so it is no certificate. Give certificate.json.")
+        data = json.loads(path.read_bytes().decode("utf-8"))
+    except FileNotFoundError:
+        raise ValidateError(f"{came(str(path))}: no such file. Put the certificate back, or validate again.") from None
+    except (OSError, ValueError, RecursionError) as problem:
+        reason = getattr(problem, "strerror", None) or " ".join(str(problem).split())
+        raise ValidateError(f"{path.name}: not a certificate ({reason}). {_GIVE}") from None
+    if not isinstance(data, dict) or not str(data.get("format", "")).startswith("stillhook certificate"):
+        raise ValidateError(f"{path.name}: JSON, but not a certificate. {_GIVE}")
+    if data["format"] != FORMAT:
+        raise ValidateError(f'{path.name}: format {came(data["format"])}: this Stillhook reads "{FORMAT}". Validate again.')
+    try:
+        told = digest_of(data)
+    except ValueError:
+        told = ""
+    if data.get("digest") != told:
+        raise ValidateError(f"{path.name}: was changed after it was written: its digest does not fit. Use the original, or validate again.")
+    return data
+
+
+def read_certified(path: Path) -> Certified:
+    """A certificate in short. Errors: ValidateError of one line."""
+    return certified_of(read_certificate(path), path.name)
+
+
+def certified_of(data: Mapping[str, Any], label: str) -> Certified:
+    """What a crane carries of a certificate; label names it in errors (ValidateError of one line)."""
+    try:
+        ranges = data["envelope"]
+        envelope = ranges and {name: _texts(ranges[name], kind) for name, kind in _KINDS.items()} | {"modes": tuple(ranges["modes"])}
+        return Certified.of(
+            digest=data["digest"], date=data["date"], criteria=f"{data['criteria']['name']} version {data['criteria']['version']}",
+            passed=data["passed"], synthetic=data["synthetic"], level=data["twin"]["level"], variant=data["twin"]["variant"],
+            version=data["twin"]["version"], code=data["twin"]["code"], content=data["crane"]["content"], envelope=envelope,
+        )  # fmt: skip
+    except (KeyError, TypeError, AttributeError, ValidationError) as problem:
+        reason = " ".join(str(problem).split())[:120]
+        raise ValidateError(f"{label}: not a whole certificate ({reason}). Validate again.") from None
+
+
+def _texts(ends: Any, kind: str) -> tuple[str, ...]:
+    return tuple(f"{end!r} {KINDS[kind].si}" for end in ends)
