@@ -56,7 +56,7 @@ def test_files_that_are_no_mapping(tmp_path, content, text):
         ({"p_a": 7}, 'test.toml: signals.p_a = 7: write a table such as { column = "PT101", unit = "bar" }, or the heading as text.'),
         (
             row(colum="x"),
-            'test.toml: signals.p_a: unknown key "colum" (did you mean column?) (allowed: column, unit, sign, scale, offset, clock, range, quantity).',
+            'test.toml: signals.p_a: unknown key "colum" (did you mean column?) (allowed: column, unit, sign, scale, offset, clock, range, quantity, words).',
         ),
         (
             {"p_a": {"unit": "bar"}},

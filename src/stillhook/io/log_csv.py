@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from stillhook.errors import LogError
 from stillhook.io.log_csv_dialect import COMMENTS, Dialect, dialect_of
-from stillhook.io.log_source import EXAMPLES, Chunk, Want, stamps_to_seconds
+from stillhook.io.log_source import EXAMPLES, Chunk, Want, stamps_to_seconds, with_words
 from stillhook.io.log_types import FloatArray
 from stillhook.units import came
 
@@ -97,7 +97,7 @@ class CsvLog:
                 cells = cells.fill_null("")
             elif plain is not None and want.places[0] in again:
                 cells = plain[f"c{want.places[0]}"].fill_null("").str.strip_chars(' \t"')
-                read = self._cast(cells)
+                read = with_words(self._cast(cells), cells, want)
             else:
                 read = table[f"c{want.places[0]}"].to_numpy().astype(np.float64, copy=False)
                 values[want] = read

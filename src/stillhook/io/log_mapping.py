@@ -7,7 +7,8 @@
     u_p = "Pump command [%]"
 
 A row gives column, unit, sign (1 or -1), scale and offset (applied to the raw number before the unit), clock (column of other time
-stamps), range (ends of the sensor) and quantity (for names of your own). Numbers that are in a unit which Stillhook does not know take
+stamps), range (ends of the sensor), quantity (for names of your own) and words (numbers for cells that are words, such as
+{ on = 1, off = 0 }). Numbers that are in a unit which Stillhook does not know take
 a scale to one that it does: psi is unit = "bar", scale = 0.0689476.
 """
 
@@ -27,7 +28,7 @@ from stillhook.io.log_types import Signal
 from stillhook.units import KINDS, came, parse
 from stillhook.variables import PHYSICAL
 
-KEYS = ("column", "unit", "sign", "scale", "offset", "clock", "range", "quantity")
+KEYS = ("column", "unit", "sign", "scale", "offset", "clock", "range", "quantity", "words")
 STAMPS = "UTC"  # unit of a time column that holds ISO 8601 stamps
 PURE = {"1": 1.0, "%": 0.01}  # units of pure numbers
 LARGEST_FILE = 1 << 20  # bytes; a mapping is a page of text
@@ -101,7 +102,17 @@ def _signal(name: str, row: Any, where: str) -> Signal:
     return Signal(
         name, _column(row.get("column"), f"{where}.column"), unit, int(sign), _plain(row, "scale", 1.0, where),
         _plain(row, "offset", 0.0, where), None if clock is None else _column(clock, f"{where}.clock"), lo, hi, kind,
+        _words(row.get("words", {}), f"{where}.words"),
     )  # fmt: skip
+
+
+def _words(table: Any, where: str) -> tuple[tuple[str, float], ...]:
+    if not isinstance(table, Mapping):
+        raise LogError(f"{where} = {came(table)}: write a table of numbers for words, such as {{ on = 1, off = 0 }}.")
+    for word, value in table.items():
+        if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
+            raise LogError(f"{where}: {came(word)} = {came(value)}: write a plain number.")
+    return tuple((word.strip(), float(value)) for word, value in table.items())
 
 
 def _column(column: Any, where: str) -> str:

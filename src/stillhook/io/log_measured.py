@@ -7,7 +7,7 @@ import logging
 import sys
 from abc import ABC, abstractmethod
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -88,7 +88,7 @@ class _Measured(ABC):
             values = np.where(mask, np.nan, cells.astype(np.float64))
             words: list[str] = ["invalid"] if mask.any() else []
         else:
-            values, words = _numbers(cells)
+            values, words = _numbers(cells, dict(want.words))
         if not np.isfinite(values).all():
             texts[want] = tuple(words[:EXAMPLES]) or ("nan",)
         return values
@@ -102,13 +102,14 @@ class _Measured(ABC):
         """Stamps [s] of the same samples on a time base."""
 
 
-def _numbers(cells: Any) -> tuple[FloatArray, list[str]]:
-    """Cells of text as numbers, and examples of those that are none."""
+def _numbers(cells: Any, known: Mapping[str, float]) -> tuple[FloatArray, list[str]]:
+    """Cells of text as numbers, words that stand for one among them; and examples of those that are none."""
     values, words = np.full(len(cells), np.nan), []
+    lower = {word.lower(): value for word, value in known.items()}
     for i, cell in enumerate(cells):
         text = cell.decode("utf-8", "replace") if isinstance(cell, bytes) else str(cell)
         try:
-            values[i] = float(text)
+            values[i] = lower[text.strip().lower()] if text.strip().lower() in lower else float(text)
         except ValueError:
             words.append(text)
     return values, list(dict.fromkeys(words))

@@ -24,6 +24,8 @@ class Want:
     places: tuple[int, ...]
     stamps: str | None = None
     """None: numbers. "UTC" or a pattern: stamps, which come as seconds since 1970."""
+    words: tuple[tuple[str, float], ...] = ()
+    """Cells that stand for numbers."""
 
 
 @dataclass(frozen=True)
@@ -84,6 +86,16 @@ class Source(Protocol):
     def chunks(self, wants: Sequence[Want], size: int) -> Iterator[Chunk]:
         """The wanted columns in pieces of about `size` bytes."""
         ...
+
+
+def with_words(read: FloatArray, cells: pl.Series, want: Want) -> FloatArray:
+    """Numbers with those filled in that stand in the file as words."""
+    if not want.words:
+        return read
+    tidy = cells.cast(pl.String).fill_null("").str.strip_chars(' \t"').str.to_lowercase()
+    known = {word.lower(): value for word, value in want.words}
+    values = tidy.replace_strict(list(known), list(known.values()), default=None, return_dtype=pl.Float64)
+    return np.where(np.isnan(read), values.fill_null(np.nan).to_numpy(), read)
 
 
 _STAMP = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d.*|\d{1,2}\.\d{1,2}\.\d{4}[T ]\d\d:\d\d.*|\d{4}/\d\d/\d\d[T ]\d\d:\d\d.*")

@@ -12,7 +12,7 @@ import numpy as np
 import polars as pl
 
 from stillhook.errors import LogError
-from stillhook.io.log_source import EXAMPLES, NANO, Chunk, Want, from_sample, stamps_to_seconds
+from stillhook.io.log_source import EXAMPLES, NANO, Chunk, Want, from_sample, stamps_to_seconds, with_words
 from stillhook.io.log_types import FloatArray
 from stillhook.units import came
 
@@ -77,7 +77,8 @@ class ParquetLog:
             return stamps_to_seconds(words, want.stamps)
         if cells.dtype.is_temporal() or cells.dtype.is_nested():
             raise LogError(f"{self.name}: column {came(cells.name)} holds {cells.dtype}, not numbers. Map another column.")
-        read = cells.cast(pl.Float64, strict=False).fill_null(np.nan).to_numpy().astype(np.float64, copy=False)
+        numbers = cells.cast(pl.Float64, strict=False).fill_null(np.nan).to_numpy().astype(np.float64, copy=False)
+        read = with_words(numbers, cells, want)
         bad = ~np.isfinite(read)
         if bad.any():
             words = cells.filter(pl.Series(bad)).cast(pl.String).fill_null("").unique(maintain_order=True)

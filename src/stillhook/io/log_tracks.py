@@ -88,7 +88,7 @@ def build(source: Source, rows: Mapping[str, Signal], width: float) -> Tracks:
             )
         else:
             raise LogError(f'{source.name}: no time. Add a row time = {{ column = "...", unit = "s" }} to the mapping.')
-        columns.setdefault(clock, []).append(Column(signal, Want((place,)), factor, offset, unit, Watch(signal, limit_of(signal))))
+        columns.setdefault(clock, []).append(_column(signal, place, factor, offset, unit))
     if main is None or main not in columns:
         raise LogError(f"{source.name}: every signal has a clock of its own. Leave out `clock` where a signal is stamped by time.")
     clocks = [main, *(clock for clock in columns if clock != main)]
@@ -100,6 +100,10 @@ def build(source: Source, rows: Mapping[str, Signal], width: float) -> Tracks:
     for track in found.tracks[1:]:
         track.every = found.tracks[0].every if track.spacing <= found.tracks[0].every else track.spacing
     return found
+
+
+def _column(signal: Signal, place: int, factor: float, offset: float, unit: str) -> Column:
+    return Column(signal, Want((place,), words=signal.words), factor, offset, unit, Watch(signal, limit_of(signal)))
 
 
 def _other_units(source: Source, rows: Mapping[str, Signal]) -> list[tuple[str, str, str]]:

@@ -41,6 +41,8 @@ class Signal:
     """Ends of the sensor's range [SI, in the sign of the signal]: samples there count as saturated."""
     quantity: str = ""
     """A key of `stillhook.units.KINDS`; "" for a pure number."""
+    words: tuple[tuple[str, float], ...] = ()
+    """Cells that are words, and the raw numbers that they stand for, such as ("on", 1.0); upper and lower case are alike."""
 
     def say(self, value: float, digits: int = 4) -> str:
         """A value of this signal [SI] as text in its display unit; a pure number as it is."""
