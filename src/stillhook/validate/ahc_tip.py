@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,7 +43,7 @@ def smooth_tip(t: FloatArray, s: FloatArray, v: FloatArray | None, *, place: str
     count = max(2 * FEWEST_POINTS, round(t[-1] / KNOTS))
     grid = np.linspace(0.0, t[-1], count + 1)
     if t[-1] < 2 * FEWEST_POINTS * 0.5 * KNOTS or len(t) < 2 * len(grid):
-        raise ValidateError(f"{place}: {len(t)} samples over {t[-1]:.3g} s are too few for a motion of the crane tip. Log longer or faster.")
+        raise ValidateError(f"{place}: {len(t)} samples over {t[-1]:.3g} s are too few for a motion of the tip. Log longer or faster.")
     # The knots of the curve through the points of the grid (not-a-knot ends), so that `Recorded` is this very curve.
     knots = np.concatenate((np.full(6, 0.0), grid[3:-3], np.full(6, t[-1])))
     shift = float(np.nanmean(s))
@@ -65,7 +66,7 @@ def smooth_tip(t: FloatArray, s: FloatArray, v: FloatArray | None, *, place: str
     return Tip(Recorded(grid, heights, source=place), noise, spread_s, spread_v if np.isfinite(spread_v) else np.nan)
 
 
-def _slopes(t: FloatArray, knots: FloatArray) -> object:
+def _slopes(t: FloatArray, knots: FloatArray) -> Any:
     """Slopes of the quintic basis at t, as a sparse matrix."""
     from scipy.interpolate import BSpline
     from scipy.sparse import diags
@@ -76,20 +77,20 @@ def _slopes(t: FloatArray, knots: FloatArray) -> object:
     return lower @ diags([-over, over], [0, 1], shape=(m - 1, m))
 
 
-def _normal(A: object, y: FloatArray, weight: FloatArray) -> tuple[object, FloatArray]:
+def _normal(A: Any, y: FloatArray, weight: FloatArray) -> tuple[Any, FloatArray]:
     from scipy.sparse import diags
 
     W = diags(weight)
-    return A.T @ W @ A, A.T @ (weight * y)  # type: ignore[attr-defined]
+    return A.T @ W @ A, A.T @ (weight * y)
 
 
-def _solved(N: object, y: FloatArray, place: str) -> FloatArray:
+def _solved(N: Any, y: FloatArray, place: str) -> FloatArray:
     """Banded, so quick for any length. Errors: ValidateError where a stretch without samples leaves the curve open."""
     from scipy.linalg import LinAlgError, solveh_banded
 
     band = np.zeros((6, len(y)))
     for k in range(6):
-        band[k, : len(y) - k] = N.diagonal(-k)  # type: ignore[attr-defined]
+        band[k, : len(y) - k] = N.diagonal(-k)
     try:
         out: FloatArray = solveh_banded(band, y, lower=True)
     except LinAlgError:

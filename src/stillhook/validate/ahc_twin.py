@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -78,6 +78,11 @@ class Replay:
         return np.nan_to_num(self.tip.noise[self.skipped :][: self.last - self.first])
 
 
+    def shortened(self, duration: float) -> Replay:
+        """The same for the first part of the segment [s]."""
+        return replace(self, case=self.case.model_copy(update={"duration": min(duration, self.case.duration)}))
+
+
 def replay(campaign: Campaign, record: Record, segment: Segment) -> Replay:
     """The run that repeats a segment. Errors: ValidateError, ScenarioError of one line."""
     part = slice(segment.first, segment.last)
@@ -124,7 +129,9 @@ def _operator(t: FloatArray, record: Record, segment: Segment) -> Operator:
     return Operator(profile=tuple((_si(t[i], "s"), _si(v[i], "m/s")) for i in keep))
 
 
-def run_twin(cranes: Sequence[Crane], replays: Sequence[Replay], names: Sequence[str], *, quick: bool = False) -> list[dict[str, FloatArray]]:
+def run_twin(
+    cranes: Sequence[Crane], replays: Sequence[Replay], names: Sequence[str], *, quick: bool = False
+) -> list[dict[str, FloatArray]]:
     """Series of the twin over the samples that count, one dict a pair of crane and replay.
 
     Parameters: cranes and replays in pairs; names of signals; quick: sixteen runs side by side, at the longer step of statistics.
@@ -154,7 +161,7 @@ def usable(records: Sequence[Record], window: float) -> tuple[list[tuple[Record,
         for s in record.segments:
             least = SETTLE + window
             if s.mode is Mode.MANUAL:
-                said.append(f'Test "{s.test}": {s.duration:.0f} s from {s.start:.0f} s on are in manual mode and left out of step 5.')
+                said.append(f'Test "{s.test}": {s.duration:.0f} s from {s.start:.0f} s on are in manual mode and not part of step 5.')
             elif s.duration < least + record.step:
                 said.append(
                     f'Test "{s.test}": the {s.duration:.0f} s from {s.start:.0f} s on are left out of step 5, which takes '
@@ -184,8 +191,3 @@ def _s_op(r: Replay) -> FloatArray:
 
 def about_mean(x: FloatArray) -> FloatArray:
     return x - np.nanmean(x)
-
-
-def mapping_of(runs: Sequence[Mapping[str, FloatArray]], name: str) -> list[FloatArray]:
-    """One signal of every run."""
-    return [r[name] for r in runs]

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 
 from stillhook.units import in_unit, number
 from stillhook.validate.criteria import By, Criteria, Criterion, Limit
-from stillhook.validate.lines import Line, Measure, StepNumber, Verdict, say
+from stillhook.validate.lines import Line, Measure, StepNumber, Verdict
 
 DIGITS = 3
 
@@ -67,11 +67,13 @@ def _line(c: Criterion, found: list[Measure]) -> Line:
 
 
 def in_words(c: Criterion, x: float) -> str:
-    """A value of the criterion's measure in the unit that the limit is written in."""
+    """A value of the criterion's measure in the unit that the limit is written in, to between a 200th and a 2000th of the limit."""
     unit = c.written.split(" ", 1)[1] if " " in c.written else ""
-    if unit == "%":
-        return f"{number(100.0 * x, DIGITS)} %"
-    return f"{number(in_unit(x, unit, c.quantity), DIGITS)} {unit}" if unit and c.quantity else say(x, c.quantity, DIGITS)
+    scale = 100.0 if unit == "%" else in_unit(1.0, unit, c.quantity) if unit and c.quantity else 1.0
+    shown, limit = scale * x, abs(scale * c.limit)
+    text = f"{shown:.{max(0, -math.floor(math.log10(limit / 200.0)))}f}" if limit > 0.0 else number(shown, DIGITS)
+    bare = text.rstrip("0").rstrip(".") if "." in text else text
+    return f"{bare.replace('-0', '0') if float(bare) == 0.0 else bare} {unit}".rstrip()
 
 
 def _said(c: Criterion, m: Measure, of: int) -> str:

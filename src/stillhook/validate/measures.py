@@ -45,10 +45,15 @@ _DYNAMICS: dict[str, NamedMeasure] = {}
 _AHC = {
     "e_c_pp_deviation": _m(StepNumber.AHC, "length", "mean deviation of the peak-to-peak control error over all windows"),
     "e_c_pp_deviation_s": _m(StepNumber.AHC, "length", "standard deviation of that deviation"),
+    "e_c_pp_below_5cm": _m(StepNumber.AHC, "", "share of windows with a deviation below 5 cm, counted"),
+    "e_c_pp_below_6cm": _m(StepNumber.AHC, "", "share of windows with a deviation below 6 cm, counted"),
+    "e_c_pp_bias": _m(StepNumber.AHC, "length", "mean of the peak-to-peak control error, simulated less measured"),
     "e_c_max_difference": _m(StepNumber.AHC, "length", "largest |e_c| simulated less largest |e_c| measured"),
     "e_c_deviation_max": _m(StepNumber.AHC, "length", "largest |e_c simulated - e_c measured| at any one moment"),
     "eta_c_deviation_high": _m(StepNumber.AHC, "", "mean deviation of the compensation efficiency at high tip motion"),
     "e_c_correlation": _m(StepNumber.AHC, "", "correlation of simulated and measured control error"),
+    "e_c_lag": _m(StepNumber.AHC, "time", "time by which the measured control error comes after the simulated one"),
+    "e_c_band_ratio": _m(StepNumber.AHC, "", "rms of the control error in the wave band, simulated over measured"),
     "e_c_spectral_distance": _m(StepNumber.AHC, "", "rms difference of the spectra of the control error in the wave band, in dB"),
 }
 MEASURES: Mapping[str, NamedMeasure] = _DATA | _PARAMETERS | _CONTROLLER | _LIMITS | _DYNAMICS | _AHC

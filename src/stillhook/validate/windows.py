@@ -101,5 +101,5 @@ def by_motion(parts: Sequence[Windows], width: float) -> tuple[FloatArray, Float
     cell = np.floor(tip / width).astype(np.intp)
     cells = np.unique(cell)
     count = np.array([(cell == c).sum() for c in cells], dtype=np.intp)
-    means = [np.array([np.nanmean(y[cell == c]) for c in cells]) for y in (x, eta)]
-    return (cells + 0.5) * width, means[0], means[1], count
+    error, efficient = (np.array([np.nanmean(y[cell == c]) for c in cells], dtype=np.float64) for y in (x, eta))
+    return np.asarray((cells + 0.5) * width, dtype=np.float64), error, efficient, count

@@ -1,0 +1,121 @@
+"""The numbers of step 5 with their intervals."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stillhook.validate.ahc_compared import Compared
+from stillhook.validate.ahc_shape import Shape, correlation
+from stillhook.validate.block_bootstrap import Interval, interval
+from stillhook.validate.lines import Measure
+from stillhook.validate.measures import MEASURES
+from stillhook.validate.windows import EVERY, counted_share, gaussian_share, mean_and_s
+
+FloatArray = NDArray[np.float64]
+
+NEAR, FAR = 0.05, 0.06
+"""Deviations whose probability paper F states [m]."""
+THIN = 0.1
+"""Spacing of the samples whose correlation gets an interval [s]."""
+
+
+def measures(compared: Sequence[Compared], like: Shape, settings: Mapping[str, float]) -> tuple[Measure, ...]:
+    """Every measure of step 5, over all load cases together."""
+    block = round(2.0 * settings["window"] / EVERY)
+    x = [c.windows.x for c in compared if len(c.windows.x)]
+    return (
+        *_deviations(compared, x, settings["window"]),
+        *_largest(compared),
+        _efficiency(compared, settings["eta_above"], block),
+        *_shape(compared, like, settings["window"]),
+    )
+
+
+def _measure(name: str, value: float | None, found: Interval | None = None, *, data: str = "", note: str = "") -> Measure:
+    """A measure; without a finite value the data could not tell."""
+    sure = found is not None and math.isfinite(found.low) and math.isfinite(found.high)
+    low, high = (found.low, found.high) if found is not None and sure else (None, None)
+    known = value if value is not None and math.isfinite(value) else None
+    return Measure(name, known, MEASURES[name].quantity, low, high, data=data, note=note)
+
+
+def _deviations(compared: Sequence[Compared], x: Sequence[FloatArray], window: float) -> tuple[Measure, ...]:
+    names = ("e_c_pp_deviation", "e_c_pp_deviation_s", "e_c_pp_below_5cm", "e_c_pp_below_6cm", "e_c_pp_bias")
+    if not x:
+        note = "no window of the logs is full of numbers; log s_tip and e_c_measured without holes"
+        return tuple(_measure(name, None, note=note) for name in names)
+    mean, s = mean_and_s(np.concatenate(x))
+    block = round(2.0 * window / EVERY)
+    found = [interval(statistic, x, at_least=block, bounds=ends) for statistic, ends in _STATISTICS]
+    signed = interval(np.mean, [c.windows.simulated - c.windows.measured for c in compared if len(c.windows.x)], at_least=block)
+    level = float(np.mean(np.concatenate([c.windows.measured for c in compared])))
+    data = f"{_extent(compared)}, {found[0].blocks.effective:.0f} effective windows of {window:g} s"
+    gauss = [f"as a Gaussian, as paper F reads it, {100.0 * gaussian_share(limit, mean, s):.3g} %" for limit in (NEAR, FAR)]
+    notes = (f"measured e_c_pp {100.0 * level:.3g} cm on average", "", *gauss, "simulated less measured")
+    return tuple(
+        _measure(name, f.value, f, data=data, note=note) for name, f, note in zip(names, (*found, signed), notes, strict=True)
+    )
+
+
+_STATISTICS: tuple[tuple[Callable[[FloatArray], float], tuple[float, float]], ...] = (
+    (lambda x: float(np.mean(x)), (0.0, math.inf)),
+    (lambda x: mean_and_s(x)[1], (0.0, math.inf)),
+    (lambda x: counted_share(NEAR, x), (0.0, 1.0)),
+    (lambda x: counted_share(FAR, x), (0.0, 1.0)),
+)
+
+
+def _extent(compared: Sequence[Compared]) -> str:
+    cases, seconds = len({c.name for c in compared}), sum(len(c.e_measured) * c.replay.record.step for c in compared)
+    return f"{cases} load case{'s' if cases > 1 else ''}, {seconds:.0f} s"
+
+
+def _largest(compared: Sequence[Compared]) -> tuple[Measure, Measure]:
+    """Both readings of paper F table 2, item 2a."""
+    pairs = [(c.name, *c.pair) for c in compared if len(c.pair[0])]
+    data = _extent(compared)
+    if not pairs:
+        note = "the control error is nowhere known"
+        return _measure("e_c_max_difference", None, note=note), _measure("e_c_deviation_max", None, note=note)
+    measured = max(float(np.abs(m).max()) for _, m, _ in pairs)
+    simulated = max(float(np.abs(s).max()) for _, _, s in pairs)
+    apart, where = max((float(np.abs(s - m).max()), name) for name, m, s in pairs)
+    note = f"simulated {100.0 * simulated:.3g} cm, measured {100.0 * measured:.3g} cm"
+    return (
+        _measure("e_c_max_difference", simulated - measured, data=data, note=note),
+        _measure("e_c_deviation_max", apart, data=data, note=f'in test "{where}"'),
+    )
+
+
+def _efficiency(compared: Sequence[Compared], above: float, block: int) -> Measure:
+    """Mean |eta_c simulated - eta_c measured| over windows with high tip motion."""
+    parts, share = [], []
+    for c in compared:
+        w = c.windows
+        high = w.s_tip_pp >= above
+        parts.append(np.abs(w.eta_simulated - w.eta_measured)[high])
+        share.append(high)
+    if not sum(map(len, parts)):
+        note = f"the tip moves {above:g} m or more in no window; test in higher waves"
+        return _measure("eta_c_deviation_high", None, note=note)
+    found = interval(np.mean, [p for p in parts if len(p)], at_least=block, bounds=(0.0, 1.0))
+    data = f"windows with {above:g} m or more, {100.0 * float(np.mean(np.concatenate(share))):.0f} % of all"
+    return _measure("eta_c_deviation_high", found.value, found, data=data)
+
+
+def _shape(compared: Sequence[Compared], like: Shape, window: float) -> tuple[Measure, ...]:
+    every = max(1, round(THIN / compared[0].replay.record.step))
+    rows = [np.column_stack([x - x.mean() for x in c.pair])[::every] for c in compared if len(c.pair[0])]
+    found = interval(correlation, rows, at_least=round(2.0 * window / THIN), bounds=(-1.0, 1.0)) if rows else None
+    data = _extent(compared)
+    band = "" if math.isfinite(like.distance) else "no stretch is a minute long"
+    return (
+        _measure("e_c_correlation", like.correlation, found, data=data),
+        _measure("e_c_lag", like.lag, data=data),
+        _measure("e_c_band_ratio", like.band_ratio, data=data, note=band),
+        _measure("e_c_spectral_distance", like.distance, data=data, note=band),
+    )
