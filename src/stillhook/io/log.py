@@ -34,13 +34,18 @@ Progress = Callable[[float], None]
 
 
 def read_log(
-    path: str | os.PathLike[str], mapping: Mapping[str, Signal] | None = None, *, every: str = "0.1 s", progress: Progress | None = None
+    path: str | os.PathLike[str],
+    mapping: Mapping[str, Signal] | None = None,
+    *,
+    every: str = "0.1 s",
+    leave_out_clocks: bool = False,
+    progress: Progress | None = None,
 ) -> Log:
     """A log in SI on bins of time, checked.
 
     Parameters: path CSV or other text, Parquet, MDF4, TDMS or MAT; mapping signals by name (`read_mapping`, `mapping_from`), without it
-    headings such as "p_a [bar]" are taken; every width of the bins, at least the spacing of the samples; progress is called with the
-    share done.
+    headings such as "p_a [bar]" are taken; every width of the bins, at least the spacing of the samples; leave_out_clocks: signals of
+    another clock that cannot be aligned are left out (NaN) in place of an error; progress is called with the share done.
     Errors: LogError or UnitError of one line, for a file that cannot be read, columns or units that are not there, and signals that
     cannot be trusted; what could be repaired or left out is told in `Log.findings`.
     """
@@ -58,7 +63,7 @@ def read_log(
         Other(other, any(column.signal.clock is not None for column in other.track.columns), found.clocks[0].dated and clock.dated)
         for clock, other in zip(found.clocks[1:], others, strict=True)
     ]
-    log = _log(source, rows, found, main, merged(source.name, main, more))
+    log = _log(source, rows, found, main, merged(source.name, main, more, leave_out=leave_out_clocks))
     check_signs(log)
     return log
 
@@ -93,7 +98,7 @@ def _log(source: Source, rows: Mapping[str, Signal], found: Tracks, main: Checke
         source=source.name, t=joined.t, signals=MappingProxyType({name: joined.watched[name].values for name in ordered}),
         doubtful=MappingProxyType({name: joined.doubtful[name] for name in ordered}), gaps=tuple(main.track.gaps), findings=tuple(findings),
         rate=1.0 / main.track.spacing, samples=main.track.samples, every=main.track.every, mapping=MappingProxyType(dict(rows)),
-        at=main.bins.at,
+        at=main.bins.at, clocks=tuple(joined.clocks),
     )  # fmt: skip
 
 

@@ -17,18 +17,23 @@ from stillhook.io.log_types import FloatArray
 SLOPE = 0.6  # s over which slopes are taken: long against noise, short against moves
 COARSE = 3.0  # s: smoothing for the search of the offset, so that a drift of 2000 ppm over 20 minutes does not hide it
 PIECES = 12  # of the log, for the drift
-SHORTEST_PIECE = 40.0  # s: holds some moves of a staircase
+SHORTEST_PIECE = 40.0  # s: holds some moves of a staircase ...
+LEAST_PIECE, FEW_PIECES = 20.0, 4  # s: ... but a short log is cut into so many, down to some waves
 REACH = 2.5  # s to either side of the offset in which a piece is looked for
 CLEAR = 0.3  # correlation: below, the two sides do not show the same motion
 ALONE = 1.15  # times the match of the next best offset that the best must reach
 STARTED = 5.0  # s: columns of one file begin together; where the motion repeats, the one offset within this is taken, and told
 CANDIDATES = 8  # offsets that are tried ...
 PEAK = 0.5  # ... if their correlation is at least this share of the best; a staircase repeats itself every two moves
-APART = 10.0  # s: offsets nearer than this are one
+APART = 3.5  # s: offsets nearer than this are one; waves repeat themselves after 4 s and more
 FEWEST_PIECES = 3
 SCATTER = 0.2  # s: pieces that disagree by more do not follow one drift
 ROUNDS = 4  # of fitting the drift and looking again
-LARGEST_DRIFT = 5e-3  # quartz drifts by 1e-4; beyond this the stamps are in another unit
+SOUND_DRIFT = 1e-3  # quartz drifts by 1e-4: a clock with more is named
+LARGEST_DRIFT = 1e-2  # beyond this the stamps are in another unit
+SCAN_STEP = 0.25  # s: of the features when drifts are tried one by one
+SCAN_SLIP = 2.4  # s over the log from one drift tried to the next: half of the shortest wave to either side
+SCAN_CLEAR = 0.5  # correlation that a drift found so must have
 REVERSING = ("omega_m", "v_w", "u_p", "speed")  # friction turns round with these: their direction shows in pressures, their slopes do not
 DEADBAND = 0.01  # of the largest value: below, a signal has no direction; a wider one sees reversals late
 OVERLAP = 0.25  # of the shorter side that must be seen by both
@@ -58,6 +63,39 @@ Side = tuple[FloatArray, Mapping[str, FloatArray]]
 
 def align(main: Side, other: Side, where: str) -> Fit:
     """Offset and drift of another clock. Errors: LogError that says why they cannot be found."""
+    try:
+        return _aligned(main, other, where)
+    except LogError as problem:  # perhaps the drift hides the offset: then one of these comes near
+        drift = _scanned(main, other)
+        if not drift:
+            raise
+        try:
+            near = _aligned(main, ((1.0 + drift) * other[0], other[1]), where)
+        except LogError:
+            raise problem from None
+    return _known(replace(near, drift=(1.0 + near.drift) * (1.0 + drift) - 1.0), where)
+
+
+def _known(fit: Fit, where: str) -> Fit:
+    if abs(fit.drift) > LARGEST_DRIFT:
+        raise LogError(f"{where}: it would drift by {1e6 * fit.drift:.0f} ppm, which no clock does. Check the unit of its stamps.")
+    return fit
+
+
+def _scanned(main: Side, other: Side) -> float:
+    """The drift under which both sides match best as a whole, 0 where none makes them match clearly."""
+    ours = _features(main, SCAN_STEP)
+    best, drift = SCAN_CLEAR, 0.0
+    step = SCAN_SLIP / max(SCAN_SLIP, float(other[0][-1] - other[0][0]))
+    for k in range(1, int(LARGEST_DRIFT / step) + 2):
+        for tried in (k * step, -k * step):
+            match = _offsets(ours, _features(((1.0 + tried) * other[0], other[1]), SCAN_STEP), SCAN_STEP)[0]
+            if match > best:
+                best, drift = match, tried
+    return drift
+
+
+def _aligned(main: Side, other: Side, where: str) -> Fit:
     step = max(0.05, float(np.median(np.diff(main[0]))), float(np.median(np.diff(other[0]))))
     ours, theirs = _features(main, step), _features(other, step)
     best, name, other_name, offsets = _offsets(ours, theirs, step)
@@ -93,9 +131,7 @@ def align(main: Side, other: Side, where: str) -> Fit:
             f"{where}: its drift is not steady: parts of the log disagree by {fit.scatter:.2g} s. The clock was set during the log; cut "
             "it there."
         )
-    if abs(fit.drift) > LARGEST_DRIFT:
-        raise LogError(f"{where}: it would drift by {1e6 * fit.drift:.0f} ppm, which no clock does. Check the unit of its stamps.")
-    return fit
+    return _known(fit, where)
 
 
 def _features(side: Side, step: float) -> dict[str, FloatArray]:
@@ -163,7 +199,8 @@ def _drift(x: FloatArray, y: FloatArray, offset: float, step: float) -> Fit | No
     """Offset and drift from pieces of the log, each shifted to where it fits best."""
     sign = 1.0
     drift, scatter, used = 0.0, 0.0, 0
-    length = max(SHORTEST_PIECE, len(y) * step / PIECES)
+    seconds = len(y) * step
+    length = max(min(SHORTEST_PIECE, max(LEAST_PIECE, seconds / FEW_PIECES)), seconds / PIECES)
     t_x, t_y = np.arange(len(x)) * step, np.arange(len(y)) * step
     for turn in range(ROUNDS):
         warped = np.interp((t_x - offset) / (1.0 + drift), t_y, y, left=0.0, right=0.0)  # the other side on the main clock

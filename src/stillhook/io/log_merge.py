@@ -7,10 +7,10 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from stillhook.errors import LogError
-from stillhook.io.log_clock import Fit, align
+from stillhook.io.log_clock import SOUND_DRIFT, Fit, align
 from stillhook.io.log_quality import Checked
 from stillhook.io.log_standstill import Watched
-from stillhook.io.log_types import BoolArray, Finding, FloatArray
+from stillhook.io.log_types import BoolArray, Finding, FloatArray, OtherClock
 
 NEAR = 1.5  # bins or spacings: a sample further away says nothing of a bin
 
@@ -24,6 +24,7 @@ class Merged:
     watched: dict[str, Watched] = field(default_factory=dict)
     doubtful: dict[str, BoolArray] = field(default_factory=dict)
     findings: list[Finding] = field(default_factory=list)
+    clocks: list[OtherClock] = field(default_factory=list)
 
 
 @dataclass(frozen=True)
@@ -35,10 +36,10 @@ class Other:
     dated: bool
 
 
-def merged(file: str, main: Checked, others: list[Other]) -> Merged:
+def merged(file: str, main: Checked, others: list[Other], *, leave_out: bool = False) -> Merged:
     """The main track with the others brought onto its bins; those of another clock are aligned first.
 
-    Errors: LogError for a clock whose offset or drift cannot be found.
+    Errors: LogError for a clock whose offset or drift cannot be found; with leave_out its signals are left out (NaN), and told.
     """
     out = Merged(main.bins.t, main.bins.at, findings=list(main.findings))
     for i, column in enumerate(main.track.columns):
@@ -58,7 +59,11 @@ def merged(file: str, main: Checked, others: list[Other]) -> Merged:
             try:
                 fit = align((out.at, ours), theirs, f"{file}: clock {other.track.time_column} of {', '.join(names)}")
                 out.findings.append(_told(other, fit, names))
+                out.clocks.append(OtherClock(tuple(names), other.track.time_column, fit.offset, fit.drift, fit.scatter))
             except LogError as problem:
+                if not turn.dated and leave_out:
+                    _leave_out(out, other, names, str(problem))
+                    continue
                 if not turn.dated:
                     raise
                 out.findings.append(_believed(other, names, str(problem), apart))
@@ -73,12 +78,22 @@ def _believed(other: Checked, names: list[str], problem: str, apart: float) -> F
     return Finding(", ".join(names), "clock-drift", apart, apart + float(other.bins.t[-1]), len(other.bins.t), "noted", text)
 
 
+def _leave_out(out: Merged, other: Checked, names: list[str], problem: str) -> None:
+    for i, column in enumerate(other.track.columns):
+        watch = other.track.columns[i].watch
+        out.watched[column.signal.name] = Watched(column.signal, np.full(len(out.t), np.nan), watch, ())
+        out.doubtful[column.signal.name] = np.ones(len(out.t), np.bool_)
+    start, end = float(out.t[0]), float(out.t[-1])
+    text = f"{', '.join(names)}: left out, for the clock {other.track.time_column} cannot be brought onto that of the log: "
+    out.findings.append(Finding(", ".join(names), "clock", start, end, len(out.t), "left out", text + problem.split(": ", 2)[-1]))
+
+
 def _told(other: Checked, fit: Fit, names: list[str]) -> Finding:
     fast = -1e6 * fit.drift
     t = fit.to_main(other.bins.t)
     text = (
-        f"{', '.join(names)}: the clock {other.track.time_column} runs {abs(fast):.0f} ppm {'fast' if fast >= 0.0 else 'slow'} and its "
-        "first stamp lies at "
+        f"{', '.join(names)}: the clock {other.track.time_column} runs {abs(fast):.0f} ppm {'fast' if fast >= 0.0 else 'slow'}"
+        f"{', which no sound clock does,' if abs(fit.drift) > SOUND_DRIFT else ''} and its first stamp lies at "
         f"{fit.offset:.3f} s of the main clock (from {fit.pieces} parts of the log, which agree within {fit.scatter:.2g} s): brought "
         "onto the main clock, well enough for steady windows"
     )

@@ -74,6 +74,18 @@ class Finding:
 
 
 @dataclass(frozen=True)
+class OtherClock:
+    """Another clock of a log, brought onto the main one: time of the main clock = offset + (1 + drift) * its own, both from their first
+    sample [s]. signals that it stamped; column of its stamps; scatter of the parts of the log that it was found from [s]."""
+
+    signals: tuple[str, ...]
+    column: str
+    offset: float
+    drift: float
+    scatter: float
+
+
+@dataclass(frozen=True)
 class Log:
     """A log on bins of time, in SI. Nothing is dropped in silence: what was left out, repaired or doubted is in `findings`."""
 
@@ -98,6 +110,8 @@ class Log:
     """What was read as what, "time" included."""
     at: FloatArray | None = None
     """(n,) mean stamps of the samples in each bin [s from the first sample]: what a mean is of, to less than a bin; None: the centres."""
+    clocks: tuple[OtherClock, ...] = ()
+    """Other clocks that were brought onto the main one."""
 
     @property
     def duration(self) -> float:
