@@ -1,13 +1,153 @@
-"""Step 4."""
+"""Step 4: does the winch accelerate and swing as the twin does, driven by the measured commands? Tunes capacitance, leakage and inertia.
+
+Source: Moslatt 2020 paper F step 4: without load, with less than 20 m of wire out, the pressure gradients of both lines and the periods
+between significant pressure peaks, in three places. What goes beyond print: both are measured in every turn, and the three numbers behind
+them are fitted with intervals. The verdict is on the crane as its file has it; the tuned one is offered (`stillhook.validate.tuned`).
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 
-from stillhook.validate.campaign import Campaign
-from stillhook.validate.lines import Step, StepNumber
-from stillhook.validate.record import Record
+from stillhook.errors import StillhookError
+from stillhook.units import show
+from stillhook.validate.campaign import Campaign, Kind
+from stillhook.validate.dynamics_fit import Tuning, clusters_of, tune
+from stillhook.validate.dynamics_found import Found, found_of, measures_of
+from stillhook.validate.dynamics_runs import Stretch, motor_command, stretch_of
+from stillhook.validate.dynamics_swings import Compared, compared
+from stillhook.validate.dynamics_tables import statements_of, tables_of
+from stillhook.validate.dynamics_unknowns import TUNED
+from stillhook.validate.lines import Measure, Step, StepNumber
+from stillhook.validate.record import Record, Segment
+from stillhook.validate.transients import Transient, find_transients, quick_enough
+
+MOST_WIRE = 20.0
+"""Wire out in a test of the dynamics [m]. Source: paper F step 4."""
+FEWEST = 3
+"""Turns that a test must hold: paper F measures the period in three places."""
+LONGEST_STRETCH = 240.0
+"""Of a longer test the first part is used [s]; more would cost time and add little."""
+SLOWEST = 1.0
+"""A change of the pumps' command must be over within this time [s], two periods of the winch, or it rings nothing."""
+ALL = (
+    "C_h_error",
+    "C_leak_error",
+    "J_m_eff_error",
+    "pressure_gradient_error",
+    "swing_period_error",
+    "dynamics_misfit",
+    "dynamics_misfit_tuned",
+)
+WHAT_TO_LOG = (
+    "Log the winch without load and with less than 20 m of wire out, in manual mode: from rest to a speed and back, each within half a "
+    "second, both ways, eight times; p_a, p_b, omega_m, u_p, u_m every 10 ms."
+)
+
+
+@dataclass(frozen=True)
+class DynamicsStep(Step):
+    """Step 4 with what its figures and the tuned crane need: stretches of the tests, their turns, the fit, and what it gave. None where
+    no test could be used."""
+
+    stretches: tuple[Stretch, ...] = ()
+    transients: tuple[Transient, ...] = ()
+    tuning: Tuning | None = None
+    tuned: tuple[Found, ...] = ()
+    swings: Compared | None = None
 
 
 def check_dynamics(campaign: Campaign, records: tuple[Record, ...], progress: Callable[[float], None]) -> Step:
-    return Step(StepNumber.DYNAMICS, ())
+    """Compare the twin's gradients and periods with those of the tests of kind "dynamics", and tune the crane to them.
+
+    Returns a DynamicsStep; its measures have no value, and say why, where the tests cannot tell.
+    """
+    tests = [r for r in records if r.test.kind is Kind.DYNAMICS]
+    if not tests:
+        return _nothing('The campaign has no test of kind "dynamics".', ())
+    stretches, turns, said = _stretches(campaign, tests)
+    if len(turns) < FEWEST:
+        why = f"{_names(tests)} shows {len(turns)} quick turns of the winch; {FEWEST} are the least." if not said else said[0]
+        return _nothing(why, tuple(said))
+    progress(0.05)
+    try:
+        clusters = [clusters_of(s, turns) for s in stretches]
+        tuning = tune(campaign.crane, stretches, clusters, lambda x: progress(0.05 + 0.9 * x))
+    except StillhookError as e:
+        return _nothing(f"The twin does not run on it: {e}", tuple(said))
+    found = tuple(found_of(tuning, name, campaign.crane) for name in TUNED)
+    swings = compared(stretches, turns, tuning)
+    return DynamicsStep(
+        number=StepNumber.DYNAMICS, measures=measures_of(found, swings, stretches, turns, tuning),
+        statements=statements_of(campaign.crane, found, tuning, swings, said), tables=tables_of(campaign.crane, found, tuning, swings),
+        data=_data(found, swings, tuning), stretches=stretches, transients=turns, tuning=tuning, tuned=found, swings=swings,
+    )  # fmt: skip
+
+
+def _nothing(why: str, said: Sequence[str]) -> DynamicsStep:
+    note = f"{why} {WHAT_TO_LOG}"
+    return DynamicsStep(StepNumber.DYNAMICS, tuple(Measure(name, None, note=note) for name in ALL), (note, *(x for x in said if x != why)))
+
+
+def _names(tests: Sequence[Record]) -> str:
+    return f"Test {', '.join(r.test.name for r in tests)}"
+
+
+def _stretches(campaign: Campaign, tests: Sequence[Record]) -> tuple[tuple[Stretch, ...], tuple[Transient, ...], list[str]]:
+    """The parts of the tests that the twin repeats, their quick turns, and what a reader must know of them."""
+    stretches: list[Stretch] = []
+    turns: list[Transient] = []
+    said: list[str] = []
+    for record in tests:
+        missing = _missing(record)
+        if missing:
+            said.append(f'Test "{record.test.name}" has no {missing}: it cannot be repeated, or has nothing to compare.')
+            continue
+        said += [x for segment in record.segments for x in _conditions(campaign, segment)]
+        for segment in record.segments:
+            own = find_transients(record, segment)
+            quick = quick_enough(own, SLOWEST)
+            if len(quick) < len(own):
+                said.append(
+                    f'Test "{record.test.name}": {len(own) - len(quick)} changes of the command take longer than {SLOWEST:g} s: too slow.'
+                )
+            if not quick:
+                continue
+            last = min(segment.last, quick[-1].last, segment.first + round(LONGEST_STRETCH / record.step))
+            if last < quick[-1].last:
+                said.append(f'Test "{record.test.name}": the first {LONGEST_STRETCH:g} s are used.')
+            turns += [x for x in quick if x.last <= last]
+            stretches.append(stretch_of(campaign.crane, record, segment, segment.first, last))
+    return tuple(stretches), tuple(turns), list(dict.fromkeys(said))
+
+
+def _missing(record: Record) -> str:
+    if not record.has("u_p"):
+        return "u_p"
+    if not record.has(motor_command(record)):
+        return "u_m, nor alpha_m"
+    return "" if record.has("p_a") or record.has("p_b") else "p_a, nor p_b"
+
+
+def _conditions(campaign: Campaign, segment: Segment) -> list[str]:
+    """How far a segment is from the test that paper F asks for."""
+    out = []
+    if segment.load > 0.0:
+        out.append(
+            f'Test "{segment.test}" has {show(segment.load, "mass")} on the hook; paper F asks for none, '
+            "so that load and wire stay out of the pressures."
+        )
+    if segment.s_w_max > MOST_WIRE:
+        out.append(f'Test "{segment.test}" has up to {segment.s_w_max:.3g} m of wire out; paper F asks for less than {MOST_WIRE:g} m.')
+    return out
+
+
+def _data(found: Sequence[Found], swings: Compared, tuning: Tuning) -> dict[str, object]:
+    """Numbers behind the figures for JSON, SI."""
+    return {
+        "tuned": {f.name: {"factor": f.factor, "low": f.low, "high": f.high, "known": f.known} for f in found},
+        "beside": {name: float(tuning.fit.theta[i]) for i, name in enumerate(tuning.names) if name not in TUNED},
+        "fit": {"converged": tuning.fit.converged, "said": tuning.fit.said, "runs": tuning.fit.runs, "turns": tuning.fit.clusters},
+        "swings": swings.to_dict(),
+    }  # fmt: skip

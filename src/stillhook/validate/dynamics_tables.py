@@ -1,0 +1,120 @@
+"""Step 4 in words and tables: what was tuned, and gradients, periods and fit before and after."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+
+from stillhook.crane import Crane
+from stillhook.engine.pack import active_record
+from stillhook.physics.motor import motor_leakage
+from stillhook.physics.pump import pump_leakage
+from stillhook.units import show
+from stillhook.validate.dynamics_fit import DELAY, OFFSETS, Tuning
+from stillhook.validate.dynamics_found import Found
+from stillhook.validate.dynamics_swings import Compared, Errors
+from stillhook.validate.dynamics_unknowns import C_H, C_LEAK, INERTIA, TUNED, UNKNOWNS
+from stillhook.validate.lines import Table
+
+LEAK_SPEED = 1000.0 * math.pi / 30.0
+"""Motor speed at which the total leakage is told, with the pumps full [rad/s]: as published for the library's cranes."""
+WORDS = {C_H: "capacitance of the lines", C_LEAK: "leakage", INERTIA: "inertia"}
+LETTERS = {C_H: "C_h", C_LEAK: "C_leak", INERTIA: "J_m_eff"}
+
+
+def leakage(crane: Crane) -> float:
+    """Total leak conductance of the active circuit with the pumps full and the motors at LEAK_SPEED [m^3/s/Pa]."""
+    a = active_record(crane)
+    return float(pump_leakage(1.0, a.pumps.leak) + motor_leakage(LEAK_SPEED, a.motors))
+
+
+def amounts(crane: Crane) -> dict[str, tuple[float, str]]:
+    """Values of the three tuned numbers in the crane file, and their kind of quantity; the capacitance as volume of oil in a line."""
+    return {C_H: (crane.active.line.V, "volume"), C_LEAK: (leakage(crane), "leakage"), INERTIA: (crane.inertia.J_m_eff, "inertia")}
+
+
+def statements_of(crane: Crane, found: Sequence[Found], tuning: Tuning, swings: Compared, said: Sequence[str]) -> tuple[str, ...]:
+    """Lines for the reader, the most important first."""
+    out = []
+    own = amounts(crane)
+    for f in found:
+        value, kind = own[f.name]
+        if f.known:
+            out.append(
+                f"{WORDS[f.name].capitalize()} {LETTERS[f.name]} is {100.0 * (f.factor - 1.0):+.1f} % off the crane file "
+                f"(95 %: {100.0 * (f.low - 1.0):+.1f} to {100.0 * (f.high - 1.0):+.1f} %), "
+                f"{show(f.factor * value, kind, 4)} where the file gives {show(value, kind, 4)}{_oil(crane, f.name)}."
+            )
+        else:
+            out.append(f"{WORDS[f.name].capitalize()} {LETTERS[f.name]} cannot be told from these tests. {f.why}")
+    fit = tuning.fit
+    end = "converged" if fit.converged else "did NOT converge"
+    out.append(f"The fit {end} after {fit.runs} runs of the twin and its neighbours ({fit.said}), on {fit.clusters} turns.")
+    return (*out, *said)
+
+
+def _oil(crane: Crane, name: str) -> str:
+    return f" (as volume of a line at {show(crane.active.line.bulk_modulus, 'pressure', 6)})" if name == C_H else ""
+
+
+def tables_of(crane: Crane, found: Sequence[Found], tuning: Tuning, swings: Compared) -> tuple[Table, ...]:
+    """Tuned numbers; before and after; what was left free beside them."""
+    return (_tuned(crane, found), _before_after(swings), _beside(tuning))
+
+
+def _tuned(crane: Crane, found: Sequence[Found]) -> Table:
+    rows = []
+    for f in found:
+        value, kind = amounts(crane)[f.name]
+        if f.known:
+            cells = (show(f.factor * value, kind, 4), f"{show(f.low * value, kind, 4)}", f"{show(f.high * value, kind, 4)}")
+            rows.append((LETTERS[f.name], show(value, kind, 4), *cells, f"{100.0 * (f.factor - 1.0):+.1f} %"))
+        else:
+            rows.append((LETTERS[f.name], show(value, kind, 4), "-", "-", "-", "-"))
+    title = "Tuned on the winch's dynamics (C_h as oil in a line; leakage with the pumps full, motors at 1000 rev/min)"
+    return Table(title, ("", "crane\nfile", "tuned", "95 %\nfrom", "95 %\nto", "change"), tuple(rows))
+
+
+def _before_after(swings: Compared) -> Table:
+    def percent(errors: Errors) -> str:
+        return "-" if errors.mean is None else f"{100.0 * errors.mean:+.1f} %"
+
+    def row(name: str, of: Callable[[bool], Errors]) -> tuple[str, ...]:
+        return name, percent(of(False)), percent(of(True)), str(of(False).places)
+
+    crane, before, after = swings.spectral
+    rows = [
+        row("pressure gradient, line A", lambda tuned: swings.gradient("A", tuned)),
+        row("pressure gradient, line B", lambda tuned: swings.gradient("B", tuned)),
+        row("period between peaks", swings.period),
+        row("damping ratio", swings.damping),
+    ]
+    if all(math.isfinite(x) for x in swings.spectral):
+        rows.append(
+            ("period in the spectrum", f"{100.0 * (before / crane - 1.0):+.1f} %", f"{100.0 * (after / crane - 1.0):+.1f} %", "all")
+        )
+    for name in swings.misfit_before:
+        rows.append(
+            (f"rms of {name}, part of its own", *(f"{100.0 * m[name]:.1f} %" for m in (swings.misfit_before, swings.misfit_after)), "all")
+        )
+    return Table(
+        "Twin against crane, driven by the measured commands", ("twin over crane, less 1", "crane\nfile", "tuned", "places"), tuple(rows)
+    )
+
+
+def _beside(tuning: Tuning) -> Table:
+    """Parameters that were left free so that they do not bias the three."""
+    rows = []
+    for i, name in enumerate(tuning.names):
+        if name in TUNED:
+            continue
+        x, s = float(tuning.fit.theta[i]), float(tuning.fit.covariance[i, i]) ** 0.5
+        if name in OFFSETS:
+            cells = (f"offset of {name}", f"{x:+.2f} bar", f"{1.96 * s:.2f} bar")
+        elif name == DELAY:
+            cells = ("lateness of omega_m", f"{1e3 * x:+.1f} ms", f"{1.96e3 * s:.1f} ms")
+        else:
+            meaning = next(u.meaning for u in UNKNOWNS if u.name == name)
+            cells = (meaning, f"{100.0 * math.expm1(x):+.1f} %", f"{196.0 * s:.1f} %")
+        rows.append(cells)
+    return Table("Left free beside them, and no part of the verdict", ("", "found", "+-"), tuple(rows))

@@ -1,0 +1,118 @@
+"""What is tuned on a test of the winch's dynamics, and what is left free beside it so that it does not bias what is tuned."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from typing import NamedTuple
+
+from stillhook.crane import Crane, MotorSet, beside_wire
+
+C_H, C_LEAK, INERTIA = "C_h", "C_leak", "J_m_eff"
+TUNED = (C_H, C_LEAK, INERTIA)
+"""The three that are tuned: capacitance of both lines, leakage of the active pumps and motors, inertia at the shaft with a full drum."""
+
+
+class Unknown(NamedTuple):
+    """A factor on the crane. bend(crane, factor) gives the crane; spread: standard deviation of its logarithm before any data
+    (inf: none is assumed); step: by how much the logarithm changes in a finite difference."""
+
+    name: str
+    meaning: str
+    bend: Callable[[Crane, float], Crane]
+    spread: float
+    step: float = 2e-3
+
+
+def _line(crane: Crane, x: float) -> Crane:
+    a = crane.active
+    line = a.line.model_copy(update={"V": a.line.V * x})
+    return crane.model_copy(update={"active": a.model_copy(update={"line": line})})
+
+
+def _leakage(crane: Crane, x: float) -> Crane:
+    a = crane.active
+    motor = a.motor.model_copy(update={"C_1": a.motor.C_1 * x, "C_2": a.motor.C_2 * x})
+    pump = a.pump.model_copy(update={"leak_scale": (1.0 if a.pump.leak_scale is None else a.pump.leak_scale) * x})
+    return crane.model_copy(update={"active": a.model_copy(update={"motor": motor, "pump": pump})})
+
+
+def _inertia(crane: Crane, x: float) -> Crane:
+    """All inertia but the wire's takes the difference: the wire's follows from its mass."""
+    s, part = 1.0 + beside_wire(crane) * (x - 1.0), crane.inertia
+    new = part.model_copy(update={"J_m_eff": part.J_m_eff * x, "J_gear": part.J_gear * s, "J_drum": part.J_drum * s})
+    return _motors(crane.model_copy(update={"inertia": new}), lambda m: m.model_copy(update={"J": m.J * s}))
+
+
+def _motors(crane: Crane, change: Callable[[MotorSet], MotorSet]) -> Crane:
+    a, p = crane.active, crane.passive
+    update: dict[str, object] = {"active": a.model_copy(update={"motor": change(a.motor)})}
+    if p is not None:
+        update["passive"] = p.model_copy(update={"motor": change(p.motor)})
+    return crane.model_copy(update=update)
+
+
+def _friction(crane: Crane, system: Mapping[str, float], loss: Mapping[str, float]) -> Crane:
+    """The crane with factors on parameters of its system friction and of its motors' loss."""
+
+    def motor(m: MotorSet) -> MotorSet:
+        return m.model_copy(update={"loss": m.loss.model_copy(update={n: getattr(m.loss, n) * x for n, x in loss.items()})})
+
+    f = crane.friction
+    new = f.system.model_copy(update={n: getattr(f.system, n) * x for n, x in system.items()})
+    return _motors(crane.model_copy(update={"friction": f.model_copy(update={"system": new})}), motor)
+
+
+def _dry(crane: Crane, x: float) -> Crane:
+    return _friction(crane, dict.fromkeys(("Y_2", "Y_6"), x), {"X_4": x})
+
+
+def _breakaway(crane: Crane, x: float) -> Crane:
+    return _friction(crane, dict.fromkeys(("Y_1", "Y_3"), x), {})
+
+
+def _viscous(crane: Crane, x: float) -> Crane:
+    return _friction(crane, {"Y_5": x}, {"X_1": x, "X_2": x})
+
+
+def _pressure_loss(crane: Crane, x: float) -> Crane:
+    return _friction(crane, {}, {"X_3": x, "X_5": x})
+
+
+def _pump_flow(crane: Crane, x: float) -> Crane:
+    pump = crane.active.pump
+    return _pump(crane, {"D": tuple(D * x for D in pump.D), "leak_scale": (1.0 if pump.leak_scale is None else pump.leak_scale) / x})
+
+
+def _pump(crane: Crane, update: Mapping[str, object]) -> Crane:
+    pump = crane.active.pump.model_copy(update=dict(update))
+    return crane.model_copy(update={"active": crane.active.model_copy(update={"pump": pump})})
+
+
+def _servo(crane: Crane, name: str, x: float) -> Crane:
+    servo = crane.active.pump.servo
+    return _pump(crane, {"servo": servo.model_copy(update={name: getattr(servo, name) * x})})
+
+
+UNKNOWNS = (
+    Unknown(C_H, "capacitance of both active lines", _line, math.inf),
+    Unknown(C_LEAK, "leakage of the active pumps and motors", _leakage, math.inf),
+    Unknown(INERTIA, "inertia at the motor shaft", _inertia, math.inf),
+    Unknown("dry", "dry friction of motors and transmission", _dry, 1.0),
+    Unknown("breakaway", "breakaway friction of the transmission", _breakaway, 1.0),
+    Unknown("viscous", "friction that grows with speed", _viscous, 1.0),
+    Unknown("pressure_loss", "motor loss that grows with pressure", _pressure_loss, 0.25),
+    Unknown("pump_flow", "flow of the pumps at a setting", _pump_flow, 0.01, 5e-4),
+    Unknown("pump_omega_n", "natural frequency of the pumps' displacement control", lambda c, x: _servo(c, "omega_n", x), 0.5),
+    Unknown("pump_zeta", "damping ratio of the pumps' displacement control", lambda c, x: _servo(c, "zeta", x), 0.5),
+)
+"""Factors on the crane: first the three that are tuned. Spreads: friction of one crane is known to a factor of e, the loss with pressure
+to 25 % (paper D: 10 % in place), the pumps' flow to 1 % (slip of the electric motors and tolerance of the displacement)."""
+
+
+def bent(crane: Crane, logs: Mapping[str, float]) -> Crane:
+    """The crane with the factors exp(logs[name]) of the unknowns."""
+    for unknown in UNKNOWNS:
+        if logs.get(unknown.name):
+            crane = unknown.bend(crane, math.exp(logs[unknown.name]))
+    return crane
