@@ -18,6 +18,7 @@ from stillhook.validate.ahc_diagnosis import Deviation, Explained, explain, stat
 from stillhook.validate.ahc_measures import measures
 from stillhook.validate.ahc_shape import Shape, Spectra, shape
 from stillhook.validate.ahc_texts import said, tables
+from stillhook.validate.ahc_tip import SLOWEST
 from stillhook.validate.ahc_twin import Replay, measured_error, replay, run_twin, usable
 from stillhook.validate.campaign import Campaign, Kind
 from stillhook.validate.lines import Measure, Step, StepNumber
@@ -79,6 +80,9 @@ def _why_not(campaign: Campaign, records: Sequence[Record], parts: Sequence[tupl
     without = next((r.test.name for r in tests if not r.has("e_c_measured") and not r.has("s_w")), None)
     if without is not None:
         return f'neither e_c_measured nor s_w is in the log of test "{without}"; log the PLC\'s control error, or the wire paid out'
+    slow = next((r for r in tests if r.step > SLOWEST + 1e-9), None)
+    if slow is not None:
+        return f'the log of test "{slow.test.name}" has a sample every {slow.step:.3g} s; log every {SLOWEST:g} s or faster'
     return "" if parts else "no stretch with heave compensation is long enough; log 60 s or more without a break"
 
 

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stillhook.validate.ahc_compared import Compared
 from stillhook.validate.ahc_shape import Shape, correlation
-from stillhook.validate.block_bootstrap import Interval, interval
+from stillhook.validate.block_bootstrap import LEVEL, Interval, interval
 from stillhook.validate.lines import Measure
 from stillhook.validate.measures import MEASURES
 from stillhook.validate.windows import EVERY, counted_share, gaussian_share, mean_and_s
@@ -50,7 +51,7 @@ def _deviations(compared: Sequence[Compared], x: Sequence[FloatArray], window: f
         return tuple(_measure(name, None, note=note) for name in names)
     mean, s = mean_and_s(np.concatenate(x))
     block = round(2.0 * window / EVERY)
-    found = [interval(statistic, x, at_least=block, bounds=ends) for statistic, ends in _STATISTICS]
+    found = [_sure(interval(statistic, x, at_least=block, bounds=ends)) for statistic, ends in _STATISTICS]
     signed = interval(np.mean, [c.windows.simulated - c.windows.measured for c in compared if len(c.windows.x)], at_least=block)
     level = float(np.mean(np.concatenate([c.windows.measured for c in compared])))
     data = f"{_extent(compared)}, {found[0].blocks.effective:.0f} effective windows of {window:g} s"
@@ -59,6 +60,14 @@ def _deviations(compared: Sequence[Compared], x: Sequence[FloatArray], window: f
     return tuple(
         _measure(name, f.value, f, data=data, note=note) for name, f, note in zip(names, (*found, signed), notes, strict=True)
     )
+
+
+def _sure(found: Interval) -> Interval:
+    """A share of nothing or all, of which every draw has the same: its end is that of so many independent windows that all agree."""
+    if found.low < found.high or found.value not in (0.0, 1.0):
+        return found
+    end = (0.5 * (1.0 - LEVEL)) ** (1.0 / max(found.blocks.effective, 1.0))
+    return replace(found, low=end) if found.value == 1.0 else replace(found, high=1.0 - end)
 
 
 _STATISTICS: tuple[tuple[Callable[[FloatArray], float], tuple[float, float]], ...] = (

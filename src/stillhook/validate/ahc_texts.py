@@ -68,8 +68,8 @@ def _how(compared: Sequence[Compared], *, logged: bool) -> Iterable[str]:
         spread = float(np.sqrt(np.mean([c.replay.tip.spread_s**2 for c in noisy])))
         share = float(np.mean([c.noise for c in noisy]))
         yield (
-            f"The PLC's error holds {100.0 * share:.0f} % of the noise of the logged tip ({show(spread, 'diameter', 2)} rms); as much is in "
-            "the simulated one."
+            f"The PLC's error holds {100.0 * share:.0f} % of the noise of the logged tip ({show(spread, 'diameter', 2)} rms); as much "
+            "is in the simulated one."
         )
     yield f"The first {SETTLE:.0f} s of every stretch are left out: there the twin comes from rest."
 

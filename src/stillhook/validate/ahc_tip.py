@@ -14,9 +14,9 @@ from stillhook.sea.recorded import FEWEST_POINTS, Recorded
 FloatArray = NDArray[np.float64]
 
 KNOTS = 0.4
-"""Spacing of the curve's points [s]: waves of 2 s and longer pass with less than 0.1 % lost."""
-LONGEST_HOLE = 1.0
-"""Longest run of missing samples that the curve bridges [s]; reading has cut the log at longer ones."""
+"""Spacing of the curve's points [s]: waves of 2 s and longer pass with less than 0.1 % lost. Two samples where they are slower."""
+SLOWEST = 0.25
+"""Longest spacing of samples that still gives a motion of the tip [s]: waves of 4 s pass with less than 0.1 % lost."""
 ROUNDS = 3
 
 
@@ -32,7 +32,7 @@ class Tip:
 
 
 def smooth_tip(t: FloatArray, s: FloatArray, v: FloatArray | None, *, place: str) -> Tip:
-    """Quintic spline with a point every KNOTS seconds, least squares through position and speed, each weighted by its own spread.
+    """Quintic spline with a point every KNOTS seconds or so, least squares through position and speed, each weighted by its own spread.
 
     Parameters: t (n,) [s], even; s tip height [m], v its measured speed [m/s] or None, NaN where missing; place names it in errors.
     A speed that does not agree with the position gets a wide spread, and so little weight. Errors: ValidateError for too short a part.
@@ -40,9 +40,10 @@ def smooth_tip(t: FloatArray, s: FloatArray, v: FloatArray | None, *, place: str
     from scipy.interpolate import BSpline  # heavy: only where data are at hand
 
     t = t - t[0]
-    count = max(2 * FEWEST_POINTS, round(t[-1] / KNOTS))
+    step = float(t[-1] / (len(t) - 1))
+    count = int(t[-1] / max(KNOTS, 2.0 * step))
     grid = np.linspace(0.0, t[-1], count + 1)
-    if t[-1] < 2 * FEWEST_POINTS * 0.5 * KNOTS or len(t) < 2 * len(grid):
+    if count < 2 * FEWEST_POINTS or step > SLOWEST + 1e-9:
         raise ValidateError(f"{place}: {len(t)} samples over {t[-1]:.3g} s are too few for a motion of the tip. Log longer or faster.")
     # The knots of the curve through the points of the grid (not-a-knot ends), so that `Recorded` is this very curve.
     knots = np.concatenate((np.full(6, 0.0), grid[3:-3], np.full(6, t[-1])))

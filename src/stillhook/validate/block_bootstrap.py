@@ -72,6 +72,8 @@ def interval(
     bounds: values that the statistic cannot go beyond (0 and 1 for a share).
     """
     rows = [np.asarray(p, dtype=np.float64) for p in parts if len(p)]
+    if not rows:
+        return Interval(math.nan, math.nan, math.nan, Blocks(1, 0, 0.0))
     whole = np.concatenate(rows)
     value = float(statistic(whole))
     b = blocks(rows, at_least=at_least)

@@ -5,6 +5,8 @@ from __future__ import annotations
 import functools
 import hashlib
 import json
+import math
+import re
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, replace
 from enum import StrEnum
@@ -40,6 +42,7 @@ class By(StrEnum):
 
 
 _LIMITS = {kind.replace(" ", "_"): kind for kind in Limit}
+_PERCENT = re.compile(r"[+-]?[0-9]+(\.[0-9]*)? %")
 ROW = ("key", "step", "what", "measure", *_LIMITS, "by", "judged", "needed", "source", "reason")
 
 
@@ -263,12 +266,9 @@ def _figure(row: Fields, key: str, quantity: str) -> tuple[float, str]:
     value = row.table[key]
     if quantity:
         return parse(value, quantity, f"{row.place}{key}"), " ".join(str(value).split())
-    if isinstance(value, str) and value.rstrip().endswith("%"):
-        try:
-            return float(value.rstrip()[:-1]) / 100.0, " ".join(value.split())
-        except ValueError:
-            pass
-    elif isinstance(value, (int, float)) and not isinstance(value, bool) and abs(value) < float("inf"):
+    if isinstance(value, str) and _PERCENT.fullmatch(value.strip()):
+        return float(value.strip()[:-1]) / 100.0, " ".join(value.split())
+    if isinstance(value, (int, float)) and not isinstance(value, bool) and abs(value) < math.inf:
         return float(value), f"{value:g}"
     raise row.wrong(key, 'give a number, or a text such as "3 %".')
 
