@@ -35,7 +35,25 @@ _DATA = {
     "s_tip_pp_high": _m(StepNumber.DATA, "length", "largest peak-to-peak tip motion over a window"),
     "data_length": _m(StepNumber.DATA, "time", "length of the tests with heave compensation"),
 }
-_PARAMETERS: dict[str, NamedMeasure] = {}
+_PARAMETERS = {
+    "lever_error": _m(StepNumber.PARAMETERS, "", "wire per turn of the motors, implied over the twin's, less 1"),
+    "clock_error": _m(StepNumber.PARAMETERS, "", "by which the time stamps of the log run too fast"),
+    "v_w_error": _m(StepNumber.PARAMETERS, "", "by which the wire speed reads too much against the wire paid out"),
+    "v_tip_error": _m(StepNumber.PARAMETERS, "", "by which the tip speed reads too much against the tip position"),
+    "a_tip_error": _m(StepNumber.PARAMETERS, "", "by which the tip acceleration reads too much against the tip speed"),
+    "length_jump": _m(StepNumber.PARAMETERS, "length", "largest jump of wire out or tip position that its speed does not explain"),
+    "motor_offset_error": _m(StepNumber.PARAMETERS, "", "offset of the motors' setting above their command, less the twin's"),
+    "pump_gain_error": _m(StepNumber.PARAMETERS, "", "pumps' setting over their servo's answer to the command, less 1"),
+    "displacement_ratio_error": _m(StepNumber.PARAMETERS, "", "motor flow over pump flow with leakage apart, implied over the twin's, less 1"),
+    "leakage_error": _m(StepNumber.PARAMETERS, "", "leakage of the active circuit, implied by the flows over the twin's, less 1"),
+    "load_cell_error": _m(StepNumber.PARAMETERS, "", "mean of the load cell over hook and payload, less 1"),
+    "friction_error": _m(StepNumber.PARAMETERS, "", "friction that the torques at the motors leave, over the twin's, less 1"),
+    "tip_delay_error": _m(StepNumber.PARAMETERS, "time", "delay of the logged tip behind the true one by the load cell, less the stated one"),
+    "reference_lag": _m(StepNumber.PARAMETERS, "time", "by which the tip in the PLC's own error comes later than the logged tip"),
+    "reference_spread": _m(StepNumber.PARAMETERS, "length", "standard deviation of the PLC's reference from error, wire and tip"),
+    "boost_error": _m(StepNumber.PARAMETERS, "pressure", "mean pressure of the lower line, less the twin's boost pressure"),
+    "p_max_over_relief": _m(StepNumber.PARAMETERS, "", "highest pressure over the relief setting, less 1"),
+}
 _CONTROLLER = {
     "u_p_deviation": _m(StepNumber.CONTROLLER, "", "deviation of the pump command, simulated against measured"),
     "u_m_deviation": _m(StepNumber.CONTROLLER, "", "deviation of the motor command, simulated against measured"),

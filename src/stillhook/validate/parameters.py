@@ -1,13 +1,94 @@
-"""Step 1."""
+"""Step 1: do the crane file's parameters agree with what the logs imply? By balances, without the twin's own motion where one will do.
+
+Source: Moslatt 2020 paper F, "(1) System variables and parameters": correct sizes of pumps, motors, leakage terms, controller parameters.
+The paper gives no numbers for this step; every limit is ours and stands in the criteria file with its reason.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
 
 from stillhook.validate.campaign import Campaign
-from stillhook.validate.lines import Step, StepNumber
+from stillhook.validate.criteria import Criteria, Criterion
+from stillhook.validate.implied import Implied, implied_by
+from stillhook.validate.implied_measures import by_name, measures
+from stillhook.validate.implied_parts import parts_of
+from stillhook.validate.implied_rows import table
+from stillhook.validate.judging import in_words, meets
+from stillhook.validate.lines import Measure, Step, StepNumber
 from stillhook.validate.record import Record
 
 
+@dataclass(frozen=True)
+class ParametersStep(Step):
+    """Step 1 with what its figures need."""
+
+    implied: Implied | None = None
+
+
 def check_parameters(campaign: Campaign, records: tuple[Record, ...], progress: Callable[[float], None]) -> Step:
-    return Step(StepNumber.PARAMETERS, ())
+    """What the logs imply of transmission, displacements, leakage, settings, clock, load cell, friction and tip delay, against the crane.
+
+    Parameters: campaign with the twin under test; records as read; progress is called with the share done.
+    Nothing is refused here: a check whose signals were not logged gives a measure without a value, and says what to log.
+    """
+    found = implied_by(parts_of(campaign, records), progress)
+    told = measures(campaign, found)
+    lines = said(campaign.criteria, told)
+    return ParametersStep(StepNumber.PARAMETERS, told, lines, (table(campaign, found, told),), _data(found), found)
+
+
+def said(criteria: Criteria, told: Sequence[Measure]) -> tuple[str, ...]:
+    """Statements: what breaks a limit first, by how much it does, then what the data cannot tell, then all that agrees in one line."""
+    broken: list[tuple[float, str]] = []
+    unknown, fine = [], []
+    for name, mine in by_name(told).items():
+        for c in (c for c in criteria.criteria if c.measure == name):
+            met = [(m, meets(c, m)) for m in mine]
+            wrong = [m for m, ok in met if ok is False]
+            if wrong:
+                worst = max(wrong, key=lambda m: abs(m.value or 0.0))
+                broken.append((abs(worst.value or 0.0) / c.limit, _wrong(c, worst, len(wrong), len(mine))))
+            elif all(ok is None for _, ok in met):
+                unknown.append(f"{c.what} cannot be told: {mine[0].note}.")
+            else:
+                fine.append(c.what[0].lower() + c.what[1:])
+    agree = (f"Within limits: {'; '.join(fine)}.",) if fine else ()
+    return (*(text for _, text in sorted(broken, key=lambda b: -b[0])), *agree, *unknown)
+
+
+def _wrong(c: Criterion, m: Measure, wrong: int, all_: int) -> str:
+    where = f" in {m.test}" if m.test else ""
+    many = f" ({wrong} of {all_})" if all_ > 1 else ""
+    assert m.value is not None
+    cause = f": {m.note}" if m.note else ""
+    return f"{c.what}{where}{many}: {in_words(c, m.value)}, {c.asked} is asked{cause}."
+
+
+def _data(found: Implied) -> dict[str, Any]:
+    """Numbers behind the figures, by check and test, in SI."""
+    b = found.balance
+    return {
+        "lever": [
+            {"test": x.test, "error": x.error.value, "low": x.error.low, "high": x.error.high, "layer": x.layer, "layer_implied": x.implied,
+             "layer_diameter": x.d, "layer_diameter_implied": x.d_implied, "s_w": x.s_w, "from": x.wire}
+            for x in found.levers
+        ],
+        "friction": [
+            {"test": f.test, "scale": 1.0 + f.scale.value, "low": 1.0 + f.scale.low, "high": 1.0 + f.scale.high, "T_f": f.mean,
+             "T_standing": f.standing.value, "inertia_missing": f.inertia.value}
+            for f in found.frictions
+        ],
+        "delay": [
+            {"test": d.test, "delay": d.delay.value, "low": d.delay.low, "high": d.delay.high, "gain": d.gain.value} for d in found.delays
+        ],
+        "load_cell": [
+            {"test": c.test, "F_w": c.force.value, "low": c.force.low, "high": c.force.high, "weight": c.weight} for c in found.cells
+        ],
+        "flow": {} if b is None else {
+            "ratio": 1.0 + b.ratio.value, "leakage": 1.0 + b.leakage.value, "C_leak": b.twin_leakage * (1.0 + b.leakage.value),
+            "capacitance": 1.0 + b.capacitance.value, "alpha_p_zero": b.offset.value,
+        },
+    }  # fmt: skip
