@@ -44,19 +44,32 @@ _PARAMETERS = {
     "length_jump": _m(StepNumber.PARAMETERS, "length", "largest jump of wire out or tip position that its speed does not explain"),
     "motor_offset_error": _m(StepNumber.PARAMETERS, "", "offset of the motors' setting above their command, less the twin's"),
     "pump_gain_error": _m(StepNumber.PARAMETERS, "", "pumps' setting over their servo's answer to the command, less 1"),
-    "displacement_ratio_error": _m(StepNumber.PARAMETERS, "", "motor flow over pump flow with leakage apart, implied over the twin's, less 1"),
+    "displacement_ratio_error": _m(
+        StepNumber.PARAMETERS, "", "motor flow over pump flow with leakage apart, implied over the twin's, less 1"
+    ),
     "leakage_error": _m(StepNumber.PARAMETERS, "", "leakage of the active circuit, implied by the flows over the twin's, less 1"),
     "load_cell_error": _m(StepNumber.PARAMETERS, "", "mean of the load cell over hook and payload, less 1"),
     "friction_error": _m(StepNumber.PARAMETERS, "", "friction that the torques at the motors leave, over the twin's, less 1"),
-    "tip_delay_error": _m(StepNumber.PARAMETERS, "time", "delay of the logged tip behind the true one by the load cell, less the stated one"),
+    "tip_delay_error": _m(
+        StepNumber.PARAMETERS, "time", "delay of the logged tip behind the true one by the load cell, less the stated one"
+    ),
     "reference_lag": _m(StepNumber.PARAMETERS, "time", "by which the tip in the PLC's own error comes later than the logged tip"),
     "reference_spread": _m(StepNumber.PARAMETERS, "length", "standard deviation of the PLC's reference from error, wire and tip"),
     "boost_error": _m(StepNumber.PARAMETERS, "pressure", "mean pressure of the lower line, less the twin's boost pressure"),
     "p_max_over_relief": _m(StepNumber.PARAMETERS, "", "highest pressure over the relief setting, less 1"),
 }
 _CONTROLLER = {
-    "u_p_deviation": _m(StepNumber.CONTROLLER, "", "deviation of the pump command, simulated against measured"),
-    "u_m_deviation": _m(StepNumber.CONTROLLER, "", "deviation of the motor command, simulated against measured"),
+    "u_p_deviation": _m(StepNumber.CONTROLLER, "", "|pump command measured - simulated| below which 95 % of the samples of a test are"),
+    "u_m_deviation": _m(StepNumber.CONTROLLER, "", "the same of the motor command"),
+    "u_p_deviation_mean": _m(StepNumber.CONTROLLER, "", "mean |pump command measured - simulated| of a test"),
+    "u_m_deviation_mean": _m(StepNumber.CONTROLLER, "", "the same of the motor command"),
+    "u_p_deviation_manual": _m(StepNumber.CONTROLLER, "", "u_p_deviation in manual mode"),
+    "u_m_deviation_manual": _m(StepNumber.CONTROLLER, "", "u_m_deviation in manual mode"),
+    "command_lag": _m(StepNumber.CONTROLLER, "time", "time by which the logged pump commands come after the simulated ones"),
+    "K_1_deviation": _m(StepNumber.CONTROLLER, "", "K_1 in the logged commands over the crane file's, less 1"),
+    "K_2_deviation": _m(StepNumber.CONTROLLER, "", "K_2 in the logged commands over the crane file's, less 1"),
+    "K_p_deviation": _m(StepNumber.CONTROLLER, "", "K_p in the logged commands over the crane file's, less 1"),
+    "u_thr_difference": _m(StepNumber.CONTROLLER, "", "u_thr in the logged motor commands, less the crane file's"),
 }
 _LIMITS: dict[str, NamedMeasure] = {}
 _DYNAMICS: dict[str, NamedMeasure] = {}
