@@ -15,17 +15,33 @@ from stillhook._lazy import attached
 
 if TYPE_CHECKING:
     from stillhook.validate.campaign import Campaign, load_campaign
+    from stillhook.validate.certificate import Certificate, certificate_files, certificate_of, load_certificate
     from stillhook.validate.criteria import Criteria, load_criteria
     from stillhook.validate.validation import Validation, validate
 
 _HOMES = {
     "Campaign": "validate.campaign",
+    "Certificate": "validate.certificate",
     "Criteria": "validate.criteria",
     "Validation": "validate.validation",
+    "certificate_files": "validate.certificate",
+    "certificate_of": "validate.certificate",
     "load_campaign": "validate.campaign",
+    "load_certificate": "validate.certificate",
     "load_criteria": "validate.criteria",
     "validate": "validate.validation",
 }
-__all__ = ["Campaign", "Criteria", "Validation", "load_campaign", "load_criteria", "validate"]
+__all__ = [
+    "Campaign",
+    "Certificate",
+    "Criteria",
+    "Validation",
+    "certificate_files",
+    "certificate_of",
+    "load_campaign",
+    "load_certificate",
+    "load_criteria",
+    "validate",
+]
 
 __getattr__, __dir__ = attached(__name__, _HOMES)

@@ -1,0 +1,162 @@
+"""Everything that a certificate says, as plain data: no clock, no chance, no folder of this machine."""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+import os
+import sys
+from collections.abc import Mapping
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+from stillhook._version import __version__
+from stillhook.crane import Crane, content
+from stillhook.engine.build import PACKAGE, results_hash
+from stillhook.errors import ValidateError
+from stillhook.library import crane_toml
+from stillhook.library.certificate import FORMAT
+from stillhook.validate.campaign import Campaign
+from stillhook.validate.certificate_envelope import envelope_of
+from stillhook.validate.certificate_words import level_of, limitations
+from stillhook.validate.lines import Line, Measure, Step, say
+from stillhook.validate.measures import MEASURES
+from stillhook.validate.record import Record
+from stillhook.validate.report_texts import SEGMENT_HEAD, line_cells, segment_cells, segments, sentence, step_verdict
+from stillhook.validate.validation import Validation
+
+METHOD_FOLDERS = ("validate", "io")
+METHOD_FILES = ("units.py",)
+LIBRARIES = ("numba", "numpy", "polars", "scipy")
+"""What the numbers of a validation go through beside Stillhook."""
+CELLS = ("key", "what", "found", "interval", "limit", "verdict", "data", "source")
+"""What people read of a verdict line; see `stillhook.validate.report_texts.LINE_HEAD`."""
+
+
+def content_of(validation: Validation, folder: Path) -> dict[str, Any]:
+    """What a validation certifies, or fails to; folder: where the certificate will lie, from which it names its campaign.
+
+    Errors: ValidateError where not all steps were taken.
+    """
+    if not validation.whole:
+        raise ValidateError("certificate: only some of the steps 0 to 5 were taken. Take them all for a certificate.")
+    campaign, passed = validation.campaign, validation.passed
+    level = level_of(validation)
+    return {
+        "format": FORMAT,
+        "title": campaign.title,
+        "date": campaign.date.isoformat(),
+        "synthetic": campaign.synthetic,
+        "passed": passed,
+        "verdict": sentence(validation),
+        "crane": crane_part(campaign.crane),
+        "twin": {"level": level.level, "variant": level.variant, "statement": level.statement, **versions()},
+        "campaign": campaign_part(campaign, seen_from(campaign.file, folder)),
+        "criteria": plain(campaign.criteria.to_dict()),
+        "lines": [_line(validation, line) for line in validation.lines],
+        "steps": [_step(validation, step) for step in validation.steps],
+        "data": [_data(campaign, record) for record in validation.records],
+        "load_cases": {"header": list(SEGMENT_HEAD), "rows": [list(segment_cells(s)) for s in segments(validation)]},
+        "envelope": plain(envelope_of(validation.records, campaign.criteria.settings["window"])) if passed else None,
+        "limitations": limitations(validation),
+    }  # fmt: skip
+
+
+def crane_part(crane: Crane) -> dict[str, Any]:
+    """The crane under test: hash of every part of its content, and all of its numbers with their sources as a crane file."""
+    bare = crane.model_copy(update={"certified": None})
+    return {"name": crane.name, "title": crane.title, "content": content(bare), "toml": crane_toml(bare)}
+
+
+def campaign_part(campaign: Campaign, file: str) -> dict[str, Any]:
+    """The campaign file, and the logs that it names, each with its hash; file: its name as the certificate has it."""
+    tests = [
+        {"test": t.name, "kind": t.kind.value, "file": seen_from(t.log, campaign.file.parent), "sha256": sha256_of(t.log)}
+        for t in campaign.tests
+    ]
+    return {"file": file, "sha256": sha256_of(campaign.file), "delay": campaign.delay, "remarks": list(campaign.remarks), "logs": tests}
+
+
+def versions() -> dict[str, Any]:
+    """The code that computed: of the twin (`results_hash`), of the method, and the libraries under them."""
+    libraries = {"python": f"{sys.version_info[0]}.{sys.version_info[1]}"} | {name: version(name) for name in LIBRARIES}
+    return {"version": __version__, "code": results_hash(), "method": method_hash(), "libraries": libraries}
+
+
+@functools.cache
+def method_hash() -> str:
+    """Hash of the code by which logs are read, compared and judged."""
+    digest = hashlib.sha256()
+    inside = [p for folder in METHOD_FOLDERS for p in (PACKAGE / folder).rglob("*") if p.suffix in (".py", ".toml", ".typ")]
+    for path in sorted(inside) + [PACKAGE / name for name in METHOD_FILES]:
+        digest.update(path.relative_to(PACKAGE).as_posix().encode() + b"\0" + path.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+def sha256_of(path: Path) -> str:
+    """Hash of a file. Errors: ValidateError where it cannot be read."""
+    digest = hashlib.sha256()
+    try:
+        with open(path, "rb") as file:
+            while block := file.read(1 << 20):
+                digest.update(block)
+    except OSError as problem:
+        raise ValidateError(f"{path}: cannot be read ({problem.strerror or problem}). Put the file back.") from None
+    return digest.hexdigest()
+
+
+def seen_from(path: Path, folder: Path) -> str:
+    """A path as seen from a folder, with forward slashes; the name alone where no way leads there (another drive)."""
+    try:
+        return Path(os.path.relpath(path.resolve(), folder.resolve())).as_posix()
+    except ValueError:
+        return path.name
+
+
+def plain(x: Any) -> Any:
+    """Data as JSON has them: numbers out of NumPy, lists, tables with keys of text."""
+    if isinstance(x, Mapping):
+        return {str(k): plain(v) for k, v in x.items()}
+    if isinstance(x, list | tuple):
+        return [plain(v) for v in x]
+    return plain(x.tolist()) if hasattr(x, "tolist") else x
+
+
+def _line(validation: Validation, line: Line) -> dict[str, Any]:
+    return {**plain(line.to_dict()), "no": line.no, "cells": dict(zip(CELLS, line_cells(validation, line), strict=True))}
+
+
+def _step(validation: Validation, step: Step) -> dict[str, Any]:
+    return {
+        "step": int(step.number),
+        "title": step.title,
+        "verdict": step_verdict(validation, step),
+        "measures": [_measure(m) for m in step.measures],
+        "statements": list(step.statements),
+        "tables": [{"title": t.title, "header": list(t.header), "rows": [list(r) for r in t.rows]} for t in step.tables],
+    }
+
+
+def _measure(measure: Measure) -> dict[str, Any]:
+    between = measure.low is not None and measure.high is not None
+    interval = f"{say(measure.low, measure.quantity)} to {say(measure.high, measure.quantity)}" if between else ""
+    meaning = MEASURES[measure.name].meaning if measure.name in MEASURES else measure.name
+    said = {"meaning": meaning, "found": say(measure.value, measure.quantity), "interval": interval}
+    return {**plain(measure.to_dict()), "said": said}
+
+
+def _data(campaign: Campaign, record: Record) -> dict[str, Any]:
+    test = record.test
+    return {
+        "test": test.name,
+        "kind": test.kind.value,
+        "file": seen_from(test.log, campaign.file.parent),
+        "samples": int(record.log.samples),
+        "rate": float(record.log.rate),
+        "duration": float(record.t[-1] - record.t[0]),
+        "load": test.load,
+        "water": test.water is not None,
+        "signals": sorted(record.signals),
+        "statements": list(record.statements),
+    }

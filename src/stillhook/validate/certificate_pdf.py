@@ -1,0 +1,84 @@
+"""A certificate as PDF: its data and figures set by typst, with fonts of its own, the certificate's date and nothing of this machine."""
+
+from __future__ import annotations
+
+import datetime
+import io
+import json
+import tempfile
+from collections.abc import Mapping
+from importlib.resources import files
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from stillhook.errors import ValidateError
+from stillhook.validate.certificate_sheet import sheet_of
+from stillhook.validate.validation import Validation
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+TEMPLATE, DATA = "certificate.typ", "sheet.json"
+LARGEST_DRAWING = 600_000
+"""Bytes of a figure as lines from which it is set as an image: series of many thousand points make files that viewers are slow with."""
+RESOLUTION = 200
+"""Of figures that are images [dots per inch]."""
+SALT = "stillhook"
+"""What the names inside an SVG are made from, in place of chance."""
+ARCHIVE = "a-2u"
+"""PDF/A-2u: everything that is needed to show it is inside, for as long as a crane lives, and its text can be searched."""
+
+
+def pictures(validation: Validation) -> dict[str, bytes]:
+    """File name -> content of every figure, in the order of the steps; the same bytes whatever the settings of matplotlib here."""
+    import matplotlib  # heavy
+
+    from stillhook.validate.figures import figures
+
+    with matplotlib.rc_context():
+        matplotlib.rcdefaults()
+        matplotlib.rcParams["svg.hashsalt"] = SALT
+        return dict(_drawn(stem, figure) for stem, figure in figures(validation).items())
+
+
+def _drawn(stem: str, figure: Figure) -> tuple[str, bytes]:
+    memory = io.BytesIO()
+    figure.savefig(memory, format="svg", metadata={"Date": None, "Creator": None})
+    if memory.tell() <= LARGEST_DRAWING:
+        return f"{stem}.svg", memory.getvalue()
+    memory = io.BytesIO()
+    figure.savefig(memory, format="png", dpi=RESOLUTION, metadata={"Software": None})
+    return f"{stem}.png", memory.getvalue()
+
+
+def pdf(data: Mapping[str, Any], figures: Mapping[str, bytes]) -> bytes:
+    """The document. data of a certificate; figures: file name -> content.
+
+    Errors: ValidateError where it cannot be set.
+    """
+    return _typeset(data, figures, format="pdf", pdf_standards=[ARCHIVE])[0]
+
+
+def pages(data: Mapping[str, Any], figures: Mapping[str, bytes], ppi: float = 100.0) -> list[bytes]:
+    """The pages of the document as PNG, to look at."""
+    return _typeset(data, figures, format="png", ppi=ppi)
+
+
+def _typeset(data: Mapping[str, Any], figures: Mapping[str, bytes], **how: Any) -> list[bytes]:
+    import typst  # 80 MB: only where a document is wanted
+
+    date = datetime.datetime.combine(datetime.date.fromisoformat(data["date"]), datetime.time(), datetime.UTC)
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        (folder / TEMPLATE).write_bytes((files("stillhook.validate") / "template" / TEMPLATE).read_bytes())
+        (folder / DATA).write_text(json.dumps(sheet_of(data, tuple(figures)), ensure_ascii=False), encoding="utf-8")
+        for file, content in figures.items():
+            (folder / file).write_bytes(content)
+        compiler = typst.Compiler(folder / TEMPLATE, root=folder, ignore_system_fonts=True)
+        try:
+            found = compiler.compile(timestamp=date, **how)
+        except typst.TypstError as problem:
+            reason = " ".join(str(problem.message).split())[:200]
+            raise ValidateError(f"certificate: the document cannot be set ({reason}). Use letters that European languages have.") from None
+    assert found is not None
+    return found if isinstance(found, list) else [found]
