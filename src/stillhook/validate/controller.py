@@ -6,8 +6,8 @@ simulated controller"). Nothing of the winch is simulated here: a deviation is t
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 
 from stillhook.validate.campaign import Campaign
 from stillhook.validate.controller_deviation import Deviation, deviations
@@ -30,6 +30,7 @@ class ControllerStep(Step):
     runs: tuple[Run, ...] = ()
     rows: Rows | None = None
     law: Law | None = None
+    laws: Mapping[str, Law] = field(default_factory=dict)
     motor_laws: tuple[MotorLaw, ...] = ()
     deviations: tuple[Deviation, ...] = ()
 
@@ -74,7 +75,7 @@ def check_controller(campaign: Campaign, records: tuple[Record, ...], progress: 
     return ControllerStep(
         StepNumber.CONTROLLER, _measures(campaign, found, why), statements(found.deviations, rows, why, runs, records),
         (deviation_table(found.deviations), gain_table(crane, found.law, found.laws, found.K_op, found.u_thr)),
-        _data(found), found.runs, rows, found.law, found.motor_laws, found.deviations,
+        _data(found), found.runs, rows, found.law, found.laws, found.motor_laws, found.deviations,
     )  # fmt: skip
 
 
