@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stillhook.validate.ahc_twin import Replay, about_mean
+from stillhook.validate.sums import dot
 from stillhook.validate.windows import Windows, windows
 
 FloatArray = NDArray[np.float64]
@@ -62,5 +63,5 @@ def noise_share(r: Replay, measured: FloatArray) -> float:
     size = max(3, round(SLOW / r.record.step)) | 1
     e, n = (x - uniform_filter1d(x, size) for x in (e, n))
     e, n = (x[known & (uniform_filter1d(known.astype(float), size) > 1.0 - 0.5 / size)] for x in (e, n))
-    power = float(n @ n)
-    return min(1.0, max(0.0, float(e @ n) / power)) if power > 0.0 else 0.0
+    power = dot(n, n)
+    return min(1.0, max(0.0, dot(e, n) / power)) if power > 0.0 else 0.0

@@ -14,6 +14,7 @@ from stillhook.engine.pack import gains
 from stillhook.units import show
 from stillhook.validate.ahc_twin import SETTLE, Replay, run_twin
 from stillhook.validate.dynamics_unknowns import C_H, C_LEAK, INERTIA, bent
+from stillhook.validate.sums import dot
 
 FloatArray = NDArray[np.float64]
 
@@ -32,7 +33,7 @@ SMALL_DP = 2e5
 
 
 class Cause(NamedTuple):
-    """bend(crane, x): the crane with that thing changed by the part x of itself; x: change that is run; most: change beyond which it is no
+    """bend(crane, x): a crane of `with_gains` with that thing changed by the part x of itself; x: change that is run; most: change beyond which it is no
     explanation."""
 
     name: str
@@ -105,8 +106,7 @@ def explain(crane: Crane, replays: Sequence[Replay], measured: Sequence[FloatArr
 
     Parameters: the twin; its replays; the crane's control error over the samples that count, one array a replay [m].
     """
-    known = gains(crane)
-    crane = crane.model_copy(update={"control": crane.control.model_copy(update={"K_1": known.K_1, "K_2": known.K_2})})
+    crane = with_gains(crane)
     cranes = [crane, *(c.bend(crane, c.x) for c in CAUSES)]
     e, dp = [], []
     for r, e_measured in zip(replays, measured, strict=True):
@@ -124,6 +124,12 @@ def explain(crane: Crane, replays: Sequence[Replay], measured: Sequence[FloatArr
         amount = _amount(both[0], both[k], cause)
         found.append(Explained(cause, amount, _share(both[0], amount * both[k]), _share(E[0], amount * E[k])))
     return tuple(sorted(found, key=lambda x: -x.share)), deviation
+
+
+def with_gains(crane: Crane) -> Crane:
+    """The crane with the gains of its PLC written down, so that they stay as they are when the winch is changed."""
+    known = gains(crane)
+    return crane.model_copy(update={"control": crane.control.model_copy(update={"K_1": known.K_1, "K_2": known.K_2})})
 
 
 def _rms(x: FloatArray) -> float:
@@ -144,14 +150,14 @@ def _effects(measured: FloatArray, runs: Sequence[FloatArray], step: float) -> F
 
 
 def _amount(deviation: FloatArray, effect: FloatArray, cause: Cause) -> float:
-    size = float(effect @ effect)
-    best = float(deviation @ effect) / size if size > 0.0 else 0.0
+    size = dot(effect, effect)
+    best = dot(deviation, effect) / size if size > 0.0 else 0.0
     return best if abs(best) <= cause.most else 0.0
 
 
 def _share(deviation: FloatArray, effect: FloatArray) -> float:
     """Share of the deviation's energy that goes when the effect is taken off."""
-    size = float(deviation @ deviation)
+    size = dot(deviation, deviation)
     return 1.0 - float(np.sum((deviation - effect) ** 2)) / size if size > 0.0 else math.nan
 
 

@@ -9,6 +9,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from stillhook.validate.sums import dot
+
 FloatArray = NDArray[np.float64]
 Pairs = Sequence[tuple[FloatArray, FloatArray]]
 
@@ -45,8 +47,8 @@ class Shape(NamedTuple):
 def correlation(rows: FloatArray) -> float:
     """Correlation of the two columns of rows (n, 2) [-]; NaN where one does not move."""
     x = rows - rows.mean(axis=0)
-    size = math.sqrt(float(x[:, 0] @ x[:, 0]) * float(x[:, 1] @ x[:, 1]))
-    return float(x[:, 0] @ x[:, 1]) / size if size > 0.0 else math.nan
+    size = math.sqrt(dot(x[:, 0], x[:, 0]) * dot(x[:, 1], x[:, 1]))
+    return dot(x[:, 0], x[:, 1]) / size if size > 0.0 else math.nan
 
 
 def shape(pairs: Pairs, step: float) -> tuple[Shape, Spectra | None]:
@@ -66,16 +68,22 @@ def lag(pairs: Pairs, step: float) -> float:
     from scipy.signal import correlate  # heavy: only where data are at hand
 
     reach = round(LONGEST_LAG / step)
-    total = np.zeros(2 * reach + 1)
+    product, power, own = np.zeros(2 * reach + 1), np.zeros(2 * reach + 1), 0.0
     for m, s in pairs:
-        if len(m) > 2 * reach:
-            middle = len(m) - 1
-            total += correlate(m, s, "full", "fft")[middle - reach : middle + reach + 1]
-    k = int(np.argmax(total))
+        if len(m) > 4 * reach:
+            middle = m[reach : len(m) - reach]
+            product += correlate(s, middle, "valid", "fft")
+            total = np.concatenate(([0.0], np.cumsum(s**2)))
+            power += total[len(middle) :] - total[: len(total) - len(middle)]
+            own += dot(middle, middle)
+    if not (own > 0.0 and power.min() > 0.0):
+        return math.nan
+    like = product / np.sqrt(power * own)
+    k = int(np.argmax(like))
     if not 0 < k < 2 * reach:
         return math.nan
-    a, b, c = total[k - 1 : k + 2]
-    return float((k - reach + 0.5 * (a - c) / (a - 2.0 * b + c)) * step)
+    a, b, c = like[k - 1 : k + 2]
+    return float((reach - k - 0.5 * (a - c) / (a - 2.0 * b + c)) * step)
 
 
 def _spectra(pairs: Pairs, step: float) -> Spectra | None:

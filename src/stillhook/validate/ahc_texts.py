@@ -10,7 +10,7 @@ import numpy as np
 from stillhook.units import number, show
 from stillhook.validate.ahc_compared import Compared
 from stillhook.validate.ahc_diagnosis import Explained
-from stillhook.validate.ahc_shape import Shape
+from stillhook.validate.ahc_shape import Shape, correlation
 from stillhook.validate.ahc_twin import SETTLE
 from stillhook.validate.lines import Table
 from stillhook.validate.windows import mean_and_s
@@ -90,7 +90,7 @@ def _load_cases(compared: Sequence[Compared]) -> Table:
         rows.append((
             name, f"{segment.load / 1e3:.0f} t", f"{segment.s_w:.0f} m", segment.mode.value,
             f"{sum(len(c.e_measured) * c.replay.record.step for c in own):.0f} s", *map(_cm, mean_and_s(x)),
-            _cm(_mean(measured)), _cm(_mean(simulated)), *map(_cm, peak), f"{np.corrcoef(both.T)[0, 1]:.3f}",
+            _cm(_mean(measured)), _cm(_mean(simulated)), *map(_cm, peak), f"{correlation(both):.3f}",
         ))  # fmt: skip
     header = (
         "load\ncase", "load", "wire\nout", "mode", "time", "devia-\ntion\n[cm]", "s\n[cm]", "e_c_pp\nmeas.\n[cm]", "e_c_pp\nsim.\n[cm]",

@@ -63,7 +63,7 @@ def smooth_tip(t: FloatArray, s: FloatArray, v: FloatArray | None, *, place: str
         if v is not None and dB is not None:
             spread_v = max(_rms((v - dB @ c)[known_v]), 1e-5) if known_v.any() else np.inf
     noise = s - shift - B @ c
-    heights = BSpline.design_matrix(grid, knots, 5) @ c
+    heights = BSpline.design_matrix(grid, knots, 5) @ c + shift
     return Tip(Recorded(grid, heights, source=place), noise, spread_s, spread_v if np.isfinite(spread_v) else np.nan)
 
 

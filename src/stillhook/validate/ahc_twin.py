@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -12,7 +13,7 @@ from stillhook.crane import Crane
 from stillhook.engine.given import SERIES_STEP, STATISTICS_STEP, steps_per_cycle
 from stillhook.engine.lanes import VL
 from stillhook.engine.run import Ending, run_cases
-from stillhook.errors import SimulationError
+from stillhook.errors import SimulationError, ValidateError
 from stillhook.plants.state import Signals
 from stillhook.scenario import Operator, Scenario, Sensors
 from stillhook.sea.recorded import Recorded
@@ -92,11 +93,22 @@ def replay(campaign: Campaign, record: Record, segment: Segment) -> Replay:
     tip = smooth_tip(t, record.part(segment, "s_tip"), v_tip, place=place)
     delay = campaign.delay
     case = Scenario(
-        name=segment.test, load=_si(segment.load, "kg"), s_w=_si(segment.s_w, "m"), mode=segment.mode, water=record.test.water,
+        name=segment.test, load=_si(segment.load, "kg"), s_w=_si(_wire_out(record, segment, place), "m"), mode=segment.mode, water=record.test.water,
         tip=_ahead(tip.motion, delay), duration=_si(t[-1] - delay, "s"), ramp="0 s", warm_up=_si(min(SETTLE, 0.5 * t[-1]), "s"),
         operator=_operator(t, record, segment), sensors=Sensors(delay=_si(delay, "s")),
     )  # fmt: skip
     return Replay(record, segment, case, tip, round(SETTLE / record.step))
+
+
+def _wire_out(record: Record, segment: Segment, place: str) -> float:
+    """Wire out at the start of a segment [m]: the first that is known, where a gap ends. Errors: ValidateError where none is."""
+    if math.isfinite(segment.s_w):
+        return segment.s_w
+    logged = record.part(segment, "s_w") if record.has("s_w") else np.zeros(0)
+    known = logged[np.isfinite(logged)]
+    if not len(known):
+        raise ValidateError(f"{place}: s_w is not known at {segment.start:.0f} s. Log it, or give s_w of the test.")
+    return float(known[0])
 
 
 def _si(x: float, unit: str) -> str:

@@ -16,6 +16,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from stillhook.validate.sums import dot
+
 FloatArray = NDArray[np.float64]
 Statistic = Callable[[FloatArray], float]
 
@@ -125,8 +127,8 @@ def _memory(columns: Sequence[FloatArray], n: int) -> tuple[float, float]:
     M = min(max(2 * m, 1), len(R) - 1)
     k = np.arange(1, M + 1)
     weight = np.minimum(1.0, 2.0 * (1.0 - k / M)) if M > 1 else np.zeros(1)
-    g_0 = R[0] + 2.0 * float(weight @ R[1 : M + 1])
-    G = 2.0 * float(weight @ (k * R[1 : M + 1]))
+    g_0 = R[0] + 2.0 * dot(weight, R[1 : M + 1])
+    G = 2.0 * dot(weight, k * R[1 : M + 1])
     if g_0 <= 0.0:
         return 1.0, float(n)
     length = (2.0 * G * G / (4.0 / 3.0 * g_0 * g_0)) ** (1.0 / 3.0) * n ** (1.0 / 3.0)

@@ -1,0 +1,223 @@
+"""Step 5: what the twin makes of the measured tip motion, against cranes whose differences from it are known."""
+
+import functools
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from tests.validate.ahc_logs import STEP, TWIN, campaign, crane_log, record
+
+from stillhook.scenario import Mode, Operator
+from stillhook.validate.ahc import AhcStep, check_ahc
+from stillhook.validate.ahc_diagnosis import CAUSES, with_gains
+from stillhook.validate.ahc_figures import figures
+from stillhook.validate.ahc_twin import SETTLE, run_twin
+from stillhook.validate.judging import judge
+from stillhook.validate.lines import Measure, StepNumber
+from stillhook.validate.measures import MEASURES
+
+ALIKE = 1e-3  # m: the twin against itself; numbers of both runs differ by the smooth tip and the start from rest alone
+MM = 1e-3
+
+
+def checked(*records, **more) -> AhcStep:
+    step = check_ahc(campaign(*records, **more), records, lambda share: None)
+    assert isinstance(step, AhcStep)
+    return step
+
+
+def found(step: AhcStep, name: str) -> Measure:
+    (measure,) = step.found(name)
+    return measure
+
+
+def bent(name: str, x: float):
+    """The crane with one cause of the diagnosis at work."""
+    return next(c for c in CAUSES if c.name == name).bend(with_gains(TWIN), x)
+
+
+@functools.cache
+def own_log():
+    return crane_log(TWIN)
+
+
+@functools.cache
+def own_step() -> AhcStep:
+    """The twin as the crane."""
+    return checked(record(own_log()))
+
+
+# --- the twin as its own crane ---------------------------------------------------------------------------------------------------------------
+
+
+def test_a_twin_that_is_the_crane_deviates_by_less_than_a_millimetre():
+    step = own_step()
+    for name in ("e_c_pp_deviation", "e_c_max_difference", "e_c_deviation_max"):
+        assert abs(found(step, name).value) < ALIKE, name
+    assert found(step, "e_c_correlation").value > 0.999
+    assert found(step, "e_c_pp_below_5cm").value == 1.0
+    assert not any(line.no for line in judge(campaign().criteria, step.measures, (StepNumber.AHC,)))
+
+
+def test_thirty_seconds_are_enough_for_the_twin_to_forget_that_it_started_at_rest():
+    """The log begins in full swing; what is left of the start after SETTLE is within a millimetre, and was a centimetre and more before."""
+    (c,) = own_step().compared
+    assert c.replay.skipped == round(SETTLE / STEP)
+    apart = np.abs(c.simulated["e_c_measured"] - c.e_measured)
+    assert apart[: round(5.0 / STEP)].max() < ALIKE
+    whole = replace(c.replay, skipped=0)
+    (run,) = run_twin([TWIN], [whole], ("e_c_measured",))
+    before = np.abs(run["e_c_measured"] - whole.measured("e_c_measured"))
+    assert before[: round(5.0 / STEP)].max() > 10.0 * ALIKE
+
+
+def test_a_delay_that_is_stated_moves_the_true_tip_ahead_and_costs_no_agreement():
+    log = crane_log(TWIN, delay=0.2)
+    step = checked(record(log), delay=0.2)
+    assert found(step, "e_c_pp_deviation").value < ALIKE
+    (c,) = step.compared
+    apart = c.simulated["F_w"] - c.replay.measured("F_w")
+    unstated = checked(record(log)).compared[0]
+    assert apart.std() < 0.2 * (unstated.simulated["F_w"] - unstated.replay.measured("F_w")).std()  # the load hangs on the true tip
+
+
+def test_what_the_joystick_asked_for_is_asked_of_the_twin():
+    stick = Operator(profile=[("0 s", "0 m/min"), ("80 s", "0 m/min"), ("82 s", "6 m/min"), ("110 s", "6 m/min"), ("112 s", "0 m/min")])
+    log = crane_log(TWIN, operator=stick)
+    assert np.ptp(log["v_op"]) > 0.05
+    assert found(checked(record(log)), "e_c_pp_deviation").value < ALIKE
+    silent = {k: v for k, v in log.items() if k != "v_op"}
+    assert found(checked(record(silent)), "e_c_deviation_max").value > 3.0 * ALIKE
+
+
+def test_noise_of_the_tip_that_the_plc_saw_does_not_count_as_deviation():
+    rng = np.random.default_rng(5)
+    log, noise = dict(own_log()), 2.0 * MM * rng.standard_normal(len(own_log()["s_tip"]))
+    log["s_tip"] = log["s_tip"] + noise
+    log["v_tip"] = log["v_tip"] + 0.003 * rng.standard_normal(len(noise))
+    only_in_the_log = checked(record(log))
+    log["e_c_measured"] = log["e_c_measured"] + noise
+    in_the_plc = checked(record(log))
+    for step, share in ((in_the_plc, 1.0), (only_in_the_log, 0.0)):
+        assert step.compared[0].noise == pytest.approx(share, abs=0.05)
+        assert found(step, "e_c_pp_deviation").value < ALIKE
+    assert found(in_the_plc, "e_c_pp_bias").note == "simulated less measured"
+
+
+def test_an_error_that_the_plc_did_not_log_is_made_from_tip_and_wire():
+    log = {k: v for k, v in own_log().items() if k != "e_c_measured"}
+    step = checked(record(log))
+    assert found(step, "e_c_pp_deviation").value < ALIKE
+    assert any("about its mean" in s for s in step.statements)
+
+
+# --- cranes that differ ----------------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("name", "x"), [("leakage", 0.5), ("friction", 0.4), ("K_1", -0.1)])
+def test_a_crane_that_differs_in_one_thing_is_told_with_about_the_right_amount(name, x):
+    step = checked(record(crane_log(bent(name, x))))
+    best = step.explained[0]
+    assert best.cause.name == name
+    assert best.amount == pytest.approx(x, rel=0.2)  # linear in what is not: friction turns around, leakage carries load
+    assert best.share > 0.85
+    assert any(s.startswith(best.cause.words[0].upper() + best.cause.words[1:]) for s in step.statements)
+
+
+def test_a_wrong_feedforward_fails_what_paper_f_asks():
+    step = checked(record(crane_log(bent("K_1", -0.1))))
+    lines = {x.key: x for x in judge(campaign().criteria, step.measures, (StepNumber.AHC,))}
+    assert lines["2b"].no
+    assert lines["2a"].no
+    assert found(step, "e_c_pp_bias").value < 0.0  # the twin is the better one
+
+
+def test_nothing_is_said_of_causes_where_the_twin_agrees():
+    assert own_step().explained == ()
+
+
+# --- data that are not as they should be ------------------------------------------------------------------------------------------------------
+
+
+def test_windows_do_not_cross_a_gap():
+    log = dict(own_log())
+    n = len(log["s_tip"])
+    a, b = 7000, 8000
+    (c, d) = checked(record(log, parts=((0, a), (b, n)))).compared
+    assert c.windows.ends.min() >= SETTLE + 30.0 - 1e-9
+    assert c.windows.ends.max() <= a * STEP
+    assert d.windows.ends.min() >= b * STEP + SETTLE + 30.0 - 1e-9
+
+
+def test_samples_that_are_missing_take_their_windows_with_them_and_no_more():
+    log = {k: v.copy() for k, v in own_log().items()}
+    log["e_c_measured"][9000:9010] = np.nan
+    step = checked(record(log))
+    ends = step.compared[0].windows.ends
+    assert not ((ends >= 90.0 - 1e-9) & (ends <= 120.0)).any()
+    assert (ends < 90.0).any()
+    assert (ends > 120.2).any()
+    assert found(step, "e_c_pp_deviation").value < ALIKE
+
+
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        (lambda log: {k: v for k, v in log.items() if k != "s_tip"}, "s_tip is not in the log"),
+        (lambda log: {k: v for k, v in log.items() if k not in ("s_w", "e_c_measured")}, "neither e_c_measured nor s_w"),
+        (lambda log: {k: v[:5000] for k, v in log.items()}, "no stretch with heave compensation is long enough"),
+    ],
+)
+def test_without_the_signals_every_measure_says_what_to_log(change, told):
+    log = change(own_log())
+    r = record({**log, "s_tip": own_log()["s_tip"][: len(next(iter(log.values())))], "s_w": own_log()["s_w"][: len(next(iter(log.values())))]})
+    r = type(r)(r.test, r.log, r.t, r.step, log, r.segments, ())
+    step = checked(r)
+    assert {m.name for m in step.measures} == {n for n, m in MEASURES.items() if m.step is StepNumber.AHC}
+    for m in step.measures:
+        assert m.value is None
+        assert told in m.note
+    assert figures(step, campaign(r), (r,)) == {}
+
+
+def test_manual_stretches_are_left_out_and_said():
+    step = checked(record(own_log(), mode=Mode.MANUAL))
+    assert any("manual mode" in s for s in step.statements)
+    assert all(m.value is None for m in step.measures)
+
+
+def test_a_campaign_without_heave_compensation_says_so():
+    step = check_ahc(campaign(), (), lambda share: None)
+    assert 'kind = "ahc"' in step.measures[0].note
+
+
+# --- what comes out --------------------------------------------------------------------------------------------------------------------------
+
+
+def test_every_measure_is_registered_with_its_quantity_and_holds_its_value():
+    for m in own_step().measures:
+        assert MEASURES[m.name].step is StepNumber.AHC
+        assert m.quantity == MEASURES[m.name].quantity
+        if m.low is not None and m.high is not None:
+            assert m.low <= m.value <= m.high
+
+
+def test_the_same_logs_give_the_same_step_to_the_bit():
+    again = checked(record(own_log()))
+    assert repr(again.to_dict()) == repr(own_step().to_dict())
+
+
+def test_figures_carry_the_mark_and_are_no_more_than_four():
+    r = record(own_log())
+    drawn = figures(own_step(), campaign(r), (r,))
+    assert list(drawn) == ["tip-wire-speed-and-error", "error-and-efficiency", "deviations", "spectra"]
+    assert all(f.get_suptitle().startswith("SYNTHETIC") for f in drawn.values())
+
+
+def test_progress_rises_from_run_to_run_and_ends_at_one():
+    shares = []
+    r = record(own_log())
+    check_ahc(campaign(r), (r,), shares.append)
+    assert shares == sorted(shares)
+    assert math.isclose(shares[-1], 1.0)
