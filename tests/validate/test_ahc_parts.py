@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 from scipy.special import ndtr
+from tests.validate.ahc_logs import STEP, sea
 
 from stillhook.errors import ValidateError
 from stillhook.validate.ahc_shape import lag, shape
 from stillhook.validate.ahc_tip import smooth_tip
 from stillhook.validate.windows import by_motion, counted_share, gaussian_share, mean_and_s, windows
-from tests.validate.ahc_logs import STEP, sea
 
 T = np.arange(0.0, 120.0, STEP)
 

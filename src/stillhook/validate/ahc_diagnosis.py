@@ -33,8 +33,8 @@ SMALL_DP = 2e5
 
 
 class Cause(NamedTuple):
-    """bend(crane, x): a crane of `with_gains` with that thing changed by the part x of itself; x: change that is run; most: change beyond which it is no
-    explanation."""
+    """bend(crane, x): a crane of `with_gains` with that thing changed by the part x of itself; x: change that is run; most: change
+    beyond which it is no explanation."""
 
     name: str
     words: str

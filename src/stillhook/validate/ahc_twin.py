@@ -92,8 +92,9 @@ def replay(campaign: Campaign, record: Record, segment: Segment) -> Replay:
     v_tip = record.part(segment, "v_tip") if record.has("v_tip") else None
     tip = smooth_tip(t, record.part(segment, "s_tip"), v_tip, place=place)
     delay = campaign.delay
+    s_w = _si(_wire_out(record, segment, place), "m")
     case = Scenario(
-        name=segment.test, load=_si(segment.load, "kg"), s_w=_si(_wire_out(record, segment, place), "m"), mode=segment.mode, water=record.test.water,
+        name=segment.test, load=_si(segment.load, "kg"), s_w=s_w, mode=segment.mode, water=record.test.water,
         tip=_ahead(tip.motion, delay), duration=_si(t[-1] - delay, "s"), ramp="0 s", warm_up=_si(min(SETTLE, 0.5 * t[-1]), "s"),
         operator=_operator(t, record, segment), sensors=Sensors(delay=_si(delay, "s")),
     )  # fmt: skip
