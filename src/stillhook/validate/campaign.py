@@ -5,7 +5,7 @@ from __future__ import annotations
 import datetime
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import StrEnum
 from pathlib import Path
 from typing import Any
@@ -18,11 +18,12 @@ from stillhook.io.log_mapping import mapping_from
 from stillhook.io.log_types import Signal
 from stillhook.library import load_crane
 from stillhook.library.files import parsed, toml_text
-from stillhook.scenario import Mode, Water, mode_of
+from stillhook.scenario import Mode, Water
 from stillhook.units import came, show
 from stillhook.validate.criteria import Criteria, load_criteria
+from stillhook.validate.modes import OWN_MODES, modes_of, with_modes
 
-TOP = ("title", "date", "crane", "criteria", "delay", "signals", "test", "synthetic", "remarks")
+TOP = ("title", "date", "crane", "criteria", "delay", "signals", "modes", "test", "synthetic", "remarks")
 TEST = ("name", "log", "kind", "load", "mode", "s_w", "water", "signals", "start", "end")
 MARK = "SYNTHETIC"
 LONGEST_DELAY = 10.0  # s, as in a scenario's sensors
@@ -40,7 +41,8 @@ class Kind(StrEnum):
 @dataclass(frozen=True)
 class CraneTest:
     """One test. load: payload on the hook without the hook [kg], None: from the load cell; s_w: wire out at the start [m], None: from the
-    log; mode: of the PLC, None: from the log; start, end: the part of the log that counts [s]; water: a submerged payload."""
+    log; mode: of the PLC, None: from the log; start, end: the part of the log that counts [s]; water: a submerged payload; modes: what
+    the numbers of the log's mode mean, by number."""
 
     name: str
     log: Path
@@ -52,6 +54,7 @@ class CraneTest:
     mapping: Mapping[str, Signal] | None
     start: float
     end: float
+    modes: Mapping[float, Mode] = field(default_factory=lambda: OWN_MODES)
 
 
 @dataclass(frozen=True)
@@ -87,7 +90,11 @@ def load_campaign(path: str | Path) -> Campaign:
         [signals]                      # as for `stillhook identify friction`
         time = { column = "Time", unit = "s" }
         s_tip = { column = "Tip pos", unit = "m" }
+        mode = { column = "AHC state" }
         ...
+        [modes]                        # what the PLC's own numbers or words for the mode mean (default: the numbers of Stillhook)
+        0 = "manual"
+        "AHC on" = "ssc"
         [[test]]
         name = "1"
         log = "logs/1.csv"             # seen from this file
@@ -117,10 +124,11 @@ def _campaign(data: Mapping[str, Any], file: Path) -> Campaign:
     crane_name = top.beside("crane", file.parent)
     crane = load_crane(crane_name)
     mapping = mapping_from(data["signals"], "signals") if "signals" in data else None
+    modes = modes_of(top)
     rows = data["test"]
     if not isinstance(rows, list) or not rows:
         raise ValidateError("test: give one [[test]] a log.")
-    tests = tuple(_test(row, i, file.parent, crane, mapping) for i, row in enumerate(rows))
+    tests = tuple(_test(row, i, file.parent, crane, mapping, modes) for i, row in enumerate(rows))
     _no_name_twice(tests)
     _no_log_twice(tests)
     title = top.text("title", file.stem)
@@ -156,7 +164,9 @@ def _remarks(top: Fields) -> tuple[str, ...]:
     return tuple(value)
 
 
-def _test(row: Any, i: int, folder: Path, crane: Crane, mapping: Mapping[str, Signal] | None) -> CraneTest:
+def _test(
+    row: Any, i: int, folder: Path, crane: Crane, mapping: Mapping[str, Signal] | None, modes: Mapping[str, Mode]
+) -> CraneTest:
     name = Fields(row, f"test {i + 1}: ", ValidateError).text("name", str(i + 1))
     test = Fields(row, f'test "{name}": ', ValidateError)
     test.known(TEST)
@@ -176,10 +186,22 @@ def _test(row: Any, i: int, folder: Path, crane: Crane, mapping: Mapping[str, Si
     if not start < end:
         raise test.wrong("end", f"must come after start {start:g} s.")
     own = mapping_from(row["signals"], f'test "{name}": signals') if "signals" in row else mapping
+    own, meaning = with_modes(own, modes)
     return CraneTest(
-        name=name, log=test.file("log", folder), kind=Kind(kind), load=load, mode=mode_of(test.text("mode")) if "mode" in test else None,
-        s_w=s_w, water=_water(test), mapping=own, start=start, end=end,
+        name=name, log=test.file("log", folder), kind=Kind(kind), load=load, mode=_mode(test, Kind(kind)), s_w=s_w, water=_water(test),
+        mapping=own, start=start, end=end, modes=meaning,
     )  # fmt: skip
+
+
+def _mode(test: Fields, kind: Kind) -> Mode | None:
+    if "mode" not in test:
+        return None
+    text = test.text("mode")
+    if text not in list(Mode):
+        raise test.wrong("mode", f"not one of {', '.join(Mode)}.")
+    if kind is Kind.AHC and Mode(text) is Mode.MANUAL:
+        raise test.wrong("mode", 'in a test of kind "ahc" the winch compensates. Name its mode, or another kind.')
+    return Mode(text)
 
 
 def _water(test: Fields) -> Water | None:

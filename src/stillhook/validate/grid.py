@@ -1,0 +1,94 @@
+"""A log on an even grid of time: each value stands where its samples were stamped, straight lines in between, holes stay holes.
+
+Accuracy: the mean of a bin is put at the mean stamp of its samples, so that jitter of the stamps moves no edge; a straight line between two
+samples h apart is off by at most h^2/8 of the second derivative (tip: 0.01 mm at 10 ms and 1 m/s^2, 1 mm at 0.1 s), an edge of a command
+is drawn out to h. A hole is bridged up to `BRIDGED` (5 mm of tip at 1 m/s^2), marked as doubtful and counted as lost; a longer one is NaN.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stillhook.errors import ValidateError
+from stillhook.io.log_types import Log
+from stillhook.units import number
+from stillhook.validate.campaign import CraneTest
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+
+BRIDGED = 0.2
+"""Longest hole that a straight line bridges [s], if it is longer than HOLE spacings of the log as well."""
+HOLE = 1.6
+"""Spacings of the log: what is further apart lost a sample between."""
+HELD = ("mode",)
+"""Signals that jump: the value before holds until the next sample."""
+
+
+@dataclass(frozen=True)
+class Grid:
+    """Signals (n,) at t [s], even by step [s], NaN where not known; doubtful (n,) by signal; zero: time of t = 0 in the log [s];
+    lost: share of the samples that the log's rate promises and that are not there; longest_hole [s]."""
+
+    t: FloatArray
+    step: float
+    signals: Mapping[str, FloatArray]
+    doubtful: Mapping[str, BoolArray]
+    zero: float
+    lost: float
+    longest_hole: float
+
+
+def even(log: Log, test: CraneTest, t_cycle: float) -> Grid:
+    """The part of a log that counts, every PLC cycle t_cycle [s], or every few of them where the log is slower.
+
+    Errors: ValidateError where the log holds nothing between start and end of the test.
+    """
+    at = log.t if log.at is None else log.at
+    use = np.flatnonzero((at >= test.start) & (at <= test.end))
+    if len(use) < 2:
+        raise ValidateError(
+            f'test "{test.name}": start, end: {log.source} holds nothing from {number(test.start)} s to {number(test.end)} s; it goes from '
+            f"0 s to {log.duration:.4g} s."
+        )
+    t, spacing = at[use], 1.0 / log.rate
+    step = t_cycle * max(1, round(spacing / t_cycle))
+    longest = max(BRIDGED, HOLE * max(spacing, log.every))
+    grid = t[0] + step * np.arange(int(np.floor((t[-1] - t[0]) / step + 1e-6)) + 1)
+    signals, doubtful = {}, {}
+    for name, values in log.signals.items():
+        known = np.isfinite(values[use]) & ~_stuck(log, name)[use]
+        signals[name], bridged = _filled(grid, t[known], values[use][known], longest, HOLE * max(spacing, log.every), name in HELD)
+        nearest = np.clip(np.searchsorted(t, grid - 0.5 * step), 0, len(t) - 1)
+        doubtful[name] = log.doubtful[name][use][nearest] | bridged | np.isnan(signals[name])
+    apart = np.diff(t)
+    missing = float(np.sum(np.maximum(0.0, apart[apart > HOLE * max(spacing, log.every)] - spacing)))
+    lost = missing / max(step, float(t[-1] - t[0]))
+    return Grid(grid - grid[0], step, signals, doubtful, float(t[0]), lost, float(apart.max()))
+
+
+def _stuck(log: Log, name: str) -> BoolArray:
+    """Bins in which a signal stands still while others of its kind move."""
+    stuck = np.zeros(len(log.t), np.bool_)
+    for finding in log.findings:
+        if finding.kind == "stuck" and finding.signal == name:
+            stuck |= (log.t >= finding.start - 1e-9) & (log.t <= finding.end + 1e-9)
+    return stuck & log.doubtful[name]
+
+
+def _filled(
+    grid: FloatArray, t: FloatArray, values: FloatArray, longest: float, usual: float, held: bool
+) -> tuple[FloatArray, BoolArray]:
+    """Values on the grid, NaN in holes that are too long, and where a hole was bridged."""
+    if len(t) < 2:
+        return np.full(len(grid), np.nan), np.zeros(len(grid), np.bool_)
+    after = np.clip(np.searchsorted(t, grid, side="right"), 1, len(t) - 1)
+    apart = t[after] - t[after - 1]
+    outside = (grid < t[0] - usual) | (grid > t[-1] + usual)
+    hole = outside | ((apart > longest) & (grid > t[after - 1] + 1e-9) & (grid < t[after] - 1e-9))
+    line = values[np.where(grid >= t[after], after, after - 1)] if held else np.interp(grid, t, values)
+    return np.where(hole, np.nan, line), (apart > usual) & ~hole & (grid > t[after - 1]) & (grid < t[after])

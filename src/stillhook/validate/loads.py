@@ -1,0 +1,113 @@
+"""The load on the hook of a test: as stated, or from the load cell; and where the load cell says that it changed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stillhook.crane import Crane
+from stillhook.errors import ValidateError
+from stillhook.physics.scalar import G
+from stillhook.units import show
+from stillhook.validate.campaign import CraneTest
+
+FloatArray = NDArray[np.float64]
+
+BLOCK = 1.0
+"""Length of the blocks whose medians are looked at [s]."""
+SPAN = 20.0
+"""A load that stands holds for so long [s]: two waves, over which the forces of heave compensation even out."""
+STEP = 0.05
+"""Change of the load cell's level that is another load [part of the weight of SWL and hook]: waves leave 1 to 2 %."""
+APART = 0.1
+"""Difference between stated load and load cell that is told [part of the stated weight]; step 1 looks closer."""
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """Samples [first, last) with one load; F: level of the load cell there [N], NaN without one."""
+
+    first: int
+    last: int
+    F: float
+
+
+def stretches(F: FloatArray | None, n: int, step: float, crane: Crane) -> list[Stretch]:
+    """Parts of n samples, `step` [s] apart, in which the load stands; what lies between two of them is lifting or setting down.
+
+    Parameters: F (n,) load cell [N], or None.
+    """
+    if F is None or not np.isfinite(F).any():
+        return [Stretch(0, n, np.nan)]
+    size = max(1, round(BLOCK / step))
+    blocks = np.array([_median(F[a : a + size]) for a in range(0, n, size)])
+    limit, least = STEP * (crane.SWL + crane.hook_mass) * G, max(1, round(SPAN / BLOCK))
+    level = np.array([_median(blocks[max(0, i - least // 2) : i + least // 2 + 1]) for i in range(len(blocks))])
+    out: list[Stretch] = []
+    for a, b in _plateaus(level, limit, least):
+        out.append(Stretch(a * size, min(n, b * size), _median(blocks[a:b])))
+    return out or [Stretch(0, n, _median(F))]
+
+
+def _plateaus(level: FloatArray, limit: float, least: int) -> list[tuple[int, int]]:
+    """Runs in which the level stays within the limit of its median, at least so long; the shorter ones are changes."""
+    out, a = [], 0
+    while a < len(level):
+        b = a + 1
+        while b < len(level) and not abs(level[b] - _median(level[a:b])) > limit:
+            b += 1
+        if b - a >= least or (not out and b == len(level)):
+            out.append((a, b))
+        a = b
+    if len(out) == 1 and out[0][1] - out[0][0] > len(level) - least:  # what is left over at an end is no other load
+        return [(0, len(level))]
+    return out
+
+
+def load_of(stretch: Stretch, all_of: list[Stretch], test: CraneTest, crane: Crane) -> tuple[float, str]:
+    """Payload of a stretch [kg] and what to say of it, "" where it is as stated. Errors: ValidateError where nothing tells it."""
+    shown = (stretch.F / G + _buoyancy(test)) - crane.hook_mass
+    if test.load is not None and (len(all_of) == 1 or stretch is _nearest(all_of, test, crane)):
+        weight = (test.load + crane.hook_mass - _buoyancy(test)) * G
+        if np.isfinite(stretch.F) and abs(stretch.F - weight) > APART * weight:
+            return test.load, (
+                f'Test "{test.name}": the load cell shows {show(stretch.F, "force")} where the stated load and the hook weigh '
+                f"{show(weight, 'force')}: the stated load counts."
+            )
+        return test.load, ""
+    if not np.isfinite(stretch.F):
+        raise ValidateError(f'test "{test.name}": load: missing, and no load cell F_w in the log. State the load on the hook.')
+    what = "is another one than stated for a part, there it is" if test.load is not None else "is not stated; it is"
+    if not -STEP * crane.SWL < shown < crane.SWL * (1.0 + STEP):
+        raise ValidateError(
+            f'test "{test.name}": the load cell shows {show(stretch.F, "force")}, where "{crane.name}" holds a hook of '
+            f"{show(crane.hook_mass, 'mass')} and up to {show(crane.SWL, 'mass')}. Check the unit of F_w, or state the load."
+        )
+    return max(0.0, shown), f'Test "{test.name}": the load {what} {show(max(0.0, shown), "mass")} from the load cell less the hook.'
+
+
+def _nearest(all_of: list[Stretch], test: CraneTest, crane: Crane) -> Stretch:
+    assert test.load is not None
+    weight = (test.load + crane.hook_mass - _buoyancy(test)) * G
+    return min(all_of, key=lambda s: abs(s.F - weight))
+
+
+def _buoyancy(test: CraneTest) -> float:
+    """Mass of the water that a submerged payload displaces [kg]."""
+    return test.water.rho * test.water.volume if test.water is not None else 0.0
+
+
+def _median(x: FloatArray) -> float:
+    good = x[np.isfinite(x)]
+    return float(np.median(good)) if len(good) else np.nan
+
+
+def standing(parts: list[Stretch], n: int) -> NDArray[np.bool_]:
+    """(n,) where the load stands."""
+    out = np.zeros(n, np.bool_)
+    for part in parts:
+        out[part.first : part.last] = True
+    return out
+
