@@ -21,9 +21,10 @@ OFFSETS = {"p_a": 1e5, "p_b": 1e5}
 """Signals with a constant error of their sensor, and its unit in the fit [SI]."""
 OFFSET_SPREAD = 2.0
 """Deviation of such an offset beforehand, in that unit: half a per cent of a transmitter's range."""
-DELAY = "omega_delay"
-"""Lateness of the measured motor speed behind the pressures [s]."""
-DELAY_SPREAD, DELAY_MOST = 0.05, 0.2
+DELAYS = {"p_a": "p_delay", "p_b": "p_delay", "omega_m": "omega_delay"}
+"""Signals whose sensors may be late, and the parameter that says by how much [s]: filters of transmitters, counting window of a pick-up."""
+LATE = {"p_delay": 0.01, "omega_delay": 0.05}
+"""Deviation of each of these beforehand [s]; four of them are the bound."""
 NOISE = {"p_a": 0.3e5, "p_b": 0.3e5, "omega_m": 0.05, "alpha_p": 3e-4}
 """Least deviation by which a signal's residuals are weighed [SI]: the step of a 12-bit input card, and a little noise."""
 MOST = math.log(2.5)
@@ -78,8 +79,9 @@ class _Twin:
     def __init__(self, crane: Crane, stretches: Sequence[Stretch], clusters: Sequence[NDArray[np.int64]]) -> None:
         self.crane, self.stretches = crane, tuple(stretches)
         self.least_J = max(-MOST, math.log(1.0 - LEAST_BESIDE / beside_wire(crane)))
-        self.n_sub = max(steps_per_cycle(bent(crane, {C_H: -MOST, INERTIA: self.least_J}), s) for s in stretches)
-        self.names = (*(u.name for u in UNKNOWNS), *OFFSETS, DELAY)
+        stiffest = dict.fromkeys((u.name for u in UNKNOWNS), MOST) | {C_H: -MOST, INERTIA: self.least_J}
+        self.n_sub = max(steps_per_cycle(bent(crane, stiffest), s) for s in stretches)
+        self.names = (*(u.name for u in UNKNOWNS), *OFFSETS, *LATE)
         shape = [(s, c, k, name) for s, c in zip(stretches, clusters, strict=True) for k, name in enumerate(SIGNALS)]
         self.signal = np.concatenate([np.full(len(s.t), k) for s, _, k, _ in shape])
         self.cluster = np.concatenate([c for _, c, _, _ in shape])
@@ -92,8 +94,8 @@ class _Twin:
         return np.where(stretch.counted & (cluster >= 0), stretch.measured[name], np.nan)
 
     def model(self) -> Model:
-        high = np.array([MOST] * len(UNKNOWNS) + [10.0 * OFFSET_SPREAD] * len(OFFSETS) + [DELAY_MOST])
-        spread = np.array([u.spread for u in UNKNOWNS] + [OFFSET_SPREAD] * len(OFFSETS) + [DELAY_SPREAD])
+        high = np.array([MOST] * len(UNKNOWNS) + [10.0 * OFFSET_SPREAD] * len(OFFSETS) + [4.0 * x for x in LATE.values()])
+        spread = np.array([u.spread for u in UNKNOWNS] + [OFFSET_SPREAD] * len(OFFSETS) + [*LATE.values()])
         noise = np.array([NOISE[name] for name in SIGNALS])
         low = -high
         low[self.names.index(INERTIA)] = self.least_J
@@ -121,17 +123,17 @@ class _Twin:
 
     def _sensed(self, name: str, t: FloatArray, y: FloatArray, rows: FloatArray, theta: FloatArray) -> FloatArray:
         """An output as its sensor shows it, with the derivatives in rows (n, p) brought along."""
+        if name in DELAYS:
+            i = self.names.index(DELAYS[name])
+            rows[:, i] = -np.gradient(y, t)
+            late = t - theta[i]
+            for j in np.flatnonzero(rows.any(axis=0)):
+                rows[:, j] = np.interp(late, t, rows[:, j])
+            y = np.asarray(np.interp(late, t, y))
         if name in OFFSETS:
             i = self.names.index(name)
             rows[:, i] = OFFSETS[name]
-            return y + OFFSETS[name] * float(theta[i])
-        if name == "omega_m":
-            i = self.names.index(DELAY)
-            rows[:, i] = -np.gradient(y, t)
-            late = t - theta[i]
-            for j in range(rows.shape[1]):
-                rows[:, j] = np.interp(late, t, rows[:, j])
-            return np.asarray(np.interp(late, t, y))
+            y = y + OFFSETS[name] * float(theta[i])
         return y
 
     def outputs(self, theta: FloatArray) -> tuple[FloatArray, ...]:
@@ -195,5 +197,6 @@ def clusters_of(stretch: Stretch, transients: Sequence[Transient]) -> NDArray[np
     """For each sample of a stretch the number of the transient that it is of, -1 for none."""
     out = np.full(len(stretch.t), -1)
     for i, x in enumerate(transients):
-        out[max(0, x.first - stretch.first) : max(0, x.last - stretch.first)] = i
+        if stretch.holds(x):
+            out[x.first - stretch.first : x.last - stretch.first] = i
     return out

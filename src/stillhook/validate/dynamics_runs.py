@@ -22,7 +22,7 @@ from stillhook.scenario import Mode, Scenario
 from stillhook.sea.motion import Motion, Still
 from stillhook.validate.ahc_tip import smooth_tip
 from stillhook.validate.record import FloatArray, Record, Segment
-from stillhook.validate.transients import JOIN, filled, smoothed
+from stillhook.validate.transients import JOIN, Transient, filled, smoothed
 
 SIGNALS = ("p_a", "p_b", "omega_m", "alpha_p")
 """What is compared: the twin's series of these names."""
@@ -53,6 +53,11 @@ class Stretch:
     measured: Mapping[str, FloatArray]
     counted: NDArray[np.bool_]
     case: Scenario
+
+    def holds(self, turn: Transient) -> bool:
+        """Whether a turn lies in this stretch as a whole."""
+        inside = self.first <= turn.first and turn.last <= self.first + len(self.t)
+        return turn.test == self.record.test.name and inside
 
 
 def stretch_of(crane: Crane, record: Record, segment: Segment, first: int, last: int) -> Stretch:

@@ -103,7 +103,7 @@ def compared(stretches: Sequence[Stretch], turns: Sequence[Transient], tuning: T
         crane = tuple(stretch.measured.get(name, nothing) for name in ("p_a", "p_b"))
         machines = (crane, (before[:, A], before[:, B]), (after[:, A], after[:, B]))
         time = stretch.record.t[stretch.first : stretch.first + len(stretch.t)]
-        for turn in (x for x in turns if _within(x, stretch)):
+        for turn in (x for x in turns if stretch.holds(x)):
             took = slice(turn.first - stretch.first, turn.last - stretch.first)
             for k, (p_a, p_b) in enumerate(machines):
                 rows[k].append(swing_of(turn, time, p_a, p_b, took))
@@ -115,8 +115,3 @@ def compared(stretches: Sequence[Stretch], turns: Sequence[Transient], tuning: T
         crane=tuple(rows[0]), before=tuple(rows[1]), after=tuple(rows[2]), spectral=(crane_T, before_T, after_T),
         misfit_before=dict(normalised_rms(stretches, tuning.before)), misfit_after=dict(normalised_rms(stretches, tuning.after)),
     )  # fmt: skip
-
-
-def _within(turn: Transient, stretch: Stretch) -> bool:
-    first = stretch.first
-    return turn.test == stretch.record.test.name and first <= turn.first and turn.last <= first + len(stretch.t)

@@ -10,7 +10,7 @@ from stillhook.engine.pack import active_record
 from stillhook.physics.motor import motor_leakage
 from stillhook.physics.pump import pump_leakage
 from stillhook.units import show
-from stillhook.validate.dynamics_fit import DELAY, OFFSETS, Tuning
+from stillhook.validate.dynamics_fit import LATE, OFFSETS, Tuning
 from stillhook.validate.dynamics_found import Found
 from stillhook.validate.dynamics_swings import Compared, Errors
 from stillhook.validate.dynamics_unknowns import C_H, C_LEAK, INERTIA, TUNED, UNKNOWNS
@@ -111,8 +111,8 @@ def _beside(tuning: Tuning) -> Table:
         x, s = float(tuning.fit.theta[i]), float(tuning.fit.covariance[i, i]) ** 0.5
         if name in OFFSETS:
             cells = (f"offset of {name}", f"{x:+.2f} bar", f"{1.96 * s:.2f} bar")
-        elif name == DELAY:
-            cells = ("lateness of omega_m", f"{1e3 * x:+.1f} ms", f"{1.96e3 * s:.1f} ms")
+        elif name in LATE:
+            cells = (f"lateness of {'the pressures' if name == 'p_delay' else 'omega_m'}", f"{1e3 * x:+.1f} ms", f"{1.96e3 * s:.1f} ms")
         else:
             meaning = next(u.meaning for u in UNKNOWNS if u.name == name)
             cells = (meaning, f"{100.0 * math.expm1(x):+.1f} %", f"{196.0 * s:.1f} %")

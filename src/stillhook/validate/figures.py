@@ -5,14 +5,17 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
-from stillhook.validate import ahc_figures
+from stillhook.validate import ahc_figures, dynamics_figures
 from stillhook.validate.lines import StepNumber
 from stillhook.validate.validation import Validation
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-FIGURES: Mapping[StepNumber, Callable[..., dict[str, Any]]] = {StepNumber.AHC: ahc_figures.figures}
+FIGURES: Mapping[StepNumber, Callable[..., dict[str, Any]]] = {
+    StepNumber.DYNAMICS: dynamics_figures.figures,
+    StepNumber.AHC: ahc_figures.figures,
+}
 """Each takes (step, campaign, records) and returns its figures by stem."""
 
 

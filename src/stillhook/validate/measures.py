@@ -72,7 +72,19 @@ _CONTROLLER = {
     "u_thr_difference": _m(StepNumber.CONTROLLER, "", "u_thr in the logged motor commands, less the crane file's"),
 }
 _LIMITS: dict[str, NamedMeasure] = {}
-_DYNAMICS: dict[str, NamedMeasure] = {}
+_DYNAMICS = {
+    "pressure_gradient_error": _m(StepNumber.DYNAMICS, "", "pressure gradient in a turn of the winch, simulated over measured, less 1"),
+    "pressure_gradient_error_tuned": _m(StepNumber.DYNAMICS, "", "the same with the tuned crane"),
+    "swing_period_error": _m(StepNumber.DYNAMICS, "", "period between significant pressure peaks, simulated over measured, less 1"),
+    "swing_period_error_tuned": _m(StepNumber.DYNAMICS, "", "the same with the tuned crane"),
+    "swing_damping_error": _m(StepNumber.DYNAMICS, "", "damping ratio of these swings, simulated over measured, less 1"),
+    "swing_damping_error_tuned": _m(StepNumber.DYNAMICS, "", "the same with the tuned crane"),
+    "dynamics_misfit": _m(StepNumber.DYNAMICS, "", "rms of simulated less measured over the signal's own deviation, one a signal"),
+    "dynamics_misfit_tuned": _m(StepNumber.DYNAMICS, "", "the same with the tuned crane"),
+    "C_h_error": _m(StepNumber.DYNAMICS, "", "capacitance of the lines, tuned over the crane file's, less 1"),
+    "C_leak_error": _m(StepNumber.DYNAMICS, "", "leakage of the active circuit, tuned over the crane file's, less 1"),
+    "J_m_eff_error": _m(StepNumber.DYNAMICS, "", "inertia at the motor shaft, tuned over the crane file's, less 1"),
+}
 _AHC = {
     "e_c_pp_deviation": _m(StepNumber.AHC, "length", "mean deviation of the peak-to-peak control error over all windows"),
     "e_c_pp_deviation_s": _m(StepNumber.AHC, "length", "standard deviation of that deviation"),
