@@ -23,9 +23,9 @@ import platformdirs
 from numba.core.caching import FunctionCache
 
 from stillhook.physics.scalar import STRICT
-from stillhook.plants import active_passive, pure_active
+from stillhook.plants import active_passive, pure_active, truth
 
-PLANTS: dict[str, ModuleType] = {"active-passive": active_passive, "pure-active": pure_active}
+PLANTS: dict[str, ModuleType] = {"active-passive": active_passive, "pure-active": pure_active, "truth": truth}
 PACKAGE = Path(__file__).resolve().parents[1]
 KERNEL_FOLDERS = ("physics", "control", "plants", "engine")
 LOCK = threading.Lock()

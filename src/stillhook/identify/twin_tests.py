@@ -17,16 +17,24 @@ import numpy as np
 from stillhook.crane import Crane, Plant, SourceKind
 from stillhook.engine.run import Meter
 from stillhook.engine.simulate import simulate
-from stillhook.errors import IdentifyError, SimulationError, SpecError
+from stillhook.errors import IdentifyError, SpecError
 from stillhook.identify.published_tests import CAMPAIGNS, TestPlan
 from stillhook.identify.staircase import Staircase, outermost_layer, staircase
-from stillhook.io.instruments import COLUMNS, Instruments, Noise, Sensors, in_log_unit, logged, unit_factor
+from stillhook.io.instruments import COLUMNS, Instruments, Noise, Sensors, logged
+from stillhook.io.synthetic import (
+    CAMPAIGN_FILE,
+    LOG_FOLDER,
+    MARK,
+    TRUTH_FILE,
+    check_campaign_folder,
+    log_file,
+    mapping_lines,
+    write_log,
+)
 from stillhook.library import changed, crane_toml, load_crane
 from stillhook.units import came, show
-from stillhook.whole import check_folder, whole_folder
+from stillhook.whole import whole_folder
 
-MARK = "SYNTHETIC: simulated by Stillhook, measured on no crane"
-CAMPAIGN_FILE, TRUTH_FILE, LOG_FOLDER = "campaign.toml", "truth.toml", "logs"
 C_LEAK_SPEED = 1000.0 * np.pi / 30.0
 """Motor speed at which the published total leak is split between pumps and motors [rad/s], as in the library's crane files."""
 LAYER_ROOM = 1e-6
@@ -105,8 +113,6 @@ def crane_of(plan: TestPlan, truth: Crane | None = None) -> Crane:
     return changed(crane, {"active": {"motor": {"alpha_min": leaf}}})
 
 
-
-
 def write_campaign(
     plan: TestPlan,
     out: str | Path,
@@ -132,15 +138,12 @@ def write_campaign(
     Returns what was written, with notes. Errors: IdentifyError, SpecError, SimulationError, one line; nothing is left half-written.
     """
     folder, instruments = Path(out), instruments or Instruments()
-    check_folder(folder, (CAMPAIGN_FILE, TRUTH_FILE))
-    if (folder / LOG_FOLDER).exists():
-        raise SimulationError(f"{folder / LOG_FOLDER}: there are logs already. Choose another folder.")
+    check_campaign_folder(folder)
     crane = crane_of(plan, truth)
     chosen = outermost_layer(crane, plan.tests) if layer is None else layer
     stairs = [staircase(crane, t, layer=chosen if t.layer is None else t.layer, minutes=minutes) for t in plan.tests]
     sensors = instruments.sensors(crane, max(float(s.speeds.max()) for s in stairs))
-    suffix = ".parquet" if parquet else ".csv"
-    files = [f"{LOG_FOLDER}/{t.name}{suffix}" for t in plan.tests]
+    files = [log_file(t.name, parquet) for t in plan.tests]
     meter = Meter(len(stairs), progress)
     meter.tell()
     with whole_folder(folder) as part:
@@ -161,21 +164,10 @@ def write_campaign(
 
 def _write_log(crane: Crane, stairs: Staircase, sensors: Sensors, rng: np.random.Generator, path: Path) -> list[str]:
     """Simulate one test and write its log; returns what it could not keep to."""
-    import polars  # heavy: only where logs are written
-
     t_cycle = crane.control.t_cycle
     run = simulate(crane, stairs.case, every=f"{t_cycle!r} s", threads=1)
-    columns = {"Time": np.round(run["time"].values, 9)}
-    for column in COLUMNS:
-        sensor = sensors[column.name]
-        columns[column.heading] = in_log_unit(logged(run[column.name].values, sensor, t_cycle, rng), column, sensor)
-    table = polars.DataFrame(columns)
-    if path.suffix == ".parquet":
-        table.write_parquet(path, metadata={"comment": MARK})
-    else:
-        with path.open("wb") as file:
-            file.write(f"# {MARK}\n".encode())
-            table.write_csv(file)
+    signals = {c.name: logged(run[c.name].values, sensors[c.name], t_cycle, rng) for c in COLUMNS}
+    write_log(path, np.round(run["time"].values, 9), signals, COLUMNS, sensors)
     return [*stairs.notes, *_limits(run, stairs)]
 
 
@@ -201,8 +193,7 @@ def campaign_text(plan: TestPlan, stairs: list[Staircase], files: list[str], *, 
         f'motor = "{crane.active.motor.type}"',
         "",
         "[signals]",
-        'time = { column = "Time", unit = "s" }',
-        *(f"{c.name} = {{ {', '.join(_signal(c, sensors))} }}" for c in COLUMNS),
+        *mapping_lines(COLUMNS, sensors),
     ]
     for test, stair, file in zip(plan.tests, stairs, files, strict=True):
         lines += [
@@ -216,12 +207,3 @@ def campaign_text(plan: TestPlan, stairs: list[Staircase], files: list[str], *, 
             f"hold_out = {str(test.hold_out).lower()}",
         ]
     return "\n".join(lines) + "\n"
-
-
-def _signal(column: Any, sensors: Sensors) -> list[str]:
-    """Heading, unit and range of a column, as a mapping writes them."""
-    out, sensor = [f'column = "{column.heading}"', f'unit = "{column.unit}"'], sensors[column.name]
-    if np.isfinite(sensor.lo) and column.kind:
-        lo, hi = (f'"{x / unit_factor(column):.12g} {column.unit}"' for x in (sensor.lo, sensor.hi))
-        out.append(f"range = [{lo}, {hi}]")
-    return out

@@ -1,0 +1,157 @@
+"""Crane, scenario and truth as records of the truth plant, and runs with it."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from stillhook.crane import Crane, Plant
+from stillhook.engine.checks import check
+from stillhook.engine.drive import Drive
+from stillhook.engine.given import SERIES_STEP, steps_per_cycle
+from stillhook.engine.pack import Packed, pack
+from stillhook.engine.run import Block, Progress
+from stillhook.engine.simulate import raise_failures, to_dataset
+from stillhook.engine.stability import RK4_LIMIT, check_step
+from stillhook.engine.summary import summarise
+from stillhook.engine.truth import Truth
+from stillhook.engine.truth_friction import true_friction
+from stillhook.errors import SpecError
+from stillhook.physics.motor import Motors
+from stillhook.physics.pump import PumpLeak, Pumps
+from stillhook.physics.scalar import G
+from stillhook.physics.swash import Servo
+from stillhook.plants import truth as plant
+from stillhook.plants.active_circuit import ActiveCircuit
+from stillhook.plants.hoist import Hoist
+from stillhook.plants.truth_laws import Lines, Oil, Rope
+from stillhook.scenario import RHO_SEA, Scenario
+
+if TYPE_CHECKING:
+    import xarray
+
+SLIP_PRESSURE = 250e5
+"""Pressure at which, with full flow, the electric motors have the slip that `Truth.slip` names [Pa]."""
+RHO_STEEL = 7850.0
+"""Density of steel [kg/m^3]."""
+
+
+def pack_truth(crane: Crane, case: Scenario, truth: Truth) -> Packed:
+    """Records of the truth plant for one run. Errors: SpecError where the crane has no passive circuit."""
+    if crane.plant is not Plant.ACTIVE_PASSIVE:
+        raise SpecError(f'"{crane.name}" is {crane.plant}: the truth plant is an active/passive winch. Choose such a crane.')
+    twin = pack(crane, case)
+    p, t_cycle = twin.params, crane.control.t_cycle
+    active = _active(p.active, truth)
+    hoist = _hoist(p.hoist, truth)
+    params = plant.Params(
+        active=active,
+        passive=p.passive,
+        hoist=hoist,
+        plc=p.plc._replace(gains=p.plc.gains._replace(K_1=truth.K_1 * p.plc.gains.K_1)),
+        sensors=p.sensors,
+        extra=plant.Extra(
+            lines=_lines(active, truth),
+            oil=_oil(case.duration, truth),
+            friction=true_friction(crane, truth).friction,
+            rope=_rope(hoist, case, truth),
+            slip=truth.slip / (active.pumps.D_max * active.pumps.omega_p * SLIP_PRESSURE),
+            late=min(truth.pump_late / t_cycle, 1.0),
+            u_limit=truth.pump_limit,
+            i_tau_cell=1.0 / truth.tau_cell,
+            cell_gain=truth.cell_gain,
+            passive=truth.passive,
+        ),
+    )
+    return Packed(plant, "truth", params, twin.memory, twin.s_w)
+
+
+def _active(a: ActiveCircuit, truth: Truth) -> ActiveCircuit:
+    leak = PumpLeak(*(truth.leakage * C for C in a.pumps.leak))
+    m = a.motors
+    return a._replace(
+        pumps=Pumps(a.pumps.D_max, truth.pump_speed * a.pumps.omega_p, leak),
+        pump_servo=_servo(a.pump_servo, truth.pump_omega, truth.pump_zeta),
+        motors=Motors(m.count, truth.motor_D * m.D_max, truth.leakage * m.C_1, truth.leakage * m.C_2, m.fit),
+        motor_servo=_servo(a.motor_servo, truth.motor_omega, truth.motor_zeta),
+        control=a.control._replace(offset=truth.motor_offset, half_width=0.5 * truth.motor_hysteresis, feedback=1.0),
+        i_C_h=a.i_C_h / truth.capacitance,
+    )
+
+
+def _servo(servo: Servo, omega: float, zeta: float) -> Servo:
+    return servo._replace(omega_n=omega * servo.omega_n, zeta=zeta * servo.zeta)
+
+
+def _hoist(h: Hoist, truth: Truth) -> Hoist:
+    """Gear, inertia, wire on the drum and bristle; the weight on the wire and the friction of the twin stay in it unused."""
+    J, f = h.inertia, truth.inertia
+    return h._replace(
+        i_i=h.i_i / truth.gear,
+        inertia=J._replace(J_motor=f * J.J_motor, J_gear=f * J.J_gear, J_drum=f * J.J_drum, i_i2=J.i_i2 / truth.gear**2),
+        drum=h.drum._replace(L_full=h.drum.L_full - truth.wire_short, m_wire=f * h.drum.m_wire),
+        bristle=h.bristle._replace(sigma_0=truth.bristle * h.bristle.sigma_0, sigma_1=math.sqrt(truth.bristle) * h.bristle.sigma_1),
+    )
+
+
+def _lines(a: ActiveCircuit, truth: Truth) -> Lines:
+    """Both ends make up the line's capacitance; the inertance follows from the frequency at which they swing against each other."""
+    i_C_p, i_C_m = a.i_C_h / truth.line_split, a.i_C_h / (1.0 - truth.line_split)
+    return Lines(i_C_p, i_C_m, truth.line_omega**2 / (i_C_p + i_C_m), truth.line_drop / (a.pumps.D_max * a.pumps.omega_p))
+
+
+def _oil(duration: float, truth: Truth) -> Oil:
+    """One whole swing of the temperature a run, so that its mean is nominal."""
+    omega, phase = 2.0 * math.pi / duration, truth.oil_phase
+    return Oil(omega, truth.oil_swing * math.sin(phase), omega * truth.oil_swing * math.cos(phase), truth.oil_leak, truth.oil_thin)
+
+
+def _rope(h: Hoist, case: Scenario, truth: Truth) -> Rope:
+    """Half of the wire's mass in its middle, the rest of the moving mass below. Weight and mass add up to the twin's: the load that
+    tests name is what the winch carries, wire and all (paper F table 3, "winch load")."""
+    m_mid = min(0.5 * h.drum.m_wire / truth.inertia * (h.wire.L_0 + case.s_w), truth.wire_mass * h.load.m)
+    W_mid = m_mid * G * (1.0 - (RHO_SEA / RHO_STEEL if case.water is not None else 0.0))
+    m_low = h.load.m - m_mid
+    return Rope(2.0 * truth.wire_zeta * h.wire.c, W_mid, m_mid, 1.0 / m_mid, h.load.W - W_mid, m_low, 1.0 / m_low)
+
+
+def fastest_rates(packed: Packed) -> dict[str, float]:
+    """Upper bounds of the fast modes that the twin has not [1/s]; the others are those of `stillhook.engine.stability`."""
+    p = packed.params
+    e, h, a = p.extra, p.hoist, p.active
+    k = 2.0 * h.wire.EA / (h.wire.L_0 + h.s_w_0)
+    i_m = 2.0 * e.rope.i_m_mid + e.rope.i_m_load
+    J = h.inertia.J_motor + h.inertia.J_gear + h.inertia.J_drum * h.inertia.i_i2
+    return {
+        "wire with its mass": e.rope.c * i_m + math.sqrt(k * i_m),
+        "oil between both ends of a line": math.sqrt(e.lines.i_I * (e.lines.i_C_p + e.lines.i_C_m)) + e.lines.R * e.lines.i_I,
+        "boost valve against the oil at the pumps": max(a.boost.G, a.relief.G, a.flushing.G) * e.lines.i_C_p,
+        "motors against the oil at the motors": a.motors.count * a.motors.D_max * math.sqrt(2.0 * e.lines.i_C_m / J),
+        "lag of friction": e.friction.i_tau,
+        "load cell's filter": e.i_tau_cell,
+    }
+
+
+def simulate_truth(
+    crane: Crane, case: Scenario, truth: Truth, *, step: str | None = None, progress: Progress | None = None
+) -> xarray.Dataset:
+    """Run the truth plant; the Dataset is that of `stillhook.engine.simulate.simulate` with a row every PLC cycle.
+
+    Errors: ScenarioError, SpecError (step too long; no passive circuit), SimulationError.
+    """
+    check(crane, case)
+    packed, drive = pack_truth(crane, case, truth), Drive(crane, case)
+    n_sub = steps_per_cycle(crane, step, SERIES_STEP)
+    h = drive.t_cycle / n_sub
+    check_step(packed, h)
+    name, rate = max(fastest_rates(packed).items(), key=lambda i: i[1])
+    if rate * h > RK4_LIMIT:
+        raise SpecError(f"step {h * 1e3:.3g} ms is too long for this truth: {name} has {rate:.0f} 1/s (allowed {RK4_LIMIT / h:.0f}).")
+    block = Block([(packed, drive)], lanes=1, n_sub=n_sub, every=1)
+    for share in block.steps():
+        if progress is not None:
+            progress(share)
+    results = block.results()
+    found = [summarise(crane, case, results[0])]
+    raise_failures(found)
+    return to_dataset(crane, [case], results, found, single=True)
