@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
-from stillhook.validate import ahc_figures, dynamics_figures
+from stillhook.validate import ahc_figures, dynamics_figures, parameters_figures
 from stillhook.validate.lines import StepNumber
 from stillhook.validate.validation import Validation
 
@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 FIGURES: Mapping[StepNumber, Callable[..., dict[str, Any]]] = {
+    StepNumber.PARAMETERS: parameters_figures.figures,
     StepNumber.DYNAMICS: dynamics_figures.figures,
     StepNumber.AHC: ahc_figures.figures,
 }

@@ -12,8 +12,9 @@ from stillhook.validate.implied_curves import Slope, integral, later, slope, smo
 from stillhook.validate.implied_parts import Part, by_test
 from stillhook.validate.implied_regression import Estimate, pooled
 
-APART = 0.002
-"""Difference between two ratios from which they are not one and the same clock [-]: a clock drifts alike for all signals."""
+DOUBT = {"v_w": 0.003, "v_tip": 0.0005, "a_tip": 0.003}
+"""What a rate's own calibration may be off by [-]: a motion unit makes position and speed out of the same samples, a wire speed comes from
+a pick-up or a tachometer of its own, an acceleration is filtered."""
 LEAST_MOTION = 0.1
 """Smallest scatter of the moves in a window from which a calibration can be told [m]: noise of some millimetres then biases nothing."""
 LEAST_MOTION_V = 0.05
@@ -82,26 +83,31 @@ def clock_of(found: Mapping[str, Ratio]) -> Clock:
 
     Stamps that run too fast by e make every integral too large by it, and every ratio 1 / (1 + e).
     """
-    fast = {name: Estimate(1.0 / (1.0 + r.error.value) - 1.0, r.error.half) for name, r in found.items()}
+    fast = {name: Estimate(1.0 / (1.0 + r.error.value) - 1.0, r.error.half, r.error.blocks) for name, r in found.items()}
     if len(fast) < 2:
         note = "one speed alone cannot tell a clock that drifts from its own calibration: log v_w and v_tip beside s_w and s_tip"
         return Clock(None, fast, note)
     group = _alike(fast)
     if len(group) < 2:
         note = f"{' and '.join(fast)} each differ from what they are the rate of, by different amounts: calibrations, no clock"
-        return Clock(Estimate(0.0, max(e.half for e in fast.values())), fast, note)
-    error = pooled([fast[name] for name in group])
+        return Clock(None, fast, note)
+    error = pooled([_doubted(name, fast[name]) for name in group])
     rest = {name: Estimate(e.value - error.value, float(np.hypot(e.half, error.half))) for name, e in fast.items()}
     return Clock(error, rest, f"{' and '.join(group)} agree on it")
 
 
 def _alike(fast: Mapping[str, Estimate]) -> list[str]:
     """The largest group of ratios that may be one number; of equal ones, the one nearer to zero."""
-    groups = []
-    for centre in fast.values():
-        near = [name for name, e in fast.items() if abs(e.value - centre.value) <= APART + np.hypot(e.half, centre.half)]
+    groups, doubted = [], {name: _doubted(name, e) for name, e in fast.items()}
+    for centre in doubted.values():
+        near = [name for name, e in doubted.items() if abs(e.value - centre.value) <= np.hypot(e.half, centre.half)]
         groups.append((len(near), -abs(centre.value), near))
     return max(groups)[2]
+
+
+def _doubted(name: str, e: Estimate) -> Estimate:
+    """A ratio with the doubt of its calibration in its interval."""
+    return Estimate(e.value, float(np.hypot(e.half, DOUBT[name])), e.blocks)
 
 
 def largest_jump(parts: Sequence[Part], found: Mapping[str, Ratio]) -> Jump | None:

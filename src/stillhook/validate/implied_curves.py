@@ -12,11 +12,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stillhook.validate.implied_parts import SMOOTH, Part
+from stillhook.validate.implied_parts import Part
 from stillhook.validate.implied_regression import Fit, FloatArray, fit
 
 WINDOW = 2.0
 """Time over which differences are taken [s]: a fifth of a wave, in which the winch moves a hundred steps of its encoder."""
+SMOOTH = 0.2
+"""Part of the window over which both curves are averaged at its ends [-]: noise goes, and what is left of a wave is left of both alike."""
 BRIDGED = 0.1
 """Longest hole in a signal that a straight line may fill [s]."""
 LAGS = 3
@@ -67,7 +69,7 @@ def integral(x: FloatArray, step: float) -> FloatArray:
     return np.where(np.isfinite(known), total, np.nan)
 
 
-def smoothed(x: FloatArray, step: float, width: float = SMOOTH) -> FloatArray:
+def smoothed(x: FloatArray, step: float, width: float = BRIDGED) -> FloatArray:
     """Mean over a window of odd samples about each moment, NaN where it holds one or reaches beyond an end."""
     half = max(1, round(0.5 * width / step))
     out = np.full(len(x), np.nan)
@@ -79,7 +81,7 @@ def smoothed(x: FloatArray, step: float, width: float = SMOOTH) -> FloatArray:
 def differences(x: FloatArray, step: float, window: float = WINDOW) -> FloatArray:
     """How much a curve changes from one knot to the next, a window apart; NaN where a hole lies between."""
     every = max(1, round(window / step))
-    knots = smoothed(x, step)[::every]
+    knots = smoothed(x, step, SMOOTH * window)[::every]
     holes = np.cumsum(~np.isfinite(x))[::every]
     return np.where(np.diff(holes) == 0, np.diff(knots), np.nan)
 
@@ -118,7 +120,7 @@ def slope(parts: Sequence[Part], curves: Sequence[tuple[FloatArray, FloatArray]]
 def _rows(part: Part, x: FloatArray, y: FloatArray, lag: float, window: float) -> tuple[NDArray[Any], ...]:
     moved = later(x, part.step, lag)
     dx, dy = differences(moved, part.step, window), differences(y, part.step, window)
-    dv = differences(np.gradient(smoothed(moved, part.step), part.step), part.step, window)
+    dv = differences(np.gradient(moved, part.step), part.step, window)
     use = np.isfinite(dx) & np.isfinite(dy) & np.isfinite(dv)
     levelled = [np.where(use, c, np.nan) for c in (dx, dv, dy)]
     centred = [c - np.nanmean(c) if use.any() else c for c in levelled]

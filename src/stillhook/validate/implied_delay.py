@@ -102,7 +102,7 @@ def overall(found: Sequence[TipDelay]) -> Estimate | None:
 
 def _can_tell(part: Part) -> bool:
     s = part.segment
-    return s.mode is not Mode.MANUAL and s.s_tip_pp >= LEAST_PP and part.has("F_w", "s_tip", "s_w") and s.duration > 4.0 * EDGE
+    return s.mode is not Mode.MANUAL and s.s_tip_pp >= LEAST_PP and part.knows("F_w", "s_tip", "s_w") and s.duration > 4.0 * EDGE
 
 
 def _sea(part: Part) -> _Sea:

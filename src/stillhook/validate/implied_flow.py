@@ -28,8 +28,9 @@ LEAST_ROWS = 100
 @dataclass(frozen=True)
 class Balance:
     """What the balance implies over what the twin has, less 1: ratio of pump to motor displacement (with their speeds), leakage,
-    capacitance of a line; offset: zero error of the pump setting [-]. fit; Q_m, Q_p, windows: mean motor and pump flow of the windows on
-    the higher line [m^3/s], for figures. leakage is the whole conductance at the mean of the data [m^3/s/Pa], twin_leakage the twin's."""
+    capacitance of a line; offset: zero error of the pump setting [-]. twin_leakage: the twin's whole leak conductance at the mean of the
+    data [m^3/s/Pa]. For figures, window by window towards the higher line [m^3/s]: Q_p of the pumps, Q_m of the motors, Q_lost what is
+    missing between them, Q_leak what the twin's leakage would take."""
 
     ratio: Estimate
     leakage: Estimate
@@ -40,6 +41,8 @@ class Balance:
     measured_pumps: bool
     Q_p: FloatArray
     Q_m: FloatArray
+    Q_lost: FloatArray
+    Q_leak: FloatArray
 
 
 def pump_conductance(alpha_p: FloatArray, leak: PumpLeak) -> FloatArray:
@@ -57,16 +60,17 @@ def balance(parts: Sequence[Part]) -> Balance | None:
     rows = [row for part in parts if (row := _rows(part)) is not None]
     if not rows:
         return None
-    Q_m, Q_p, zero, leak, C, block = (np.concatenate(c) for c in zip(*rows, strict=True))
+    Q_m, Q_p, zero, leak, C, rate, block = (np.concatenate(c) for c in zip(*rows, strict=True))
     if np.isfinite(Q_m).sum() < LEAST_ROWS:
         return None
-    found = fit((Q_p, zero, -leak, -C), Q_m, block)
+    found = fit((Q_p, zero, -leak, -C, rate), Q_m, block)
     if found is None:
         return None
-    return _balance(parts, found, Q_p, Q_m)
+    return _balance(parts, found, (Q_p, zero, leak, C, rate), Q_m)
 
 
-def _balance(parts: Sequence[Part], found: Fit, Q_p: FloatArray, Q_m: FloatArray) -> Balance:
+def _balance(parts: Sequence[Part], found: Fit, columns: tuple[FloatArray, ...], Q_m: FloatArray) -> Balance:
+    Q_p, zero, leak, C, rate = columns
     pumps = parts[0].params.active.pumps
     full = pumps.D_max * pumps.omega_p
     logged = [p for p in parts if _logged(p)]
@@ -76,7 +80,7 @@ def _balance(parts: Sequence[Part], found: Fit, Q_p: FloatArray, Q_m: FloatArray
         capacitance=Estimate(float(found.b[3]) - 1.0, found.half(3)), offset=Estimate(float(found.b[1] / full), found.half(1) / full),
         twin_leakage=float(np.nanmean(mean)), measured_motors=all(p.has("alpha_m") for p in logged),
         measured_pumps=all(p.has("alpha_p") for p in logged),
-        Q_p=Q_p, Q_m=Q_m,
+        Q_p=Q_p, Q_m=Q_m, Q_lost=found.b[0] * Q_p + found.b[1] * zero - found.b[3] * C + found.b[4] * rate - Q_m, Q_leak=leak,
     )  # fmt: skip
 
 
@@ -93,7 +97,8 @@ def _conductance(part: Part) -> FloatArray:
 
 
 def _rows(part: Part) -> tuple[NDArray[Any], ...] | None:
-    """Means over windows in the direction of the higher line: Q_m, Q_p, one (a zero error of the pumps), leak flow, C_h dp/dt, block."""
+    """Means over windows in the direction of the higher line: Q_m, Q_p, one (a zero error of the pumps), leak flow, C_h dp/dt, rate of Q_m
+    (a lag of the speed signal), block."""
     alpha_p, alpha_m = known_setting(part, "p"), known_setting(part, "m")
     if not _logged(part) or alpha_p is None or alpha_m is None:
         return None
@@ -112,7 +117,8 @@ def _rows(part: Part) -> tuple[NDArray[Any], ...] | None:
     way = _way(dp, higher, part)
     C_h = differences(higher, step, WINDOW) / WINDOW / active.i_C_h
     Q_m = np.where(way != 0.0, way * mean["Q_m"], np.nan)
-    return Q_m, way * mean["Q_p"], way, mean["leak"], C_h, part.blocks(moments(part, WINDOW))
+    rate = way * differences(flows["Q_m"], step, WINDOW) / WINDOW
+    return Q_m, way * mean["Q_p"], way, mean["leak"], C_h, rate, part.blocks(moments(part, WINDOW))
 
 
 def _way(dp: FloatArray, higher: FloatArray, part: Part) -> FloatArray:

@@ -26,8 +26,6 @@ BLOCK = 30.0
 """Length of the blocks that errors may hang together in [s]: some waves, the window of paper F."""
 FEW = 8
 """Blocks that a short test is cut into: fewer make the interval of its estimate a guess."""
-SMOOTH = 0.1
-"""Width over which a curve is averaged where differences of it are taken [s]: ten cycles halve the steps of an encoder thrice."""
 
 
 @dataclass(frozen=True)
@@ -61,7 +59,11 @@ class Part:
         return np.arange(self.n, dtype=np.float64) * self.step
 
     def has(self, *names: str) -> bool:
-        """Whether these signals were logged, and hold numbers here."""
+        """Whether these signals were logged, not made from others, and hold numbers here."""
+        return not self.record.derived.intersection(names) and self.knows(*names)
+
+    def knows(self, *names: str) -> bool:
+        """Whether these signals are there, logged or made from others, and hold numbers here."""
         return self.record.has(*names) and all(np.isfinite(self[name]).any() for name in names)
 
     def __getitem__(self, name: str) -> FloatArray:
@@ -79,7 +81,7 @@ class Part:
     @cached_property
     def wire_out(self) -> FloatArray:
         """Wire paid out, (n,) [m]; that of the start where it was not logged."""
-        return self["s_w"] if self.has("s_w") else np.full(self.n, self.segment.s_w)
+        return self["s_w"] if self.knows("s_w") else np.full(self.n, self.segment.s_w)
 
     @cached_property
     def weight(self) -> float:

@@ -45,9 +45,9 @@ def levers(parts: Sequence[Part], clock: float = 0.0) -> tuple[Lever, ...]:
     """
     out = []
     for test, mine in by_test(parts).items():
-        if not all(p.has("omega_m") for p in mine):
-            continue
         wire = "v_w" if all(p.has("v_w") for p in mine) else "s_w"
+        if not all(p.has("omega_m", wire) and np.isfinite(p.layer).any() for p in mine):
+            continue
         found = slope(mine, [(integral(p["omega_m"] * p.lever, p.step), _paid_in(p, wire)) for p in mine])
         if found is None:
             continue
