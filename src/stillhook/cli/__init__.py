@@ -15,7 +15,7 @@ from typing import Annotated
 import typer
 
 from stillhook._version import __version__
-from stillhook.cli import calc, cranes, envelope, friction, identify, maps, runs, stability, tune, uncertainty, validate
+from stillhook.cli import calc, certificate, cranes, envelope, friction, identify, maps, runs, stability, tune, uncertainty, validate
 from stillhook.errors import StillhookError
 
 INTERRUPTED, UNREAD = 130, 141
@@ -51,6 +51,7 @@ tune.register(app)
 uncertainty.register(app)
 validate.register(app)
 app.add_typer(calc.app, name="calc")
+app.add_typer(certificate.app, name="certificate")
 app.add_typer(identify.app, name="identify")
 app.add_typer(friction.app, name="friction")
 

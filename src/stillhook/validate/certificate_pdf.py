@@ -54,9 +54,13 @@ def _drawn(stem: str, figure: Figure) -> tuple[str, bytes]:
 def pdf(data: Mapping[str, Any], figures: Mapping[str, bytes]) -> bytes:
     """The document. data of a certificate; figures: file name -> content.
 
-    Errors: ValidateError where it cannot be set.
+    Texts with letters that typst's own fonts lack (Chinese, say) cannot be archived: they are set all the same, with boxes for those
+    letters, which the JSON has. Errors: ValidateError where it cannot be set.
     """
-    return _typeset(data, figures, format="pdf", pdf_standards=[ARCHIVE])[0]
+    try:
+        return _typeset(data, figures, format="pdf", pdf_standards=[ARCHIVE])[0]
+    except ValidateError:
+        return _typeset(data, figures, format="pdf")[0]
 
 
 def pages(data: Mapping[str, Any], figures: Mapping[str, bytes], ppi: float = 100.0) -> list[bytes]:
@@ -79,6 +83,6 @@ def _typeset(data: Mapping[str, Any], figures: Mapping[str, bytes], **how: Any) 
             found = compiler.compile(timestamp=date, **how)
         except typst.TypstError as problem:
             reason = " ".join(str(problem.message).split())[:200]
-            raise ValidateError(f"certificate: the document cannot be set ({reason}). Use letters that European languages have.") from None
+            raise ValidateError(f"certificate: the document cannot be set ({reason}).") from None
     assert found is not None
     return found if isinstance(found, list) else [found]

@@ -1,0 +1,180 @@
+"""The certificate as a document: the same bytes from the same inputs, what it says, and what a validation that was not passed gets."""
+
+import io
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+from tests.validate.staged_certificate import drawn, staged, write
+
+from stillhook import load_crane
+from stillhook.crane import content
+from stillhook.engine.build import results_hash
+from stillhook.errors import ValidateError
+from stillhook.library.certificate import digest_of
+from stillhook.validate import Certificate, certificate_files, certificate_of, load_certificate
+from stillhook.validate import figures as pictures_of
+from stillhook.validate.certificate_pdf import pages, pdf, pictures
+from stillhook.validate.lines import StepNumber
+
+ROOT = Path(__file__).resolve().parents[2]
+NOT_SHOWN = {"e_c_pp_deviation": None}
+TOO_MUCH = {"e_c_pp_deviation": 0.31}
+WARNING = (0x8A, 0x4B, 0x00)  # colour of the mark on synthetic data
+HEADER = slice(0, 90)  # rows of a page at 80 dots per inch above its text
+ELSEWHERE = """
+import sys
+from pathlib import Path
+sys.path.insert(0, {root!r})
+from stillhook.validate import certificate_files, figures
+from stillhook.validate.lines import StepNumber
+from tests.validate.staged_certificate import drawn, staged, write
+figures.FIGURES = {{StepNumber.AHC: drawn}}
+here = Path.cwd()
+for name, content in certificate_files(staged(write(here / "tests", order="21")), here / "tests" / "out").items():
+    (here / name).write_bytes(content)
+"""
+
+
+@pytest.fixture
+def campaign(tmp_path: Path, monkeypatch) -> Path:
+    monkeypatch.setattr(pictures_of, "FIGURES", {StepNumber.AHC: drawn})
+    return write(tmp_path / "trial")
+
+
+def test_both_files_are_the_same_to_the_byte_in_another_folder_process_locale_and_time_zone(campaign, tmp_path):
+    here = certificate_files(staged(campaign), campaign.parent / "out")
+    other = tmp_path / "elsewhere"
+    other.mkdir()
+    (other / "matplotlibrc").write_text("lines.linewidth: 9\nfont.size: 20\nsvg.fonttype: none\n")
+    odd = {"TZ": "Asia/Tokyo", "LC_ALL": "de_DE.UTF-8", "LANG": "de_DE.UTF-8", "PYTHONHASHSEED": "7", "SOURCE_DATE_EPOCH": "86400", "OMP_NUM_THREADS": "1"}
+    code = ELSEWHERE.format(root=str(ROOT))
+    done = subprocess.run([sys.executable, "-c", code], cwd=other, env=os.environ | odd, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    assert sorted(here) == ["certificate.json", "certificate.pdf", "crane.toml"]
+    for name, data in here.items():
+        assert (other / name).read_bytes() == data, name
+        assert str(tmp_path).encode() not in data, f"{name} names a folder of this machine"
+
+
+def test_a_certificate_reads_back_as_it_was_written(campaign, tmp_path):
+    made = certificate_of(staged(campaign), tmp_path)
+    path = tmp_path / "certificate.json"
+    path.write_text(made.text(), encoding="utf-8")
+    assert load_certificate(path) == made
+    assert made.digest == digest_of(made.data)
+
+
+def test_it_says_what_it_rests_on(campaign, tmp_path):
+    data = certificate_of(staged(campaign), campaign.parent / "out").data
+    assert data["date"] == "2026-11-21"
+    assert data["campaign"]["file"] == "../campaign.toml"
+    assert [log["file"] for log in data["campaign"]["logs"]] == ["logs/1.csv", "logs/2.csv"]
+    assert all(len(log["sha256"]) == 64 for log in (*data["campaign"]["logs"], data["campaign"]))
+    assert [d["samples"] for d in data["data"]] == [4000, 4000]
+    assert data["crane"]["content"] == content(load_crane("nov-250t"))
+    assert data["twin"]["code"] == results_hash()
+    assert data["criteria"]["name"] == "paper-f"
+    assert {c["key"] for c in data["criteria"]["criteria"]} == {line["key"] for line in data["lines"]}
+    assert [s["step"] for s in data["steps"]] == [0, 1, 2, 3, 4, 5]
+
+
+def test_it_covers_what_the_stretches_of_step_5_covered_and_no_more(campaign, tmp_path):
+    envelope = certificate_of(staged(campaign), tmp_path).short.envelope
+    assert envelope is not None
+    assert envelope.load == (82e3, 164e3)
+    assert envelope.s_w == pytest.approx((486.0, 2314.4))
+    assert envelope.s_tip_pp == pytest.approx((0.8, 2.0), abs=1e-3)  # amplitudes 0.4 m and 1 m, sampled ten times a second
+    assert envelope.period == pytest.approx((8.0, 11.0), abs=1e-3)
+    assert envelope.modes == ("ns", "ssc")
+
+
+def test_the_level_is_that_of_table_2_7(campaign, tmp_path):
+    passed, failed = (certificate_of(staged(campaign, **found), tmp_path).short for found in ({}, TOO_MUCH))
+    assert (passed.level, passed.variant) == (2, 3)
+    assert (failed.level, failed.variant) == (1, 1)
+
+
+def test_a_validation_that_was_not_passed_gets_a_document_that_certifies_nothing(campaign, tmp_path):
+    files = certificate_files(staged(campaign, **TOO_MUCH), tmp_path)
+    assert sorted(files) == ["not-passed.json", "not-passed.pdf"]
+    data = json.loads(files["not-passed.json"])
+    assert data["passed"] is False
+    assert data["envelope"] is None
+    assert data["verdict"].startswith("NOT PASSED")
+
+
+def test_what_the_data_cannot_tell_is_among_the_limitations(campaign, tmp_path):
+    data = certificate_of(staged(campaign, **NOT_SHOWN), tmp_path).data
+    told = {part["heading"]: part["lines"] for part in data["limitations"]}
+    assert any(line.startswith("2b (counts as a no)") for line in told["Not shown by these data"])
+    assert "Synthetic data" in told
+
+
+def test_only_all_steps_make_a_certificate(campaign, tmp_path):
+    with pytest.raises(ValidateError, match="only some of the steps 0 to 5 were taken"):
+        certificate_of(staged(campaign, whole=False), tmp_path)
+
+
+def test_numbers_that_are_none_do_not_stop_it(campaign, tmp_path):
+    data = certificate_of(staged(campaign, e_c_correlation=np.float64("nan")), tmp_path).data
+    measure = next(line["measure"] for line in data["lines"] if line["key"] == "2d-correlation")
+    assert measure["value"] is None
+
+
+def _marked(page: bytes) -> bool:
+    """Whether the header of a page holds the mark on synthetic data."""
+    pixels = np.asarray(Image.open(io.BytesIO(page)).convert("RGB"))[HEADER].astype(int)
+    return bool((np.abs(pixels - WARNING).max(axis=-1) < 8).any())
+
+
+@pytest.mark.parametrize("synthetic", [True, False])
+def test_every_page_of_a_synthetic_certificate_says_so_and_no_page_of_another(tmp_path, monkeypatch, synthetic):
+    monkeypatch.setattr(pictures_of, "FIGURES", {StepNumber.AHC: drawn})
+    found = staged(write(tmp_path, synthetic=synthetic))
+    data = certificate_of(found, tmp_path).data
+    marks = [_marked(page) for page in pages(data, pictures(found), 80.0)]
+    assert len(marks) > 5
+    assert all(marks) if synthetic else not any(marks)
+
+
+def test_names_that_typst_could_take_for_markup_stay_as_they_are(campaign, tmp_path):
+    text = campaign.read_text()
+    campaign.write_text(text.replace('"Sea trial"', '"#1 *sea* $trial$ @ 30° <50 %> [x] Åsgård \\\\ _e_"'))
+    made = certificate_of(staged(campaign), tmp_path)
+    assert pdf(made.data, {}).startswith(b"%PDF")
+
+
+def test_letters_that_the_fonts_lack_do_not_stop_it(campaign, tmp_path):
+    campaign.write_text(campaign.read_text().replace('"Sea trial"', '"海上試験"'), encoding="utf-8")
+    made = certificate_of(staged(campaign), tmp_path)
+    assert pdf(made.data, {}) == pdf(made.data, {})
+    assert "海上試験" in made.text()
+
+
+@pytest.mark.parametrize(
+    ("change", "text"),
+    [
+        (lambda t: t.replace('"passed": false', '"passed": true'), "was changed after it was written"),
+        (lambda t: t[: len(t) // 2], "not a certificate"),
+        (lambda t: "[1, 2]", "JSON, but not a certificate"),
+        (lambda t: t.replace("certificate 1", "certificate 9"), 'this Stillhook reads "stillhook certificate 1"'),
+        (lambda t: "", "not a certificate"),
+    ],
+)
+def test_a_damaged_file_is_refused_in_one_line(campaign, tmp_path, change, text):
+    path = tmp_path / "not-passed.json"
+    path.write_text(change(certificate_of(staged(campaign, **TOO_MUCH), tmp_path).text()), encoding="utf-8")
+    with pytest.raises(ValidateError, match=text) as problem:
+        load_certificate(path)
+    assert "\n" not in str(problem.value)
+
+
+def test_a_certificate_is_its_data():
+    assert Certificate({"digest": "a", "passed": True}).name == "certificate.json"
+    assert Certificate({"digest": "a", "passed": False}).name == "not-passed.json"

@@ -1,0 +1,176 @@
+"""Whether a certificate still holds: every input that it rests on, changed alone, is named."""
+
+import json
+from pathlib import Path
+
+import pytest
+from tests.validate.staged_certificate import drawn, staged, write
+
+from stillhook import load_crane
+from stillhook.cli import run as command
+from stillhook.library import crane_toml
+from stillhook.validate import certificate_check, certificate_content, certificate_files, load_certificate
+from stillhook.validate import figures as pictures_of
+from stillhook.validate.certificate_check import check
+from stillhook.validate.lines import StepNumber
+
+
+@pytest.fixture
+def found(monkeypatch) -> dict[str, float]:
+    """Measures that a later validation finds otherwise."""
+    values: dict[str, float] = {}
+    monkeypatch.setattr(pictures_of, "FIGURES", {StepNumber.AHC: drawn})
+    monkeypatch.setattr(certificate_check, "validate", lambda campaign, progress=None: staged(campaign, **values))
+    return values
+
+
+@pytest.fixture
+def file(found, tmp_path: Path) -> Path:
+    """A certificate beside its campaign, of a crane that has a file of its own."""
+    (tmp_path / "ours.toml").write_text(crane_toml(load_crane("nov-250t")), encoding="utf-8")
+    campaign = write(tmp_path, crane="ours.toml")
+    out = tmp_path / "out"
+    out.mkdir()
+    for name, content in certificate_files(staged(campaign), out).items():
+        (out / name).write_bytes(content)
+    return out / "certificate.json"
+
+
+def checked(file: Path, **how):
+    return check(file, load_certificate(file), **how)
+
+
+def edit(path: Path, old: str, new: str) -> None:
+    text = path.read_text(encoding="utf-8")
+    assert old in text
+    path.write_text(text.replace(old, new), encoding="utf-8")
+
+
+def test_it_holds_while_nothing_has_changed_and_comes_out_the_same_to_the_byte(file):
+    found = checked(file)
+    assert found.holds
+    assert found.same_bytes
+    assert found.same_pdf is True
+    assert checked(file, quick=True).holds
+
+
+def test_it_holds_wherever_the_whole_folder_is_moved(file, tmp_path):
+    moved = tmp_path.parent / f"{tmp_path.name}-moved"
+    tmp_path.rename(moved)
+    found = checked(moved / "out" / "certificate.json")
+    assert found.holds
+    assert found.same_bytes
+
+
+def test_it_holds_alone_where_the_campaign_is_named(file, tmp_path):
+    alone = tmp_path / "far" / "away"
+    alone.mkdir(parents=True)
+    copy = alone / "certificate.json"
+    copy.write_bytes(file.read_bytes())
+    assert checked(copy).missing[0].endswith("Give it with --campaign.")
+    found = checked(copy, campaign=tmp_path / "campaign.toml")
+    assert found.holds
+    assert found.same_bytes
+    assert found.same_pdf is None
+
+
+@pytest.mark.parametrize("quick", [False, True])
+@pytest.mark.parametrize(
+    ("name", "old", "new", "told"),
+    [
+        ("logs/2.csv", "0.1,0.2", "0.1,0.3", 'log logs/2.csv of test "2": changed since.'),
+        ("campaign.toml", "Sea trial", "Sea trial, day 2", "campaign campaign.toml: changed since."),
+        ("campaign.toml", 'name = "2"', 'name = "two"', 'test "2": not in the campaign any more.'),
+        ("campaign.toml", '"logs/1.csv"', '"logs/2.csv"', "campaign campaign.toml: changed since."),  # and refused: the log would count twice
+        ("campaign.toml", 'delay = "40 ms"', 'delay = "40 ms"\ncriteria = "own.toml"', "criteria: own version 2 now, and not what paper-f version 1 was"),
+        ("ours.toml", 'K_p = { value = "0.16 1/m"', 'K_p = { value = "0.2 1/m"', "crane ours: changed since: control.K_p 0.16 1/m -> 0.2 1/m."),
+    ],
+)
+def test_an_input_that_has_changed_is_named(file, tmp_path, name, old, new, told, quick):
+    (tmp_path / "own.toml").write_text('base = "paper-f"\nversion = "2"\n[settings]\nwindow = "20 s"\n')
+    edit(tmp_path / "ours.toml", 'name = "nov-250t"', 'name = "ours"')
+    edit(tmp_path / name, old, new)
+    found = checked(file, quick=quick)
+    assert not found.holds
+    assert any(told in line for line in found.changed), found.changed
+    assert all("\n" not in line for line in found.changed)
+
+
+def test_names_titles_and_sources_of_the_crane_are_no_change_of_it(file, tmp_path):
+    edit(tmp_path / "ours.toml", 'title = "250 t', 'title = "Our 250 t')
+    edit(tmp_path / "ours.toml", 'source = "paper E abstract"', 'source = "our plate"')
+    assert checked(file, quick=True).holds
+
+
+@pytest.mark.parametrize(("what", "told"), [("results_hash", "code of the twin"), ("method_hash", "code of the method")])
+def test_other_code_is_named(file, monkeypatch, what, told):
+    monkeypatch.setattr(certificate_content, what, lambda: "0123456789abcdef")
+    found = checked(file)
+    assert not found.holds
+    assert found.changed[0].startswith(f"{told}: ")
+    assert "verdict lines come out the same" in found.verdict
+
+
+def test_a_verdict_line_that_comes_out_otherwise_is_named(file, found):
+    found["e_c_pp_deviation"] = 0.31
+    again = checked(file)
+    assert not again.holds
+    assert [line.split(":")[0] for line in again.lines] == ["2b"]
+    assert "pass -> fail" in again.lines[0]
+
+
+def test_numbers_that_differ_below_any_limit_leave_it_standing_and_are_told(file, found):
+    found["e_c_pp_deviation"] = 0.021 * (1.0 + 1e-7)
+    again = checked(file)
+    assert again.holds
+    assert not again.same_bytes
+    assert again.largest == pytest.approx(1e-7, rel=0.2)
+
+
+@pytest.mark.parametrize("name", ["logs/1.csv", "ours.toml", "campaign.toml"])
+def test_what_it_rests_on_and_is_not_there_is_named(file, tmp_path, name):
+    (tmp_path / name).unlink()
+    found = checked(file)
+    assert not found.holds
+    assert name.rpartition("/")[2] in found.missing[0]
+
+
+def test_a_validation_that_was_not_passed_holds_nothing(found, tmp_path):
+    campaign = write(tmp_path)
+    files = certificate_files(staged(campaign, e_c_pp_deviation=0.31), tmp_path)
+    (tmp_path / "not-passed.json").write_bytes(files["not-passed.json"])
+    found["e_c_pp_deviation"] = 0.31
+    assert checked(tmp_path / "not-passed.json").verdict.startswith("DOES NOT HOLD: the validation was not passed")
+
+
+# The command line
+
+
+def test_check_answers_by_its_exit_code(file, tmp_path, capsys):
+    assert command(["certificate", "check", str(file)]) == 0
+    out = capsys.readouterr().out
+    assert out.startswith("HOLDS: ")
+    assert "computed again: the same to the byte" in out
+    assert "PDF beside it: the same to the byte" in out
+    edit(tmp_path / "logs/1.csv", "0.1,0.1", "0.1,0.9")
+    assert command(["certificate", "check", str(file), "--quick"]) == 1
+    assert 'changed: log logs/1.csv of test "1": changed since.' in capsys.readouterr().out
+    assert command(["certificate", "check", str(file), "--quick", "--json"]) == 1
+    told = json.loads(capsys.readouterr().out)
+    assert told["holds"] is False
+    edit(file, '"passed": true', '"passed": false')
+    assert command(["certificate", "check", str(file)]) == 2
+    assert "was changed after it was written" in capsys.readouterr().err
+    assert command(["certificate", "check", str(tmp_path / "logs/1.csv")]) == 2
+
+
+def test_show_says_the_verdict_and_the_envelope(file, tmp_path, capsys):
+    assert command(["certificate", "show", str(file)]) == 0
+    out = capsys.readouterr().out
+    assert out.startswith("SYNTHETIC Sea trial\nPASSED: ")
+    assert "82 t to 164 t" in out
+    assert "Level 2, variant 3" in out
+    assert command(["certificate", "show", str(file), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["envelope"]["load"] == [82e3, 164e3]
+    assert command(["certificate", "show", str(tmp_path / "nothing.json")]) == 2
+    assert "no such file" in capsys.readouterr().err
