@@ -181,6 +181,11 @@ def test_without_the_signals_every_measure_says_what_to_log(change, told):
     assert figures(step, campaign(r), (r,)) == {}
 
 
+def test_an_error_is_not_made_from_wire_that_was_made_from_a_speed():
+    r = record({k: v for k, v in own_log().items() if k != "e_c_measured"})
+    assert "made from a speed" in checked(replace(r, derived=frozenset({"s_w"}))).measures[0].note
+
+
 def test_manual_stretches_are_left_out_and_said():
     step = checked(record(own_log(), mode=Mode.MANUAL))
     assert any("manual mode" in s for s in step.statements)

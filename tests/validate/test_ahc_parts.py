@@ -6,7 +6,7 @@ from scipy.special import ndtr
 from tests.validate.ahc_logs import STEP, sea
 
 from stillhook.errors import ValidateError
-from stillhook.validate.ahc_shape import lag, shape
+from stillhook.validate.ahc_shape import shape
 from stillhook.validate.ahc_tip import smooth_tip
 from stillhook.validate.windows import by_motion, counted_share, gaussian_share, mean_and_s, windows
 
@@ -148,8 +148,8 @@ def test_another_sea_has_no_likeness():
 def test_a_lag_is_found_between_samples(late):
     t = np.arange(0.0, 300.0, STEP)
     motion = sea(4)
-    found = lag([(motion.sample(t + 1.0 - late)[0], motion.sample(t + 1.0)[0])], STEP)
-    assert found == pytest.approx(late, abs=5e-4)  # a twentieth of a sample
+    found, _ = shape([(motion.sample(t + 1.0 - late)[0], motion.sample(t + 1.0)[0])], STEP)
+    assert found.lag == pytest.approx(late, abs=5e-4)  # a twentieth of a sample
 
 
 def test_errors_half_as_large_are_six_decibel_off():

@@ -80,6 +80,9 @@ def _why_not(campaign: Campaign, records: Sequence[Record], parts: Sequence[tupl
     without = next((r.test.name for r in tests if not r.has("e_c_measured") and not r.has("s_w")), None)
     if without is not None:
         return f'neither e_c_measured nor s_w is in the log of test "{without}"; log the PLC\'s control error, or the wire paid out'
+    made = next((r.test.name for r in tests if not r.has("e_c_measured") and "s_w" in r.derived), None)
+    if made is not None:
+        return f'in test "{made}" the wire paid out is made from a speed, too coarse for centimetres; log e_c_measured or s_w'
     slow = next((r for r in tests if r.step > SLOWEST + 1e-9), None)
     if slow is not None:
         return f'the log of test "{slow.test.name}" has a sample every {slow.step:.3g} s; log every {SLOWEST:g} s or faster'

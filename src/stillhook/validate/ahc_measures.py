@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from stillhook.validate.ahc_compared import Compared
 from stillhook.validate.ahc_shape import Shape, correlation
-from stillhook.validate.block_bootstrap import LEVEL, Interval, interval
+from stillhook.validate.block_bootstrap import LEVEL, Blocks, Interval, interval
 from stillhook.validate.lines import Measure
 from stillhook.validate.measures import MEASURES
 from stillhook.validate.windows import EVERY, counted_share, gaussian_share, mean_and_s
@@ -116,6 +116,10 @@ def _efficiency(compared: Sequence[Compared], above: float, block: int) -> Measu
     return _measure("eta_c_deviation_high", found.value, found, data=data)
 
 
+def _about(like: Shape) -> Interval:
+    return Interval(like.lag, like.lag - 1.96 * like.u_lag, like.lag + 1.96 * like.u_lag, Blocks(1, 0, 0.0))
+
+
 def _shape(compared: Sequence[Compared], like: Shape, window: float) -> tuple[Measure, ...]:
     every = max(1, round(THIN / compared[0].replay.record.step))
     rows = [np.column_stack([x - x.mean() for x in c.pair])[::every] for c in compared if len(c.pair[0])]
@@ -124,7 +128,7 @@ def _shape(compared: Sequence[Compared], like: Shape, window: float) -> tuple[Me
     band = "" if math.isfinite(like.distance) else "no stretch is a minute long"
     return (
         _measure("e_c_correlation", like.correlation, found, data=data),
-        _measure("e_c_lag", like.lag, data=data),
+        _measure("e_c_lag", like.lag, _about(like), data=data),
         _measure("e_c_band_ratio", like.band_ratio, data=data, note=band),
         _measure("e_c_spectral_distance", like.distance, data=data, note=band),
     )

@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from stillhook.validate.lags import lag
 from stillhook.validate.sums import dot
 
 FloatArray = NDArray[np.float64]
@@ -33,12 +34,13 @@ class Spectra(NamedTuple):
 
 
 class Shape(NamedTuple):
-    """correlation [-]; lag by which the measured error comes after the simulated one [s]; band_ratio: rms in the wave band, simulated over
-    measured [-]; band_share: part of the measured energy that lies in the wave band [-]; distance: rms difference of the spectra in the
-    wave band [dB], NaN where the parts are shorter than a section."""
+    """correlation [-]; lag by which the measured error comes after the simulated one, u_lag its standard uncertainty [s]; band_ratio: rms
+    in the wave band, simulated over measured [-]; band_share: part of the measured energy that lies in the wave band [-]; distance: rms
+    difference of the spectra in the wave band [dB], NaN where the parts are shorter than a section."""
 
     correlation: float
     lag: float
+    u_lag: float
     band_ratio: float
     band_share: float
     distance: float
@@ -57,33 +59,17 @@ def shape(pairs: Pairs, step: float) -> tuple[Shape, Spectra | None]:
     whole = np.column_stack([np.concatenate(x) for x in zip(*centred, strict=True)])
     spectra = _spectra(centred, step)
     ratio, share, distance = _compared(spectra) if spectra is not None else (math.nan, math.nan, math.nan)
-    return Shape(correlation(whole), lag(centred, step), ratio, share, distance), spectra
+    return Shape(correlation(whole), *_lag(centred, step), ratio, share, distance), spectra
 
 
-def lag(pairs: Pairs, step: float) -> float:
-    """Time by which the first of each pair comes after the second [s]: where their correlation peaks, between samples by a parabola.
-
-    NaN where the peak lies at the end of what is looked for.
-    """
-    from scipy.signal import correlate  # heavy: only where data are at hand
-
-    reach = round(LONGEST_LAG / step)
-    product, power, own = np.zeros(2 * reach + 1), np.zeros(2 * reach + 1), 0.0
-    for m, s in pairs:
-        if len(m) > 4 * reach:
-            middle = m[reach : len(m) - reach]
-            product += correlate(s, middle, "valid", "fft")
-            total = np.concatenate(([0.0], np.cumsum(s**2)))
-            power += total[len(middle) :] - total[: len(total) - len(middle)]
-            own += dot(middle, middle)
-    if not (own > 0.0 and power.min() > 0.0):
-        return math.nan
-    like = product / np.sqrt(power * own)
-    k = int(np.argmax(like))
-    if not 0 < k < 2 * reach:
-        return math.nan
-    a, b, c = like[k - 1 : k + 2]
-    return float((reach - k - 0.5 * (a - c) / (a - 2.0 * b + c)) * step)
+def _lag(pairs: Pairs, step: float) -> tuple[float, float]:
+    """Lag of the measured error behind the simulated one, and its standard uncertainty [s]; NaN where too little shows it."""
+    found = [x for m, s in pairs if (x := lag(np.arange(len(m), dtype=np.float64) * step, s, m, LONGEST_LAG)) is not None]
+    if not found:
+        return math.nan, math.nan
+    weight = np.array([x.pieces for x in found]) / sum(x.pieces for x in found)
+    seconds, u = (np.array([getattr(x, name) for x in found]) for name in ("seconds", "u"))
+    return float(np.sum(weight * seconds)), float(np.sqrt(np.sum((weight * u) ** 2)))
 
 
 def _spectra(pairs: Pairs, step: float) -> Spectra | None:

@@ -52,7 +52,7 @@ def _shape(like: Shape) -> Iterable[str]:
             f"{like.band_ratio:.2f} times as large, its spectrum {like.distance:.2g} dB off"
         )
     yield text + "."
-    if math.isfinite(like.lag) and abs(like.lag) > SAID_LAG:
+    if math.isfinite(like.lag) and abs(like.lag) > max(SAID_LAG, 3.0 * like.u_lag):
         after = "after" if like.lag > 0.0 else "before"
         yield f"The measured error comes {1e3 * abs(like.lag):.0f} ms {after} the simulated one; nothing was shifted."
 
