@@ -98,7 +98,7 @@ def _log(source: Source, rows: Mapping[str, Signal], found: Tracks, main: Checke
         source=source.name, t=joined.t, signals=MappingProxyType({name: joined.watched[name].values for name in ordered}),
         doubtful=MappingProxyType({name: joined.doubtful[name] for name in ordered}), gaps=tuple(main.track.gaps), findings=tuple(findings),
         rate=1.0 / main.track.spacing, samples=main.track.samples, every=main.track.every, mapping=MappingProxyType(dict(rows)),
-        at=main.bins.at, clocks=tuple(joined.clocks),
+        at=main.bins.at, number=main.bins.number, clocks=tuple(joined.clocks),
     )  # fmt: skip
 
 

@@ -104,6 +104,7 @@ class Track:
     _rows: list[FloatArray] = field(default_factory=list)
     _index: list[NDArray[np.int64]] = field(default_factory=list)
     _at: list[FloatArray] = field(default_factory=list)
+    _number: list[NDArray[np.int64]] = field(default_factory=list)
 
     def feed(self, time: FloatArray, raw: Sequence[FloatArray], line_of: Line) -> None:
         """The next rows: stamps [s] and raw numbers of each column, NaN where missing."""
@@ -193,6 +194,7 @@ class Track:
         counts = np.diff(starts, append=end).astype(np.int64)
         self._index.append(index[starts])
         self._at.append(np.add.reduceat(t, starts) / counts)
+        self._number.append(counts)
         for column, values in zip(self.columns, rows, strict=True):
             _reduce(column, values, starts, counts)
             column.watch.feed(t, values, wide, wide_starts)
@@ -212,8 +214,8 @@ class Track:
         missing = [_joined(c.missing, np.int32) for c in self.columns]
         wide = stretches(index, self.every)
         starts = np.flatnonzero(np.diff(wide, prepend=wide[0] - 1)) if len(wide) else np.empty(0, np.intp)
-        at = _joined(self._at, np.float64)
-        return Binned(index, index.astype(np.float64) * self.every, means, missing, at, wide, starts)
+        at, number = _joined(self._at, np.float64), _joined(self._number, np.int64)
+        return Binned(index, index.astype(np.float64) * self.every, means, missing, at, number, wide, starts)
 
 
 def _joined(parts: list[Any], dtype: type) -> Any:
@@ -225,14 +227,15 @@ def _joined(parts: list[Any], dtype: type) -> Any:
 
 @dataclass(frozen=True)
 class Binned:
-    """The bins of a track: number and centre [s], means and missing samples by column; mean stamp of the samples in each bin [s];
-    the stretch that each bin belongs to, and the bin that each stretch starts with."""
+    """The bins of a track: number and centre [s], means and missing samples by column; mean stamp of the samples in each bin [s]
+    and their number; the stretch that each bin belongs to, and the bin that each stretch starts with."""
 
     index: NDArray[np.int64]
     t: FloatArray
     means: list[FloatArray]
     missing: list[NDArray[np.int32]]
     at: FloatArray
+    number: NDArray[np.int64]
     wide: NDArray[np.int64]
     starts: NDArray[np.intp]
 

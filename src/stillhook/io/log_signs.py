@@ -79,7 +79,8 @@ def _on_stretches(log: Log) -> Log:
     means = {name: on_stretches(_good(log, name), starts) for name in log.signals}
     doubtful = {name: np.isnan(values) for name, values in means.items()}
     t = on_stretches(log.t, starts)
-    return replace(log, t=t, signals=means, doubtful=doubtful, every=float(np.median(np.diff(t))) if len(t) > 1 else log.every, at=None)
+    every = float(np.median(np.diff(t))) if len(t) > 1 else log.every
+    return replace(log, t=t, signals=means, doubtful=doubtful, every=every, at=None, number=None)
 
 
 def _row(log: Log, name: str) -> str:

@@ -110,6 +110,8 @@ class Log:
     """What was read as what, "time" included."""
     at: FloatArray | None = None
     """(n,) mean stamps of the samples in each bin [s from the first sample]: what a mean is of, to less than a bin; None: the centres."""
+    number: NDArray[np.int64] | None = None
+    """(n,) samples in each bin."""
     clocks: tuple[OtherClock, ...] = ()
     """Other clocks that were brought onto the main one."""
 

@@ -15,8 +15,10 @@ from numpy.typing import NDArray
 
 from stillhook.crane import Crane
 from stillhook.engine.pack import drum_record, plc_record
+from stillhook.errors import ValidateError
 from stillhook.io.log_types import Log, OtherClock
 from stillhook.physics.drum import K_wire, layer_diameter, layers_filled
+from stillhook.validate.campaign import CraneTest
 from stillhook.validate.lags import Lag, lag, shifted
 from stillhook.validate.record import ClockError, Segment, SegmentLag
 
@@ -30,6 +32,14 @@ FEEDFORWARD = 0.01
 """Standard uncertainty of a lag found from the pump command [s]: filters of the motion signal and servo settings are in it (assumed)."""
 ROUNDS = 3
 """Of taking the feedback out of the pump command with the tip where the last round put it: each leaves a fifth of the error."""
+
+
+MOST_GAIN = 5.0
+"""Of the wire's motion over that of the tip: a winch at its limits has less than 1, a wrong unit 1000."""
+SAME = 5e-3
+"""Lag within which the logged tip is the one that the PLC takes [s]: half a cycle."""
+ALIKE = 0.02
+"""Part by which the PLC's own tip may be larger or smaller than the logged one."""
 
 
 @dataclass(frozen=True)
@@ -142,3 +152,35 @@ def wire_lags(t: FloatArray, signals: Mapping[str, FloatArray], segments: Sequen
             if found is not None:
                 out.append(SegmentLag(i, ahead, late, found.seconds, found.u, found.gain))
     return tuple(out)
+
+
+def following(test: CraneTest, lags: Sequence[SegmentLag]) -> list[str]:
+    """What the lags say: how late the wire is, and whether the logged tip is the one that the PLC compensates.
+
+    Errors: ValidateError where wire and tip, or the PLC's error, are not in one unit.
+    """
+    said = []
+    for found in lags:
+        if not 1.0 / MOST_GAIN < found.gain < MOST_GAIN:
+            raise ValidateError(
+                f'test "{test.name}": {found.late} moves {found.gain:.3g} times as far as s_tip while the winch compensates. Check the '
+                f"units of s_tip, {' and '.join(found.late.split(' + '))}."
+            )
+    wire = [x for x in lags if x.late == "s_w"]
+    if wire:
+        most, least = (f(1e3 * x.seconds for x in wire) for f in (max, min))
+        span = f"{least:.3g}" if len(wire) == 1 else f"{least:.3g} to {most:.3g}"
+        said.append(f'Test "{test.name}": the wire follows the tip {span} ms later, with a gain of {np.mean([x.gain for x in wire]):.3f}.')
+    for found in lags:
+        if found.late != "s_w" and abs(found.seconds) > max(SAME, 3.0 * found.u):
+            late = f"{1e3 * abs(found.seconds):.3g} ms {'later' if found.seconds > 0.0 else 'earlier'} than the logged one"
+            said.append(
+                f'Test "{test.name}": the tip that the PLC compensates (its error and wire out) comes {late} (+- {2e3 * found.u:.2g} ms): '
+                "map the signal that the PLC takes, or count this to the delay."
+            )
+        elif found.late != "s_w" and abs(found.gain - 1.0) > ALIKE:
+            said.append(
+                f'Test "{test.name}": the error of the PLC does not fit tip and wire: e_c_measured + s_w moves {found.gain:.3f} times as '
+                "far as s_tip. Check units and what the PLC calls its error."
+            )
+    return said

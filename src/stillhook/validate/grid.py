@@ -12,19 +12,29 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import median_filter
 
 from stillhook.errors import ValidateError
 from stillhook.io.log_types import Log
 from stillhook.units import number
 from stillhook.validate.campaign import CraneTest
+from stillhook.variables import PHYSICAL
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
 BRIDGED = 0.2
 """Longest hole that a straight line bridges [s], if it is longer than HOLE spacings of the log as well."""
-HOLE = 1.6
-"""Spacings of the log: what is further apart lost a sample between."""
+HOLE = 2.5
+"""Spacings of the log: samples that are further apart lost more between them than jitter of the stamps explains."""
+CYCLES = 0.1
+"""Part by which the mean spacing may differ from a number of PLC cycles that the log is written in."""
+SPIKES = {"s_tip": 0.03, "v_tip": 0.3, "s_w": 0.03, "e_c_measured": 0.03}
+"""Smallest spike by signal [SI]. Neither tip nor wire is there and back within two samples; pressures and speeds of the winch may be."""
+BEYOND = 12.0
+"""Times the median distance from the median of five samples: noise reaches 6."""
+FASTEST = 3.0
+"""Acceleration that neither tip nor wire exceeds [m/s^2]: what it bends within five samples is no spike."""
 HELD = ("mode",)
 """Signals that jump: the value before holds until the next sample."""
 
@@ -41,6 +51,8 @@ class Grid:
     zero: float
     lost: float
     longest_hole: float
+    spikes: Mapping[str, int]
+    """Samples left out because nothing with mass goes there and back so fast, by signal."""
 
 
 def even(log: Log, test: CraneTest, t_cycle: float) -> Grid:
@@ -51,24 +63,34 @@ def even(log: Log, test: CraneTest, t_cycle: float) -> Grid:
     at = log.t if log.at is None else log.at
     use = np.flatnonzero((at >= test.start) & (at <= test.end))
     if len(use) < 2:
-        raise ValidateError(
-            f'test "{test.name}": start, end: {log.source} holds nothing from {number(test.start)} s to {number(test.end)} s; it goes from '
-            f"0 s to {log.duration:.4g} s."
-        )
+        said = " and ".join(f"{key} = {number(x)} s" for key, x in (("start", test.start), ("end", test.end)) if np.isfinite(x))
+        raise ValidateError(f'test "{test.name}": {said}: {log.source} goes from 0 s to {log.duration:.4g} s and holds nothing there.')
     t, spacing = at[use], 1.0 / log.rate
     step = t_cycle * max(1, round(spacing / t_cycle))
     longest = max(BRIDGED, HOLE * max(spacing, log.every))
     grid = t[0] + step * np.arange(int(np.floor((t[-1] - t[0]) / step + 1e-6)) + 1)
-    signals, doubtful = {}, {}
+    signals, doubtful, spikes = {}, {}, {}
     for name, values in log.signals.items():
         known = np.isfinite(values[use]) & ~_stuck(log, name)[use]
+        spike = _spikes(values[use], log.every, name)
+        if spike.any():
+            known &= ~spike
+            spikes[name] = int(spike.sum())
         signals[name], bridged = _filled(grid, t[known], values[use][known], longest, HOLE * max(spacing, log.every), name in HELD)
         nearest = np.clip(np.searchsorted(t, grid - 0.5 * step), 0, len(t) - 1)
         doubtful[name] = log.doubtful[name][use][nearest] | bridged | np.isnan(signals[name])
-    apart = np.diff(t)
-    missing = float(np.sum(np.maximum(0.0, apart[apart > HOLE * max(spacing, log.every)] - spacing)))
-    lost = missing / max(step, float(t[-1] - t[0]))
-    return Grid(grid - grid[0], step, signals, doubtful, float(t[0]), lost, float(apart.max()))
+    there = len(use) if log.number is None else int(log.number[use].sum())
+    lost = _lost(np.diff(t), there, spacing, t_cycle)
+    return Grid(grid - grid[0], step, signals, doubtful, float(t[0]), lost, float(np.diff(t).max()), spikes)
+
+
+def _lost(apart: FloatArray, there: int, spacing: float, t_cycle: float) -> float:
+    """Share of the samples that are not there. A log that writes every few PLC cycles on average does so by design, however uneven."""
+    holes = apart > HOLE * spacing
+    mean = float(apart[~holes].sum()) / max(1, there - 1 - int(holes.sum()))
+    cycles = t_cycle * max(1, round(mean / t_cycle))
+    due = cycles if abs(mean - cycles) < CYCLES * mean else spacing
+    return max(0.0, 1.0 - (there - 1) * due / float(apart.sum()))
 
 
 def _stuck(log: Log, name: str) -> BoolArray:
@@ -78,6 +100,17 @@ def _stuck(log: Log, name: str) -> BoolArray:
         if finding.kind == "stuck" and finding.signal == name:
             stuck |= (log.t >= finding.start - 1e-9) & (log.t <= finding.end + 1e-9)
     return stuck & log.doubtful[name]
+
+
+def _spikes(x: FloatArray, every: float, name: str) -> BoolArray:
+    """One or two samples beside all their neighbours."""
+    if name not in SPIKES or len(x) < 5:
+        return np.zeros(len(x), np.bool_)
+    known = np.isfinite(x)
+    whole = np.interp(np.arange(len(x)), np.flatnonzero(known), x[known]) if known.any() else np.zeros(len(x))
+    beside = np.abs(whole - median_filter(whole, 5, mode="nearest"))
+    bent = FASTEST * (2.0 * every) ** 2 if PHYSICAL[name].kind == "length" else FASTEST * 2.0 * every
+    return known & (beside > max(SPIKES[name] + bent, BEYOND * float(np.median(beside))))
 
 
 def _filled(

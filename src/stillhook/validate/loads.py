@@ -25,6 +25,10 @@ APART = 0.1
 """Difference between stated load and load cell that is told [part of the stated weight]; step 1 looks closer."""
 
 
+LEAST_HOOK = 0.5
+"""Part of the hook's weight that hangs on the wire at the least, whatever is in the water."""
+
+
 @dataclass(frozen=True)
 class Stretch:
     """Samples [first, last) with one load; F: level of the load cell there [N], NaN without one."""
@@ -80,7 +84,7 @@ def load_of(stretch: Stretch, all_of: list[Stretch], test: CraneTest, crane: Cra
     if not np.isfinite(stretch.F):
         raise ValidateError(f'test "{test.name}": load: missing, and no load cell F_w in the log. State the load on the hook.')
     what = "is another one than stated for a part, there it is" if test.load is not None else "is not stated; it is"
-    if not -STEP * crane.SWL < shown < crane.SWL * (1.0 + STEP):
+    if stretch.F < LEAST_HOOK * crane.hook_mass * G or shown > crane.SWL * (1.0 + STEP):
         raise ValidateError(
             f'test "{test.name}": the load cell shows {show(stretch.F, "force")}, where "{crane.name}" holds a hook of '
             f"{show(crane.hook_mass, 'mass')} and up to {show(crane.SWL, 'mass')}. Check the unit of F_w, or state the load."

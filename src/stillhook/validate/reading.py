@@ -11,10 +11,11 @@ from numpy.typing import NDArray
 from stillhook.engine.run import Meter
 from stillhook.errors import StillhookError, ValidateError
 from stillhook.io.log import read_log
+from stillhook.io.log_quality import counted
 from stillhook.io.log_types import Finding, Log
 from stillhook.scenario import Mode
 from stillhook.validate.campaign import Campaign, CraneTest, Kind
-from stillhook.validate.clocks import refined, wire_lags
+from stillhook.validate.clocks import following, refined, wire_lags
 from stillhook.validate.grid import Grid, even
 from stillhook.validate.loads import load_of, standing, stretches
 from stillhook.validate.modes import own_numbers
@@ -65,7 +66,7 @@ def _record(campaign: Campaign, test: CraneTest, log: Log) -> Record:
     signals, derived, of_wire = completed(signals, grid.step, test, campaign.crane)
     segments, of_parts = _segments(campaign, test, grid, signals)
     lags = wire_lags(grid.t, signals, segments) if test.kind is Kind.AHC and "s_w" not in derived else ()
-    said = [*of_clocks, *of_wire, *of_parts, *_quality(test, log, grid)]
+    said = [*of_clocks, *of_wire, *following(test, lags), *of_parts, *_quality(test, log, grid)]
     return Record(
         test=test, log=log, t=grid.t, step=grid.step, signals=signals, segments=segments, statements=tuple(dict.fromkeys(said)),
         doubtful=grid.doubtful, derived=derived, zero=grid.zero, lost=grid.lost, longest_hole=grid.longest_hole, lags=lags, clocks=clocks,
@@ -152,7 +153,9 @@ def _quality(test: CraneTest, log: Log, grid: Grid) -> list[str]:
     """What is wrong with the samples of the part that counts."""
     end = grid.zero + float(grid.t[-1])
     here = [f for f in log.findings if f.kind not in QUIET and _touches(f, grid.zero, end)]
-    said = [f'Test "{test.name}", {log.source}: {f.text} ({f.action}).' for f in here[:MOST_FINDINGS]]
+    beside = [f"{counted(n, 'sample')} of {name}" for name, n in grid.spikes.items()]
+    said = [f'Test "{test.name}": {", ".join(beside)} left out, far beside all neighbours.'] if beside else []
+    said += [f'Test "{test.name}", {log.source}: {f.text} ({f.action}).' for f in here[:MOST_FINDINGS]]
     if len(here) > MOST_FINDINGS:
         said.append(f'Test "{test.name}", {log.source}: {len(here) - MOST_FINDINGS} more findings of that kind.')
     return said

@@ -18,6 +18,8 @@ BESIDE = 5
 """Samples on either side from which a jump is seen, so that one bad sample is none."""
 BEYOND = 12.0
 """Times the median of such steps: noise reaches 6."""
+LEAST = {"s_tip": 0.03, "s_w": 0.03, "v_tip": 0.15, "v_w": 0.15, "omega_m": 0.0}
+"""Smallest jump that counts [SI]: stamps that are wrong by some milliseconds make some millimetres."""
 FASTEST = 3.0
 """Acceleration that neither tip nor wire exceeds [m/s^2]: what it bends within the samples is no jump."""
 
@@ -26,9 +28,9 @@ def seams(t: FloatArray, signals: Mapping[str, FloatArray]) -> list[tuple[int, s
     """First sample after each seam and what jumps there, in words. Parameters: t (n,) even [s]; signals (n,), NaN where not known."""
     step = float(t[1] - t[0]) if len(t) > 1 else 1.0
     reach = BESIDE * step
-    floors = {"s_tip": 0.5 * FASTEST * reach**2, "s_w": 0.5 * FASTEST * reach**2, "v_tip": FASTEST * reach, "v_w": FASTEST * reach}
+    bent = {"length": 0.5 * FASTEST * reach**2, "speed": FASTEST * reach}
     names = [name for name in (*TIP, *WINCH) if name in signals]
-    jumps = {name: _jumps(signals[name], floors.get(name, 0.0)) for name in names}
+    jumps = {name: _jumps(signals[name], max(LEAST[name], bent.get(PHYSICAL[name].kind, 0.0))) for name in names}
     found: list[tuple[int, str]] = []
     for i in sorted({int(k) for at in jumps.values() for k in at}):
         if found and i - found[-1][0] <= 2 * BESIDE:
