@@ -253,6 +253,7 @@ ANSWERS = (
     _v("converged", "", "", "", "", "whether half the draws give the same indices within 0.1"),
     _v("change", "", "1", "", "", "change of an index from half the draws to all, or excess of a first order over its total one"),
     _v("slow", "", "", "", "", "least K_p_ms of the whole plant at 2 and 5 m/min of the tip, either way, with its v_tip and alpha_m"),
+    _v("twin", "", "", "", "", "how far the twin of the crane is validated, in a line: its certificate and whether it holds", "table 2.7"),
     _v("applicable_chance", "", "1", "", "", "share of the draws in which a controller is applicable in a cell, with the ends of its 95 % interval"),
     _v("title", "", "", "", "", "title of a validation campaign"),
     _v("date", "", "", "", "", "day that a certificate bears, as ISO 8601"),

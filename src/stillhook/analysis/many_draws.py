@@ -19,6 +19,7 @@ from stillhook.engine.build import results_hash
 from stillhook.engine.given import STATISTICS_STEP, paired, steps_per_cycle
 from stillhook.engine.many import NUMBERS, summaries
 from stillhook.engine.run import Progress
+from stillhook.engine.validated import twin_line
 from stillhook.errors import ScenarioError
 from stillhook.library import crane_toml
 from stillhook.library.draws import crane_with
@@ -62,7 +63,8 @@ def monte_carlo(
     -------
     Dataset over (case, draw) with the summary of every run, and `factor_value` over (draw, factor) [SI]. A draw that lost its numbers
     has status "diverged" and NaN; nothing is dropped. Attributes hold cranes, scenarios, factors and seed, from which `drawn_pair`
-    makes the crane of any draw; `at_values` is the run of every case with nothing drawn.
+    makes the crane of any draw; `at_values` is the run of every case with nothing drawn. A drawn crane is another one than that of a
+    certificate, so `validated` is 0 in every draw; whether the twin is validated for a case is that of `at_values`.
 
     Errors: SpecError, ScenarioError of one line before anything runs, also where an end of a distribution is no crane.
     """
@@ -80,6 +82,7 @@ def monte_carlo(
     data.attrs = {
         "title": f"Stillhook: {len(cases)} case{'s' * (len(cases) > 1)} under {n} draws of {len(known.factors)} factors",
         "crane": crane_toml(bases[0]) if one else json.dumps([crane_toml(c) for c in bases]),
+        "twin": twin_line(bases[0]),
         "scenarios": json.dumps([c.to_dict() for c in cases]),
         "factors": json.dumps(known.to_dict()),
         "at_values": json.dumps(dict(zip(names, at_values, strict=True))),

@@ -15,6 +15,7 @@ from stillhook._version import __version__
 from stillhook.analysis.map_axes import Axes
 from stillhook.crane import Crane
 from stillhook.engine.build import kernel_hash
+from stillhook.engine.validated import twin_line
 from stillhook.library import crane_toml
 from stillhook.scenario import Mode
 from stillhook.variables import BY_NAME
@@ -136,7 +137,8 @@ class Map:
             axes["layer"] = list(self.axes.layers)
         if self.axes.periods != (None,):
             axes["period"] = list(self.axes.periods)
-        return {"crane": self.crane.name, **self.about, **axes, "controllers": cells, "summary": self.summary()}
+        who = {"crane": self.crane.name, "twin": twin_line(self.crane)}
+        return {**who, **self.about, **axes, "controllers": cells, "summary": self.summary()}
 
     def _without_empty(self, a: NDArray[Any], before: int = 0) -> NDArray[Any]:
         """The array without the dimensions that the map does not go over; `before` dimensions stand before load and speed."""
@@ -164,6 +166,7 @@ class Map:
         data.attrs = {
             "title": f"Stillhook map of {self.crane.name}",
             "crane": crane_toml(self.crane),
+            "twin": twin_line(self.crane),
             "about": json.dumps(dict(self.about)),
             "stillhook_version": __version__,
             "stillhook_kernel": kernel_hash(),

@@ -30,7 +30,7 @@ DURATION, WARM_UP = "30 s", "10 s"
 """Paper E neglects the first 10 s and counts 20 s (section 4.1, figure 6)."""
 RAMP = 10.0
 """Time in which the tip's motion grows to full size [s], or the warm-up where that is shorter."""
-NUMBERS = ("e_c_pp", "eta_c", "p_max", "p_a_max", "alpha_m_min", "alpha_p_max", "u_p_max", "saturation_time", "relief_time")
+NUMBERS = ("e_c_pp", "eta_c", "p_max", "p_a_max", "alpha_m_min", "alpha_p_max", "u_p_max", "saturation_time", "relief_time", "validated")
 """What a map holds of every cell's run, in the names of `stillhook.variables.SUMMARY`."""
 
 

@@ -63,6 +63,7 @@ def report(
             name: {"relative": p.relative._asdict(), "lower": p.lower._asdict()} for name, p in told.items()
         }
     return {
+        "twin": str(run.attrs["twin"]),
         "draws": int(run.sizes["draw"]),
         "seed": int(run.attrs["seed"]),
         "factors": json.loads(run.attrs["factors"]),

@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from stillhook.cli.show import print_json, print_table
+from stillhook.cli.show import print_json, print_table, print_twin
 
 Json = Annotated[bool, typer.Option("--json", help="Print JSON in SI units.")]
 
@@ -35,13 +35,15 @@ def show_crane(
     json: Json = False,
 ) -> None:
     """Print a crane's sheet: every number with its kind and source. Example: stillhook crane nov-250t"""
+    from stillhook.engine.validated import twin_line
     from stillhook.library import load_crane, sheet, sheet_json
 
     crane = load_crane(name)
     if json:
-        print_json(sheet_json(crane))
+        print_json(sheet_json(crane) | {"twin": twin_line(crane)})
         return
     print(f"{crane.name}: {crane.title}")
+    print_twin(crane)
     rows = [(r.field, r.value, r.meaning, r.kind, r.source) for section in sheet(crane) for r in section.rows]
     print_sheet(rows)
 

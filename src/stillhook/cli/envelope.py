@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from stillhook.cli.cranes import Json
-from stillhook.cli.show import human, print_json, print_table, progress_bar, unit_of
+from stillhook.cli.show import human, print_json, print_table, print_twin, progress_bar, unit_of
 
 if TYPE_CHECKING:
     import xarray
@@ -57,7 +57,7 @@ def envelope(
     data = _computed(crane, which, loads, layer)
     found = rows(data)
     if json:
-        print_json(_answer(data, found))
+        print_json(_answer(crane, data, found))
     else:
         _print(crane, data, found)
     if out is not None:
@@ -105,7 +105,7 @@ def _computed(crane: Crane, which: list[Controller], loads: list[float], layer: 
         return compute(crane, modes=which, loads=loads, layers=None if layer is None else [layer], progress=bar)
 
 
-def _answer(data: xarray.Dataset, found: list[dict[str, Any]]) -> dict[str, Any]:
+def _answer(crane: Crane, data: xarray.Dataset, found: list[dict[str, Any]]) -> dict[str, Any]:
     """What --json prints and envelope.json holds."""
     places = [
         {"load": float(load), "layer": int(layer)} | {v: float(data[v].sel(load=load, layer=layer)) for v in _BY_LOAD}
@@ -113,7 +113,16 @@ def _answer(data: xarray.Dataset, found: list[dict[str, Any]]) -> dict[str, Any]
         for layer in data["layer"].values
     ]
     most = {str(m): float(x) for m, x in zip(data["mode"].values, data["load_most"].values, strict=True)}
-    return {"reserve": data.attrs["reserve"], "hs_share": data.attrs["hs_share"], "load_most": most, "loads": places, "rows": found}
+    from stillhook.engine.validated import twin_line
+
+    return {
+        "twin": twin_line(crane),
+        "reserve": data.attrs["reserve"],
+        "hs_share": data.attrs["hs_share"],
+        "load_most": most,
+        "loads": places,
+        "rows": found,
+    }
 
 
 _BY_LOAD = ("alpha_least", "alpha_reserve", "alpha_pm_hold", "v_w_power", "v_w_power_rule")
@@ -141,6 +150,7 @@ def _print(crane: Crane, data: xarray.Dataset, found: list[dict[str, Any]]) -> N
     layer = int(data["layer"].values[0])
     print_table(head, body, title=f"{crane.name}: highest steady wire speed, layer {layer} of {crane.drum.layers}", left=3)
     print("Compensating, the slower of hoisting and lowering; leakage and friction included. -: the mode may not be used at this load.")
+    print_twin(crane)
 
 
 _SHOWN = ("v_w_top", "alpha_m_top", "alpha_p_top", "dp_m_top", "omega_m_top")
@@ -176,4 +186,4 @@ def _write(out: Path, crane: Crane, which: list[Controller], layer: int | None, 
         save_figure(figures.layer_figure(by_layer), part / "layers.png")
         save_run(fine, part / "envelope.nc")
         save_run(curves, part / "settings.nc")
-        save_json(_answer(data, found), part / "envelope.json")
+        save_json(_answer(crane, data, found), part / "envelope.json")

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from stillhook.cli.cranes import Json
-from stillhook.cli.show import human, print_json, print_table, progress_bar, started, unit_of
+from stillhook.cli.show import human, print_json, print_table, print_twin, progress_bar, started, unit_of
 
 if TYPE_CHECKING:
     from stillhook.analysis.compare import Comparison
@@ -100,6 +100,7 @@ def run(
     else:
         rows = [[label, *_row(s)] for label, s in summaries.items()]
         print_table(["case", *(HEADERS[c] for c in COLUMNS)], rows, title=_title(crane, case))
+        print_twin(crane)
         _print_notes(summaries)
     if out is not None:
         data = {label: r.dataset(c) for label, r, c in zip(labels, runs, cranes, strict=True)}
@@ -188,6 +189,7 @@ def _report(result: Comparison, *, json: bool) -> None:
         return
     rows = [[r.mode.value, *_row(r.summary)] for r in result.runs]
     print_table(["mode", *(HEADERS[c] for c in COLUMNS)], rows, title=_title(result.crane, result.runs[0].case))
+    print_twin(result.crane)
     _print_notes(result.table())
 
 

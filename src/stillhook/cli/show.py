@@ -14,6 +14,7 @@ if TYPE_CHECKING:
 
     from stillhook.crane import Crane
     from stillhook.engine.run import Progress
+    from stillhook.scenario import Scenario
 
 
 PLAIN_WIDTH = 160
@@ -115,6 +116,18 @@ def _escaped(text: str) -> str:
     from rich.markup import escape
 
     return escape(text)
+
+
+def print_twin(crane: Crane, *cases: Scenario) -> None:
+    """How far the twin is validated, for what, and where these cases leave that; each thing once."""
+    from stillhook.engine.validated import doubts, envelope_line, twin_line
+
+    print(twin_line(crane))
+    if line := envelope_line(crane):
+        print(line)
+    if crane.certified is not None:
+        for note in dict.fromkeys(note for case in cases for note in doubts(crane, case)):
+            print(note)
 
 
 def say(text: str) -> None:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from stillhook.cli.cranes import Json
-from stillhook.cli.show import print_json, print_table, progress_bar, say, say_if_compiling
+from stillhook.cli.show import print_json, print_table, print_twin, progress_bar, say, say_if_compiling
 
 if TYPE_CHECKING:
     from stillhook.analysis.controllers import Controller
@@ -180,9 +180,12 @@ class _Report:
 
     def data(self) -> dict[str, Any]:
         """Everything in SI, for machines."""
+        from stillhook.engine.validated import twin_line
+
         first = self.tuned[0]
         return {
             "crane": self.crane.name,
+            "twin": twin_line(self.crane),
             "objective": first.objective.value,
             "seed": first.seed,
             "scenarios": [_scenario(c) for c in self.cases],
@@ -231,6 +234,9 @@ class _Report:
                 print(f"{t.start.name}: no setting keeps the limits; in the way: {'; '.join(t.stops)}")
         for line in self.remarks:
             print(line)
+        print_twin(self.crane, *self.cases)
+        if self.crane.certified is not None:
+            print("with other settings it is another crane, for which its certificate does not hold: validate before they are used")
         for name, points in self.fronts.items():
             shown = ", ".join(f"{p.e_c_pp_mean * 1e3:.1f} mm at {show(p.p_max, 'pressure', 4)}" for p in _few(points))
             print(f"{name}: front of error and pressure: {shown}")

@@ -3,6 +3,9 @@
 import math
 from typing import NamedTuple
 
+import numpy as np
+from numpy.typing import NDArray
+
 from stillhook.certified import Conditions
 from stillhook.crane import Crane, content
 from stillhook.engine.build import results_hash
@@ -59,9 +62,17 @@ def conditions(case: Scenario, drive: Drive, asked: Asked) -> Conditions:
     if modes != (Mode.MANUAL.value,):
         s = drive.heights()
         span = float(window_spans(s, round(WINDOW / drive.t_cycle) + 1).max())
-        periods = wave_periods(s, drive.t_cycle)
-        period = float(periods.mean()) if len(periods) else math.nan
+        period = _period(s, drive.t_cycle)
     return Conditions(case.load, asked.s_w_min, asked.s_w_max, span, period, modes, _faults(case))
+
+
+def _period(s: NDArray[np.float64], dt: float) -> float:
+    """Mean period of a motion [s]: of its whole waves; where it has none, by its deviation over that of its speed, as of a narrow
+    spectrum. NaN for a tip that stands."""
+    periods = wave_periods(s, dt)
+    if len(periods):
+        return float(periods.mean())
+    return float(2.0 * math.pi * s.std() / v.std()) if len(s) > 1 and (v := np.gradient(s, dt)).std() > 0.0 else math.nan
 
 
 def _faults(case: Scenario) -> tuple[str, ...]:
@@ -69,6 +80,14 @@ def _faults(case: Scenario) -> tuple[str, ...]:
     found = [("loss of a hydraulic power unit", case.power_loss is not None), ("accumulator without end", case.gas_held)]
     found.append(("regularised friction", case.friction is FrictionModel.REGULARISED))
     return tuple(name for name, there in found if there)
+
+
+def envelope_line(crane: Crane) -> str:
+    """For what the twin of a crane is validated, in one line; empty where it is not."""
+    c = crane.certified
+    if c is None or c.envelope is None or objections(crane):
+        return ""
+    return f"validated for: {', '.join(f'{name} {text}' for name, text in c.envelope.says().items())}"
 
 
 def twin_line(crane: Crane) -> str:
