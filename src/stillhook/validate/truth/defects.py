@@ -34,55 +34,57 @@ class Defect(StrEnum):
 
 
 class Change(NamedTuple):
-    """meaning of a defect with its size as {}; size by default; made: the setting with the defect of that size."""
+    """meaning of a defect with its size as {}; size by default, lo and hi what it may be; made: the setting with the defect of a size."""
 
     meaning: str
     size: float
+    lo: float
+    hi: float
     made: Callable[[Setting, Crane, float], Setting]
 
 
-def _truth(name: str) -> Callable[[Setting, Crane, float], Setting]:
+def _grown(name: str) -> Callable[[Setting, Crane, float], Setting]:
     """A number of the truth grows by a part of itself."""
     return lambda s, _, size: replace(s, truth=replace(s.truth, **{name: (1.0 + size) * getattr(s.truth, name)}))
 
 
-def _layer(s: Setting, crane: Crane, size: float) -> Setting:
+def _set(name: str) -> Callable[[Setting, Crane, float], Setting]:
+    """A number of the truth is the size of the defect."""
+    return lambda s, _, size: replace(s, truth=replace(s.truth, **{name: size}))
+
+
+def _layers_less(s: Setting, crane: Crane, size: float) -> Setting:
     drum = drum_record(crane)
     missing = wire_to_layer(drum.layers, drum) - wire_to_layer(drum.layers - size, drum)
     return replace(s, truth=replace(s.truth, wire_short=float(missing)))
 
 
-def _set(name: str) -> Callable[[Setting, Crane, float], Setting]:
-    return lambda s, _, size: replace(s, truth=replace(s.truth, **{name: size}))
+def _later(s: Setting, _: Crane, size: float) -> Setting:
+    return replace(s, delay=s.stated_delay + size)
+
+
+def _faster(s: Setting, _: Crane, size: float) -> Setting:
+    return replace(s, clock=replace(s.clock, drift=s.clock.drift + size))
+
+
+def _fault(name: str) -> Callable[[Setting, Crane, float], Setting]:
+    """A fault of the logger."""
+    return lambda s, _, size: replace(s, faults=replace(s.faults, **{name: size}))
 
 
 DEFECTS: Mapping[Defect, Change] = {
-    Defect.LEAKAGE: Change("active pumps and motors leak {:+.0%} against the twin's crane file", 0.5, _truth("leakage")),
-    Defect.FRICTION: Change("friction of the whole winch {:+.0%} against the twin's", 0.4, _truth("friction")),
-    Defect.LAYER: Change("the drum holds {:g} full layers of wire less than the twin's", 1.0, _layer),
-    Defect.GEAR: Change("gear ratio motor to drum {:+.1%} against the twin's", 0.02, _truth("gear")),
-    Defect.PRESSURE_LINES: Change(
-        "the transmitters of lines A and B are swapped in the log",
-        1.0,
-        lambda s, _, size: replace(s, faults=replace(s.faults, swapped=size > 0.0)),
-    ),
-    Defect.MRU_DELAY: Change(
-        "the motion unit is {:g} s later than the campaign states", 0.15, lambda s, _, size: replace(s, delay=s.stated_delay + size)
-    ),
-    Defect.MOTOR_OFFSET: Change("displacement of the active motors {:+.0%} of D_max above their command", 0.1, _set("motor_offset")),
-    Defect.K_1: Change("speed feedforward of the PLC {:+.0%} against the twin's", -0.1, _truth("K_1")),
-    Defect.CLOCK: Change(
-        "the clock of the log runs {:+.2%} fast", 5e-3, lambda s, _, size: replace(s, clock=replace(s.clock, drift=s.clock.drift + size))
-    ),
-    Defect.SATURATION: Change("the PLC holds the pump command within {:.0%}, and the twin does not know", 0.7, _set("pump_limit")),
-    Defect.GAP: Change(
-        "the log of test 2 has a gap of {:g} s", 20.0, lambda s, _, size: replace(s, faults=replace(s.faults, gap=("2", 600.0, size)))
-    ),
-    Defect.LOAD_CELL: Change(
-        "the load cell is logged in units of {:.4g} times the stated one",
-        G,
-        lambda s, _, size: replace(s, faults=replace(s.faults, cell_unit=size)),
-    ),
+    Defect.LEAKAGE: Change("active pumps and motors leak {:+.0%} against the twin's crane file", 0.5, -0.9, 4.0, _grown("leakage")),
+    Defect.FRICTION: Change("friction of the whole winch {:+.0%} against the twin's", 0.4, -0.9, 1.0, _grown("friction")),
+    Defect.LAYER: Change("the drum holds {:g} full layers of wire less than the twin's", 1.0, 0.0, 2.0, _layers_less),
+    Defect.GEAR: Change("gear ratio motor to drum {:+.1%} against the twin's", 0.02, -0.3, 0.3, _grown("gear")),
+    Defect.PRESSURE_LINES: Change("the transmitters of lines A and B are swapped in the log", 1.0, 1.0, 1.0, _fault("swapped")),
+    Defect.MRU_DELAY: Change("the motion unit is {:g} s later than the campaign states", 0.15, 0.0, 2.0, _later),
+    Defect.MOTOR_OFFSET: Change("active motors stand {:+.0%} of D_max above their command", 0.1, 0.0, 0.4, _set("motor_offset")),
+    Defect.K_1: Change("speed feedforward of the PLC {:+.0%} against the twin's", -0.1, -0.9, 1.0, _grown("K_1")),
+    Defect.CLOCK: Change("the clock of the log runs {:+.2%} fast", 5e-3, -0.05, 0.05, _faster),
+    Defect.SATURATION: Change("the PLC holds the pump command within {:.0%}, unlike the twin", 0.7, 0.3, 1.0, _set("pump_limit")),
+    Defect.GAP: Change("the longest log has a gap of {:g} s", 20.0, 0.0, 600.0, _fault("gap")),
+    Defect.LOAD_CELL: Change("the load cell is logged in units of {:.4g} times the stated one", G, 1e-6, 1e6, _fault("cell_unit")),
 }
 
 
@@ -95,9 +97,12 @@ def defect_of(text: Defect | str) -> Defect:
 
 
 def with_defect(setting: Setting, crane: Crane, defect: Defect, size: float | None = None) -> Setting:
-    """The setting with a defect of its default size, or of another one; nothing else changes."""
+    """The setting with a defect of its default size, or of another one; nothing else changes. Errors: ValidateError."""
     change = DEFECTS[defect]
-    return change.made(setting, crane, change.size if size is None else size)
+    value = change.size if size is None else size
+    if not change.lo <= value <= change.hi:
+        raise ValidateError(f"size = {came(size)}: the defect {defect} may have {change.lo:g} to {change.hi:g}. Choose one in between.")
+    return change.made(setting, crane, value)
 
 
 def told(defect: Defect, size: float | None = None) -> str:

@@ -32,12 +32,11 @@ GAINS = {"p_a": 0.003, "p_b": 0.003, "p_hp": 0.003, "alpha_p": 0.003, "alpha_pm"
 
 @dataclass(frozen=True)
 class LogFaults:
-    """What the logger gets wrong: swapped pressure lines; gap of so many seconds in a test's log; cell_unit value of the unit that the load
-    cell is really logged in over the one that is stated."""
+    """What the logger gets wrong: swapped 1 where the pressure lines are; gap of so many seconds in the middle of the longest log;
+    cell_unit value of the unit that the load cell is really logged in over the one that is stated."""
 
-    swapped: bool = False
-    gap: tuple[str, float, float] | None = None
-    """Name of the test, its start and length [s]."""
+    swapped: float = 0.0
+    gap: float = 0.0
     cell_unit: float = 1.0
 
 

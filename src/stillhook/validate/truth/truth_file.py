@@ -49,8 +49,8 @@ def _log(made: Setting) -> Iterator[str]:
     yield f"delay = {made.delay!r}  # s, of the motion unit; the campaign states {made.stated_delay!r}"
     yield f"clock_drift = {made.clock.drift!r}  # part by which stamps run fast"
     yield f"clock_jitter = {made.clock.jitter!r}  # s, latest stamp"
-    yield f"swapped = {str(f.swapped).lower()}"
-    yield f"gap = {json.dumps(f.gap)}" if f.gap is not None else "gap = []"
+    yield f"swapped = {str(f.swapped > 0.0).lower()}"
+    yield f"gap = {f.gap!r}  # s, in the middle of the longest log"
     yield f"cell_unit = {f.cell_unit!r}"
     yield "\n[log.gain]"
     yield from (f"{name} = {c.gain!r}" for name, c in made.calibration.items())

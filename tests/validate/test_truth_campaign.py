@@ -1,0 +1,387 @@
+"""Synthetic validation campaigns: what a PLC would log of the truth, marked everywhere, and each defect alone."""
+
+import tomllib
+from dataclasses import fields, replace
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import polars
+import pytest
+
+from stillhook import load_crane
+from stillhook.engine.pack import drum_record
+from stillhook.errors import SimulationError, ValidateError
+from stillhook.io.instruments import AHC_COLUMNS, Calibration, Clock, Sensor, ahc_sensors, filtered, logged, unit_factor
+from stillhook.io.synthetic import MARK
+from stillhook.physics.drum import layer_diameter, layers_filled
+from stillhook.physics.scalar import G
+from stillhook.scenario import Mode
+from stillhook.validate import load_campaign
+from stillhook.validate.campaign import Kind
+from stillhook.validate.truth import Defect, Plan, Written, sea_trials, write_campaign
+from stillhook.validate.truth.defects import DEFECTS, told, with_defect
+from stillhook.validate.truth.plan import PlannedTest, Sea, beyond
+from stillhook.validate.truth.scatter import STATED_DELAY, Setting, setting
+from stillhook.validate.truth.sea import irregular
+
+CRANE = load_crane("nov-250t")
+LEVER = 0.5 / CRANE.i_hD
+SHORT = Plan(
+    "short",
+    CRANE,
+    "nov-250t",
+    (
+        PlannedTest("1", Kind.AHC, 94e3, 487.0, 40.0, Mode.NS, Sea(1.8, 2.0, 8.0)),
+        PlannedTest("limits", Kind.LIMITS, 82e3, 500.0, 20.0, Mode.MANUAL, None, beyond(2.8)),
+    ),
+    "made up",
+)
+"""Two tests that show every defect."""
+LOGGER = {Defect.PRESSURE_LINES: {"PT A", "PT B"}, Defect.LOAD_CELL: {"Load cell"}, Defect.CLOCK: {"Time"}}
+"""Defects of the log alone, and the columns that they touch."""
+
+
+@pytest.fixture(scope="module")
+def write(tmp_path_factory: pytest.TempPathFactory):
+    """Campaigns of the short plan, each written once."""
+
+    @cache
+    def written(defect: Defect | None = None, seed: int = 3, apart: bool = False) -> Written:
+        return write_campaign(tmp_path_factory.mktemp("truth") / "campaign", plan=SHORT, seed=seed, defect=defect, apart=apart, threads=1)
+
+    return written
+
+
+def table(written: Written, test: int = 0) -> polars.DataFrame:
+    return polars.read_csv(written.logs[test], comment_prefix="#")
+
+
+def column(written: Written, name: str, test: int = 0) -> np.ndarray:
+    """A column of a log in SI, by our name."""
+    c = next(c for c in AHC_COLUMNS if c.name == name)
+    return table(written, test)[c.heading].to_numpy() * unit_factor(c)
+
+
+# What is written
+
+
+def test_everything_is_marked_and_the_campaign_does_not_tell_the_truth(write):
+    made = write(Defect.LEAKAGE)
+    for log in made.logs:
+        assert log.read_text().startswith(f"# {MARK}\n")
+    text = made.campaign.read_text()
+    assert text.startswith(f"# {MARK}")
+    assert "leak" not in text
+    assert "truth" not in text
+    campaign = load_campaign(made.campaign)
+    assert campaign.synthetic
+    assert campaign.title.startswith("SYNTHETIC")
+    assert made.truth.read_text().startswith(f"# {MARK}")
+
+
+def test_the_campaign_file_says_what_a_test_engineer_knows(write):
+    campaign = load_campaign(write().campaign)
+    assert (campaign.crane_name, campaign.delay, [t.kind for t in campaign.tests]) == ("nov-250t", STATED_DELAY, [Kind.AHC, Kind.LIMITS])
+    test, planned = campaign.tests[0], SHORT.tests[0]
+    assert (test.load, test.water) == (planned.load, planned.water)
+    assert test.water is not None
+    assert set(test.mapping or ()) == {"time", *(c.name for c in AHC_COLUMNS)}
+
+
+def test_the_truth_lies_beside_it_with_a_source_for_every_number(write):
+    told_, made = tomllib.loads(write(Defect.GEAR).truth.read_text()), with_defect(setting(3), CRANE, Defect.GEAR)
+    assert told_["defect"] == "gear: gear ratio motor to drum +2.0% against the twin's"
+    assert {k: v["value"] for k, v in told_["crane"].items()} == {f.name: getattr(made.truth, f.name) for f in fields(made.truth)}
+    assert all(v["kind"] == "assumed" and v["source"] for v in told_["crane"].values())
+    line = CRANE.active.line
+    assert told_["follows"]["C_h"] == pytest.approx(made.truth.capacitance * line.V / line.bulk_modulus)
+    assert told_["log"]["delay"] == made.delay
+
+
+def test_the_same_seed_gives_the_same_bytes_whatever_the_threads(write, tmp_path):
+    one, again = write(), write_campaign(tmp_path / "again", plan=SHORT, seed=3, threads=2)
+    for a, b in zip((*one.logs, one.campaign, one.truth), (*again.logs, again.campaign, again.truth), strict=True):
+        assert a.read_bytes() == b.read_bytes()
+
+
+def test_another_seed_is_another_crane_in_another_sea(write):
+    one, other = write(), write(seed=4)
+    assert one.truth.read_bytes() != other.truth.read_bytes()
+    assert np.corrcoef(column(one, "s_tip"), column(other, "s_tip"))[0, 1] < 0.9
+
+
+def test_parquet_holds_the_same_and_the_mark(write, tmp_path):
+    made = write_campaign(tmp_path / "p", plan=SHORT, seed=3, parquet=True)
+    assert polars.read_parquet(made.logs[0]).equals(table(write()).with_columns(polars.col(polars.Int64).cast(float)))
+    assert polars.read_parquet_metadata(made.logs[0])["comment"] == MARK
+    assert load_campaign(made.campaign).tests[0].log == made.logs[0]
+
+
+def test_progress_goes_from_nothing_to_all(tmp_path):
+    seen: list[float] = []
+    write_campaign(tmp_path / "c", plan=SHORT, progress=seen.append, threads=1)
+    assert (seen[0], seen[-1]) == (0.0, 1.0)
+    assert seen == sorted(seen)
+
+
+def test_a_crane_of_your_own_lies_beside_its_campaign(tmp_path):
+    made = write_campaign(tmp_path / "c", plan=replace(SHORT, crane_name="", tests=SHORT.tests[1:]))
+    assert load_campaign(made.campaign).crane.active == CRANE.active
+
+
+# The log as a PLC writes it
+
+
+def test_stamps_jitter_and_drift_as_the_truth_says(write):
+    made, clock = write(), setting(3).clock
+    t = column_time(made)
+    late = t / (1.0 + clock.drift) - 0.01 * np.arange(len(t))
+    assert 0.5 * clock.jitter < np.ptp(late) <= clock.jitter + 2e-4  # stamps have four decimals
+    assert (np.diff(t) > 0.0).all()
+
+
+def column_time(written: Written, test: int = 0) -> np.ndarray:
+    return table(written, test)["Time"].to_numpy()
+
+
+def test_the_tip_in_the_log_is_the_one_that_the_plc_got(write):
+    """Its own error follows from it: the PLC's error moves with the logged tip less the wire, within noise and steps."""
+    made = write()
+    s_tip, s_w, e = (column(made, n) for n in ("s_tip", "s_w", "e_c_measured"))
+    assert np.std(np.diff(s_tip - s_w - e)) < 1e-3
+
+
+def test_signals_have_the_steps_and_ranges_of_their_sensors(write):
+    made = write()
+    for name, step in (("p_a", 400e5 / 4096), ("s_w", 1e-3), ("u_p", 1e-4)):
+        values = column(made, name) / step
+        assert abs(values - np.round(values)).max() < 0.02, name
+    assert column(made, "p_b").min() >= 0.0
+
+
+def test_a_clock_stamps_late_and_fast():
+    t = 0.01 * np.arange(1000)
+    stamps = Clock(drift=0.01, jitter=2e-3).stamps(t, np.random.default_rng(1))
+    late = stamps / 1.01 - t
+    assert stamps[0] == 0.0
+    assert np.ptp(late) == pytest.approx(2e-3, rel=0.05)
+    assert np.array_equal(Clock().stamps(t, np.random.default_rng(1)), t)
+
+
+def test_a_filter_lags_by_its_time_constant():
+    t = 0.01 * np.arange(4000)
+    assert filtered(t, 0.01 / 0.1)[-1] == pytest.approx(t[-1] - 0.1, abs=0.01)
+    assert np.array_equal(filtered(np.full(9, 5.0), 0.1), np.full(9, 5.0))
+
+
+def test_a_stale_sample_is_that_of_the_cycle_before():
+    x = np.arange(10000.0)
+    y = logged(x, Sensor(stale=0.01), 0.01, np.random.default_rng(2))
+    assert set(np.unique(x - y)) == {0.0, 1.0}
+    assert np.mean(x != y) == pytest.approx(0.01, rel=0.3)
+
+
+def test_a_calibration_goes_to_its_own_sensor():
+    true, off = (ahc_sensors(CRANE, 300.0, c) for c in ({}, {"p_a": Calibration(1.01, 2e5)}))
+    assert {n for n in true if true[n] != off[n]} == {"p_a"}
+
+
+# Plan and sea
+
+
+def test_the_plan_is_that_of_paper_f():
+    rows = [(t.load, t.s_w, t.duration) for t in sea_trials().tests if t.kind is Kind.AHC]
+    assert rows == [(82e3, 487.0, 200.0), (94e3, 487.0, 1500.0), (164e3, 2314.0, 200.0), (162e3, 2281.0, 300.0)]
+
+
+def test_on_a_smaller_crane_the_plan_is_smaller():
+    small = sea_trials("nov-150t")
+    assert max(t.load for t in small.tests) < small.crane.SWL
+    assert max(t.s_w for t in small.tests) < drum_record(small.crane).L_full
+    assert max(t.load for t in small.tests) / small.crane.SWL == pytest.approx(164.0 / 250.0, rel=1e-3)
+
+
+def test_the_tip_covers_half_a_metre_to_two():
+    plan = sea_trials()
+    t = np.arange(0.0, 1500.0, 0.1)
+    case = plan.tests[1]
+    s = case.tip(0, 1).sample(t)[0] * np.clip(t / case.sea.ramp, 0.0, 1.0)
+    windows = np.lib.stride_tricks.sliding_window_view(s, 301)[::50]
+    pp = windows.max(axis=1) - windows.min(axis=1)
+    assert pp.min() < 0.5
+    assert pp.max() > 2.0
+
+
+def test_a_sea_has_the_height_that_was_asked_for_and_never_comes_round():
+    motion = irregular(10.0, 1500.0, 10.0, 2.2, np.random.default_rng(5))
+    s = motion.sample(np.arange(20.0, 1500.0, 0.2))[0]
+    windows = np.lib.stride_tricks.sliding_window_view(s, 151)
+    assert (windows.max(axis=1) - windows.min(axis=1)).max() == pytest.approx(2.2, rel=1e-3)
+    s = s - s.mean()
+    later = [abs(float(np.mean(s[k:] * s[:-k]) / np.mean(s * s))) for k in range(1500, len(s) - 1500)]
+    assert max(later) < 0.6
+
+
+# Scatter
+
+
+def test_truths_of_many_seeds_scatter_evenly_around_the_twin():
+    truths = [setting(s).truth for s in range(200)]
+    for name, half in (("capacitance", 0.03), ("leakage", 0.05), ("inertia", 0.03)):
+        x = np.array([getattr(t, name) for t in truths])
+        assert x.mean() == pytest.approx(1.0, abs=0.01)
+        assert abs(x - 1.0).max() <= half
+        assert x.std() > 0.4 * half
+    assert {getattr(t, n) for t in truths for n in ("friction", "gear", "K_1", "pump_limit")} == {1.0}
+
+
+def test_a_truth_apart_lies_ten_to_thirty_per_cent_off_and_else_where_it_was():
+    near, far = setting(7), setting(7, apart=True)
+    moved = {f.name for f in fields(near.truth) if getattr(near.truth, f.name) != getattr(far.truth, f.name)}
+    assert moved == {"capacitance", "leakage", "inertia"}
+    assert all(0.1 <= abs(getattr(far.truth, n) - 1.0) <= 0.3 for n in moved)
+    assert replace(far, truth=near.truth) == near
+
+
+# Defects
+
+
+def changes(defect: Defect) -> set[str]:
+    """What of the setting a defect changes."""
+    a, b = setting(3), with_defect(setting(3), CRANE, defect)
+    flat: list[dict[str, object]] = []
+    for s in (a, b):
+        inside = {f"{part}.{f.name}": getattr(getattr(s, part), f.name) for part in ("truth", "clock", "faults") for f in fields(getattr(s, part))}
+        flat.append(inside | {f.name: getattr(s, f.name) for f in fields(Setting) if f.name not in ("truth", "clock", "faults")})
+    return {name for name in flat[0] if flat[0][name] != flat[1][name]}
+
+
+def test_every_defect_changes_one_number_and_nothing_else():
+    touched = {d: changes(d) for d in Defect}
+    assert all(len(names) == 1 for names in touched.values()), touched
+    assert len({next(iter(names)) for names in touched.values()}) == len(Defect)
+    assert set(DEFECTS) == set(Defect)
+
+
+@pytest.mark.parametrize("defect", LOGGER)
+def test_a_defect_of_the_log_touches_its_own_columns_alone(write, defect):
+    for i in range(len(SHORT.tests)):
+        plain, wrong = table(write(), i), table(write(defect), i)
+        assert {c for c in plain.columns if not plain[c].equals(wrong[c])} == LOGGER[defect]
+
+
+def test_a_gap_takes_rows_of_the_longest_log_alone(write):
+    plain, wrong = write(), write(Defect.GAP)
+    t = column_time(wrong)
+    assert np.diff(t).max() == pytest.approx(DEFECTS[Defect.GAP].size, abs=0.05)
+    assert table(plain).filter(polars.col("Time").is_in(t.tolist())).equals(table(wrong))
+    assert table(plain, 1).equals(table(wrong, 1))
+
+
+def test_swapped_lines_and_a_wrong_unit_are_what_they_say(write):
+    plain, swapped, unit = write(), write(Defect.PRESSURE_LINES), write(Defect.LOAD_CELL)
+    assert np.array_equal(column(swapped, "p_a"), column(plain, "p_b"))
+    assert np.allclose(G * column(unit, "F_w"), column(plain, "F_w"), atol=0.1 * 1e3)
+
+
+def test_a_fast_clock_is_half_a_per_cent_fast(write):
+    ratio = column_time(write(Defect.CLOCK))[-1] / column_time(write())[-1]
+    assert ratio == pytest.approx(1.005, abs=2e-5)
+
+
+def ratio_of_speeds(written: Written) -> float:
+    """Wire speed over motor speed while the winch runs fast [m/rad]."""
+    v, w = column(written, "v_w", 1), column(written, "omega_m", 1)
+    fast = abs(w) > 200.0
+    return float(np.sum(v[fast] * w[fast]) / np.sum(w[fast] ** 2))
+
+
+def test_a_wrong_gear_turns_the_motors_faster_for_the_same_wire(write):
+    assert ratio_of_speeds(write()) / ratio_of_speeds(write(Defect.GEAR)) == pytest.approx(1.02, rel=2e-3)
+
+
+def test_a_drum_with_a_layer_less_has_the_diameter_of_the_layer_below(write):
+    drum = drum_record(CRANE)
+    k = layers_filled(drum.L_full - 490.0, drum)
+    assert ratio_of_speeds(write()) == pytest.approx(layer_diameter(k, drum) * LEVER, rel=2e-3)
+    assert ratio_of_speeds(write(Defect.LAYER)) == pytest.approx(layer_diameter(k - 1.0, drum) * LEVER, rel=2e-3)
+
+
+def plateau(written: Written, name: str) -> float:
+    """Mean of a signal while the winch hoists at its limit."""
+    return float(column(written, name, 1)[900:1600].mean())
+
+
+def test_more_friction_takes_more_pressure_at_the_same_speed(write):
+    dp = [plateau(w, "p_a") - plateau(w, "p_b") for w in (write(), write(Defect.FRICTION))]
+    assert dp[1] / dp[0] == pytest.approx(1.4, rel=0.03)  # the motors' own loss grows with the pressure
+
+
+def test_more_leakage_takes_speed(write):
+    flow = [plateau(w, "omega_m") * plateau(w, "alpha_m") for w in (write(), write(Defect.LEAKAGE))]
+    lost = 1.0 - plateau(write(), "omega_m") * plateau(write(), "alpha_m") * CRANE.active.motor.D_total / (
+        CRANE.active.pump.D_total * CRANE.active.pump.omega_p
+    )
+    assert 0.2 * lost < 1.0 - flow[1] / flow[0] < 0.6 * lost  # half of the leak on top; slip and tolerances make up the rest of what is lost
+
+
+def test_an_offset_is_seen_where_the_motors_are_at_less_than_full_displacement(write):
+    def offset(written: Written) -> float:
+        return float((column(written, "alpha_m") - column(written, "u_m"))[1000:].mean())
+
+    assert abs(offset(write())) < 0.01
+    assert offset(write(Defect.MOTOR_OFFSET)) == pytest.approx(0.1, abs=0.01)
+
+
+def test_a_late_motion_unit_shows_the_same_tip_later(write):
+    t, one, late = 0.01 * np.arange(4001), column(write(), "s_tip"), column(write(Defect.MRU_DELAY), "s_tip")
+    lags = np.arange(0.0, 0.4, 0.005)
+    fit = [float(np.std((np.interp(t - lag, t, one) - late)[100:])) for lag in lags]
+    expected = STATED_DELAY + DEFECTS[Defect.MRU_DELAY].size - setting(3).delay
+    assert lags[int(np.argmin(fit))] == pytest.approx(expected, abs=5e-3)
+
+
+def test_a_wrong_feedforward_moves_the_pumps_less_for_the_same_joystick(write):
+    start = slice(210, 260)  # the joystick leaves its middle, the motors are still full
+    u = [column(w, "u_p", 1)[start].mean() / column(w, "v_op", 1)[start].mean() for w in (write(), write(Defect.K_1))]
+    assert u[1] / u[0] == pytest.approx(0.9, rel=1e-3)
+
+
+def test_a_saturation_that_the_twin_has_not_holds_the_command_below_one(write):
+    assert abs(column(write(), "u_p", 1)).max() == 1.0
+    assert abs(column(write(Defect.SATURATION), "u_p", 1)).max() == pytest.approx(DEFECTS[Defect.SATURATION].size)
+
+
+def test_a_defect_says_its_size():
+    assert told(Defect.MRU_DELAY, 0.3) == "the motion unit is 0.3 s later than the campaign states"
+    bigger = with_defect(setting(0), CRANE, Defect.LEAKAGE, 1.0)
+    assert bigger.truth.leakage == pytest.approx(2.0 * setting(0).truth.leakage)
+
+
+# Errors
+
+
+def refused(tmp_path: Path, match: str, error: type[Exception] = ValidateError, **options: object) -> None:
+    out = tmp_path / "c"
+    with pytest.raises(error, match=match) as info:
+        write_campaign(out, **({"plan": SHORT} | options))
+    assert "\n" not in str(info.value)
+    assert not out.exists()
+
+
+def test_wrong_wishes_are_refused_in_one_line_before_anything_is_written(tmp_path):
+    refused(tmp_path, r'defect "leak": not one of leakage, friction, layer', defect="leak")
+    refused(tmp_path, r"seed = -1: give a whole number of 0 or more", seed=-1)
+    refused(tmp_path, r"size = 2: the size of no defect", size=2)
+    refused(tmp_path, r"size = nan: the defect gear may have -0.3 to 0.3", defect="gear", size=float("nan"))
+    winch = load_crane("nov-100t-pure-active")
+    refused(tmp_path, r'"nov-100t-pure-active" is pure-active: example campaigns', plan=replace(SHORT, crane=winch))
+
+
+def test_a_folder_with_logs_is_left_as_it_is(write):
+    made = write()
+    before = {p: p.read_bytes() for p in made.folder.rglob("*.*")}
+    with pytest.raises(SimulationError, match="there are logs already"):
+        write_campaign(made.folder, plan=SHORT)
+    assert {p: p.read_bytes() for p in made.folder.rglob("*.*")} == before
