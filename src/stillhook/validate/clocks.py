@@ -73,23 +73,23 @@ def refined(
         if view is None or found is None:
             errors.append(ClockError(clock.signals, "", clock.offset, clock.drift, clock.scatter, np.inf))
             said.append(
-                f'Test "{name}": {_names(clock)} have a clock of their own, {_ppm(clock.drift)}, and could only be brought near that of '
-                "the log, to some hundredths of a second: log the error of the PLC (e_c_measured) for more."
+                f'Test "{name}": the clock of {_names(clock)} is {_ppm(clock.drift)} and could only be brought near that of the log, to '
+                "some hundredths of a second. Log the error of the PLC (e_c_measured) for more."
             )
             continue
         out = moved
         whole = (1.0 + clock.drift) * (1.0 - found.drift) - 1.0
         u = float(np.hypot(found.u, view.u))
-        errors.append(ClockError(clock.signals, view.said, clock.offset - found.seconds, whole, u, found.u_drift))
+        offset = clock.offset - float(found.at(np.zeros(1))[0])
+        errors.append(ClockError(clock.signals, view.said, offset, float(whole), u, found.u_drift))
         said.append(_told(name, clock, found, whole, u, view))
     return out, tuple(errors), said
 
 
 def _told(name: str, clock: OtherClock, found: Lag, drift: float, u: float, view: View) -> str:
     return (
-        f'Test "{name}": {_names(clock)} have a clock of their own, {_ppm(drift)} (+- {2e6 * found.u_drift:.1g} ppm); brought to where '
-        f"the PLC saw them by {view.said}, {1e3 * abs(found.seconds):.3g} ms {'earlier' if found.seconds > 0.0 else 'later'} than the "
-        f"first alignment, known to +- {2e3 * u:.2g} ms (95 %)."
+        f'Test "{name}": the clock of {_names(clock)} is {_ppm(drift)} (+- {2e6 * found.u_drift:.1g} ppm, 95 %); it is brought to where '
+        f"the PLC saw the same, by {view.said}, to +- {2e3 * u:.2g} ms."
     )
 
 
@@ -98,7 +98,7 @@ def _names(clock: OtherClock) -> str:
 
 
 def _ppm(drift: float) -> str:
-    return f"{abs(1e6 * drift):.0f} ppm {'slow' if drift > 0.0 else 'fast'}"
+    return f"{abs(1e6 * drift):.{0 if abs(drift) > 1e-5 else 1}f} ppm {'slow' if drift > 0.0 else 'fast'}"
 
 
 MADE = (("s_tip", "e_c_measured", "s_w", 1.0), ("s_w", "s_tip", "e_c_measured", -1.0), ("e_c_measured", "s_tip", "s_w", -1.0))

@@ -34,6 +34,10 @@ _DATA = {
     "s_tip_pp_low": _m(StepNumber.DATA, "length", "smallest peak-to-peak tip motion over a window"),
     "s_tip_pp_high": _m(StepNumber.DATA, "length", "largest peak-to-peak tip motion over a window"),
     "data_length": _m(StepNumber.DATA, "time", "length of the tests with heave compensation"),
+    "samples_lost": _m(StepNumber.DATA, "", "share of the samples of a log that its rate promises and that are not there"),
+    "longest_gap": _m(StepNumber.DATA, "time", "longest time between two samples of a log"),
+    "samples_doubtful": _m(StepNumber.DATA, "", "share of a test's samples at an end of a sensor, bridged or not known, worst signal"),
+    "clock_drift": _m(StepNumber.DATA, "", "drift of another clock of a log against the main one, which is taken out"),
 }
 _PARAMETERS = {
     "lever_error": _m(StepNumber.PARAMETERS, "", "wire per turn of the motors, implied over the twin's, less 1"),
@@ -71,7 +75,12 @@ _CONTROLLER = {
     "K_p_deviation": _m(StepNumber.CONTROLLER, "", "K_p in the logged commands over the crane file's, less 1"),
     "u_thr_difference": _m(StepNumber.CONTROLLER, "", "u_thr in the logged motor commands, less the crane file's"),
 }
-_LIMITS: dict[str, NamedMeasure] = {}
+_LIMITS = {
+    "saturation_time": _m(StepNumber.LIMITS, "time", "time with the pumps at their end in the logs"),
+    "limit_speed_error": _m(StepNumber.LIMITS, "", "wire speed there, twin driven by the measured commands over the crane, less 1"),
+    "limit_speed_error_whole": _m(StepNumber.LIMITS, "", "the same of the whole twin on measured tip motion and joystick"),
+    "saturation_overlap": _m(StepNumber.LIMITS, "", "time with the pumps at their end in log and whole twin at once, over that in either"),
+}
 _DYNAMICS = {
     "pressure_gradient_error": _m(StepNumber.DYNAMICS, "", "pressure gradient in a turn of the winch, simulated over measured, less 1"),
     "pressure_gradient_error_tuned": _m(StepNumber.DYNAMICS, "", "the same with the tuned crane"),
@@ -104,6 +113,8 @@ MEASURES: Mapping[str, NamedMeasure] = _DATA | _PARAMETERS | _CONTROLLER | _LIMI
 
 SETTINGS: Mapping[str, Named] = {
     "window": Named("time", "window of the peak-to-peak control error"),
+    "layers_apart": Named("", "layers of the drum by which two wire lengths are apart that count as different"),
+    "load_apart": Named("", "part of the SWL by which two loads are apart that count as different"),
     "eta_above": Named("length", "peak-to-peak tip motion from which the compensation efficiency is judged"),
 }
 """Numbers that steps compute their measures with. Every set of criteria gives all of them."""
