@@ -13,6 +13,7 @@ from stillhook.physics.motor import motor_leakage
 from stillhook.physics.pump import LEAK_KNOTS, PumpLeak
 from stillhook.physics.valves import external_leakage, internal_leakage
 from stillhook.units import parse
+from stillhook.validate.campaign import Kind
 from stillhook.validate.implied_curves import bridged, differences, integral, moments
 from stillhook.validate.implied_parts import Part
 from stillhook.validate.implied_regression import Estimate, Fit, FloatArray, fit
@@ -29,14 +30,16 @@ LEAST_ROWS = 100
 class Balance:
     """What the balance implies over what the twin has, less 1: ratio of pump to motor displacement (with their speeds), leakage,
     capacitance of a line; offset: zero error of the pump setting [-]. twin_leakage: the twin's whole leak conductance at the mean of the
-    data [m^3/s/Pa]. For figures, window by window towards the higher line [m^3/s]: Q_p of the pumps, Q_m of the motors, Q_lost what is
-    missing between them, Q_leak what the twin's leakage would take."""
+    data [m^3/s/Pa]; tests that it rests on; measured_motors, measured_pumps: settings were logged, not made from commands.
+    For figures, window by window towards the higher line [m^3/s]: Q_p of the pumps, Q_m of the motors, Q_lost what is missing between
+    them, Q_leak what the twin's leakage would take."""
 
     ratio: Estimate
     leakage: Estimate
     capacitance: Estimate
     offset: Estimate
     twin_leakage: float
+    tests: tuple[str, ...]
     measured_motors: bool
     measured_pumps: bool
     Q_p: FloatArray
@@ -56,8 +59,10 @@ def balance(parts: Sequence[Part]) -> Balance | None:
     .. math:: D_m \\omega_m = r\\,D_p \\omega_p \\alpha_p - c\\,(C_{int}\\Delta p + C_{ext} p) - C_h \\dot p
 
     in the direction of the higher line, integrated. On that line neither boost nor flushing flow. Source: Moslatt 2020 E eq. 11.
+    Tests with heave compensation alone are used where there are any: at full pumps the electric motors slip, which looks like leakage.
     """
-    rows = [row for part in parts if (row := _rows(part)) is not None]
+    mine = [p for p in parts if p.kind is Kind.AHC]
+    rows = [row for part in mine or parts if (row := _rows(part)) is not None]
     if not rows:
         return None
     Q_m, Q_p, zero, leak, C, rate, block = (np.concatenate(c) for c in zip(*rows, strict=True))
@@ -66,7 +71,7 @@ def balance(parts: Sequence[Part]) -> Balance | None:
     found = fit((Q_p, zero, -leak, -C, rate), Q_m, block)
     if found is None:
         return None
-    return _balance(parts, found, (Q_p, zero, leak, C, rate), Q_m)
+    return _balance(mine or parts, found, (Q_p, zero, leak, C, rate), Q_m)
 
 
 def _balance(parts: Sequence[Part], found: Fit, columns: tuple[FloatArray, ...], Q_m: FloatArray) -> Balance:
@@ -79,7 +84,7 @@ def _balance(parts: Sequence[Part], found: Fit, columns: tuple[FloatArray, ...],
         ratio=Estimate(float(found.b[0]) - 1.0, found.half(0), found.blocks), leakage=Estimate(float(found.b[2]) - 1.0, found.half(2)),
         capacitance=Estimate(float(found.b[3]) - 1.0, found.half(3)), offset=Estimate(float(found.b[1] / full), found.half(1) / full),
         twin_leakage=float(np.nanmean(mean)), measured_motors=all(p.has("alpha_m") for p in logged),
-        measured_pumps=all(p.has("alpha_p") for p in logged),
+        tests=tuple(dict.fromkeys(p.test for p in logged)), measured_pumps=all(p.has("alpha_p") for p in logged),
         Q_p=Q_p, Q_m=Q_m, Q_lost=found.b[0] * Q_p + found.b[1] * zero - found.b[3] * C + found.b[4] * rate - Q_m, Q_leak=leak,
     )  # fmt: skip
 

@@ -117,7 +117,7 @@ def _flow(found: Implied) -> list[Measure]:
     if b is None:
         note = "log p_a, p_b, the motor speed, alpha_m (or u_m) and alpha_p (or u_p), with pressure in one line"
         return [measure(name, None, note=note) for name in ("displacement_ratio_error", "leakage_error")]
-    data = rests_on(found, [p.test for p in found.parts if p.has("p_a", "p_b")], b.ratio.blocks)
+    data = rests_on(found, b.tests, b.ratio.blocks)
     return [
         measure("displacement_ratio_error", b.ratio, data=data, note=_ratio_says(b)),
         measure("leakage_error", b.leakage, data=data, note=_leak_says(b)),

@@ -44,12 +44,12 @@ def _percent(x: float) -> str:
 
 def _hydraulics(found: Implied, told: Sequence[Measure]) -> list[Row]:
     rows, b, motor = [], found.balance, found.motor
-    tests, moved, driven = (_tests([p.test for p in found.parts if p.has(*names)]) for names in (("p_a", "p_b"), ("u_m",), ("u_p",)))
+    moved, driven = (_tests([p.test for p in found.parts if p.has(name)]) for name in ("u_m", "u_p"))
     if b is not None:
         one = Estimate(1.0 + b.ratio.value, b.ratio.half)
-        rows.append(_row("pump flow over motor flow", 1.0, one, "", b.ratio.value, tests))
+        rows.append(_row("motor flow over pump flow", 1.0, one, "", b.ratio.value, _tests(b.tests)))
         leak = Estimate(b.twin_leakage * (1.0 + b.leakage.value), b.twin_leakage * b.leakage.half)
-        rows.append(_row("leakage", b.twin_leakage, leak, "leakage", b.leakage.value, tests, digits=3))
+        rows.append(_row("leakage", b.twin_leakage, leak, "leakage", b.leakage.value, _tests(b.tests), digits=3))
     error = next((m.value for m in told if m.name == "motor_offset_error"), None)
     if motor is not None and motor.offset is not None and error is not None:
         rows.append(_row("offset of the motors", motor.offset.value - error, motor.offset, "", error, moved, digits=2))

@@ -41,9 +41,10 @@ def check_parameters(campaign: Campaign, records: tuple[Record, ...], progress: 
 
 
 def said(criteria: Criteria, told: Sequence[Measure]) -> tuple[str, ...]:
-    """Statements: what breaks a limit first, by how much it does, then what the data cannot tell, then all that agrees in one line."""
+    """Statements: what breaks a limit first, by how much it does, then all that agrees in one line, then what the data cannot tell."""
     broken: list[tuple[float, str]] = []
-    unknown, fine = [], []
+    unknown: dict[str, list[str]] = {}
+    fine = []
     for name, mine in by_name(told).items():
         for c in (c for c in criteria.criteria if c.measure == name):
             met = [(m, meets(c, m)) for m in mine]
@@ -52,11 +53,17 @@ def said(criteria: Criteria, told: Sequence[Measure]) -> tuple[str, ...]:
                 worst = max(wrong, key=lambda m: abs(m.value or 0.0))
                 broken.append((abs(worst.value or 0.0) / c.limit, _wrong(c, worst, len(wrong), len(mine))))
             elif all(ok is None for _, ok in met):
-                unknown.append(f"{c.what} cannot be told: {mine[0].note}.")
+                unknown.setdefault(mine[0].note, []).append(c.what)
             else:
-                fine.append(c.what[0].lower() + c.what[1:])
+                fine.append(_small(c.what))
     agree = (f"Within limits: {'; '.join(fine)}.",) if fine else ()
-    return (*(text for _, text in sorted(broken, key=lambda b: -b[0])), *agree, *unknown)
+    lacks = (f"{'; '.join([what[0], *(_small(w) for w in what[1:])])} cannot be told: {note}." for note, what in unknown.items())
+    return (*(text for _, text in sorted(broken, key=lambda b: -b[0])), *agree, *lacks)
+
+
+def _small(what: str) -> str:
+    """A criterion's title inside a sentence."""
+    return what[0].lower() + what[1:]
 
 
 def _wrong(c: Criterion, m: Measure, wrong: int, all_: int) -> str:
