@@ -2,13 +2,16 @@
 
 from dataclasses import fields, replace
 from functools import cache
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from stillhook import Scenario, load_crane, simulate
+from stillhook.engine.drive import Drive
 from stillhook.engine.pack import pack
 from stillhook.engine.pack_truth import fastest_rates, pack_truth, simulate_truth
+from stillhook.engine.run import Block
 from stillhook.engine.truth import Truth, numbers
 from stillhook.engine.truth_friction import surface, true_friction, usual_speeds
 from stillhook.errors import SpecError
@@ -93,6 +96,19 @@ def test_mass_of_wire_and_load_add_up_to_what_the_twin_moves():
     assert rope.m_mid + rope.m_load == pytest.approx(load.m, rel=SAME)
     assert rope.W_mid + rope.W_load == pytest.approx(load.W, rel=SAME)
     assert rope.m_mid > 0.2 * load.m  # half of 2.4 km of wire is no trifle
+
+
+def test_without_compiling_the_same_run_gives_the_same_numbers():
+    start = case("94 t", "487 m", duration="0.5 s", ramp="0.1 s", warm_up="0 s")
+    found = []
+    for compiled in (True, False):
+        block = Block([(pack_truth(CRANE, start, PLAIN), Drive(CRANE, start))], lanes=1, n_sub=5, every=10)
+        if not compiled:
+            block.d = SimpleNamespace(**vars(block.d) | {"run": block.d.run.py_func})
+        for _ in block.steps():
+            pass
+        found.append(block.results()[0].series)
+    np.testing.assert_allclose(found[1], found[0], rtol=1e-9, atol=1e-9)  # exp of the library against our polynomial
 
 
 # What tuning must find again
