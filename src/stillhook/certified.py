@@ -71,10 +71,10 @@ class Envelope(_Closed):
     def outside(self, asked: Conditions) -> tuple[str, ...]:
         """Why conditions are outside, each with what was validated: "load 200 t (validated 82 t to 164 t)"; empty inside."""
         found = [
-            _beyond("load", asked.load, asked.load, self.load, "mass"),
-            _beyond("wire out", asked.s_w_min, asked.s_w_max, self.s_w, "length"),
-            _beyond("tip motion over 30 s", asked.s_tip_pp, asked.s_tip_pp, self.s_tip_pp, "length"),
-            _beyond("period of the tip", asked.period, asked.period, self.period, "time"),
+            _beyond("load", (asked.load, asked.load), self.load, "mass"),
+            _beyond("wire out", (asked.s_w_min, asked.s_w_max), self.s_w, "length", 4),
+            _beyond("tip motion over 30 s", (asked.s_tip_pp, asked.s_tip_pp), self.s_tip_pp, "length"),
+            _beyond("period of the tip", (asked.period, asked.period), self.period, "time"),
         ]
         unknown = [m for m in dict.fromkeys(asked.modes) if m not in self.modes]
         if unknown:
@@ -86,23 +86,24 @@ class Envelope(_Closed):
         """Every range in words, by what it is of."""
         return {
             "payload on the hook": _range(self.load, "mass"),
-            "wire paid out": _range(self.s_w, "length"),
+            "wire paid out": _range(self.s_w, "length", 4),
             "crane tip, peak-to-peak over 30 s": _range(self.s_tip_pp, "length"),
             "period of the crane tip's motion": _range(self.period, "time"),
             "controller modes": ", ".join(self.modes),
         }
 
 
-def _range(ends: tuple[float, float], kind: str) -> str:
-    return f"{u.show(ends[0], kind, 3)} to {u.show(ends[1], kind, 3)}"
+def _range(ends: tuple[float, float], kind: str, digits: int = 3) -> str:
+    return f"{u.show(ends[0], kind, digits)} to {u.show(ends[1], kind, digits)}"
 
 
-def _beyond(what: str, least: float, most: float, known: tuple[float, float], kind: str) -> str:
-    lo, hi = known
+def _beyond(what: str, ends: tuple[float, float], known: tuple[float, float], kind: str, digits: int = 3) -> str:
+    """What is asked and what is known, where the first is not within the second."""
+    (least, most), (lo, hi) = ends, known
     if math.isnan(least) or (least >= lo - EDGE * abs(lo) and most <= hi + EDGE * abs(hi)):
         return ""
-    asked = u.show(least, kind, 3) if least == most else f"{u.show(least, kind)} to {u.show(most, kind)}"
-    return f"{what} {asked} (validated {_range(known, kind)})"
+    asked = u.show(least, kind, digits) if least == most else _range(ends, kind, digits)
+    return f"{what} {asked} (validated {_range(known, kind, digits)})"
 
 
 class Certified(_Closed):

@@ -9,10 +9,11 @@ from tests.validate.staged_certificate import drawn, staged, write
 from stillhook import load_crane
 from stillhook.cli import run as command
 from stillhook.library import crane_toml
-from stillhook.validate import certificate_check, certificate_content, certificate_files, load_certificate
+from stillhook.validate import certificate_check, certificate_content, certificate_files, load_certificate, truth
 from stillhook.validate import figures as pictures_of
 from stillhook.validate.certificate_check import check
 from stillhook.validate.lines import StepNumber
+from stillhook.validate.truth import Written
 
 
 @pytest.fixture
@@ -174,3 +175,27 @@ def test_show_says_the_verdict_and_the_envelope(file, tmp_path, capsys):
     assert json.loads(capsys.readouterr().out)["envelope"]["load"] == [82e3, 164e3]
     assert command(["certificate", "show", str(tmp_path / "nothing.json")]) == 2
     assert "no such file" in capsys.readouterr().err
+
+
+def test_an_example_campaign_with_an_unknown_defect_names_those_there_are(tmp_path, capsys):
+    assert command(["certificate", "example-campaign", str(tmp_path / "new"), "--defect", "rust"]) == 2
+    assert "not one of leakage, friction, layer, gear" in capsys.readouterr().err
+    assert not (tmp_path / "new").exists()
+
+
+def test_an_example_campaign_is_of_the_crane_seed_and_defect_that_were_asked_for(tmp_path, monkeypatch, capsys):
+    asked = {}
+
+    def written(out, **how):
+        asked.update(how)
+        return Written(out, out / "campaign.toml", (out / "logs" / "1.csv",), out / "truth.toml", ("test \"limits\": saturated",))
+
+    monkeypatch.setattr(truth, "write_campaign", written)
+    (tmp_path / "ours.toml").write_text('base = "nov-150t"\n')
+    options = ["--seed", "5", "--defect", "gear", "--size", "0.03", "--crane", str(tmp_path / "ours.toml")]
+    assert command(["certificate", "example-campaign", str(tmp_path / "new"), *options]) == 0
+    out = capsys.readouterr().out
+    assert out.startswith("SYNTHETIC crane, seed 5: gear ratio motor to drum +3.0% against the twin's; 1 tests")
+    assert (asked["seed"], asked["defect"], asked["size"], asked["plan"].crane.name) == (5, "gear", 0.03, "ours")
+    assert command(["certificate", "example-campaign", str(tmp_path / "new"), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["crane"] == "well matched by its twin"

@@ -1,4 +1,4 @@
-"""`stillhook certificate`: what a certificate says, and whether it still holds."""
+"""`stillhook certificate`: what a certificate says, whether it still holds, and a campaign to try the whole road on."""
 
 from __future__ import annotations
 
@@ -102,3 +102,38 @@ def _say(found: Check) -> None:
         print("computed again: not the same to the byte; no number differs")
     if found.same_pdf is not None:
         print(f"PDF beside it: {'the same to the byte' if found.same_pdf else 'not the same (other library versions set it otherwise)'}")
+
+
+@app.command("example-campaign")
+def example_campaign(
+    out: Annotated[Path, typer.Argument(help="Folder for campaign.toml, the logs and truth.toml.")],
+    seed: Annotated[int, typer.Option(min=0, help="Another seed is another crane, sea and noise.")] = 0,
+    defect: Annotated[str | None, typer.Option(help="One thing that is wrong, by name, to see it caught.")] = None,
+    size: Annotated[float | None, typer.Option(help="Size of the defect, in place of its usual one.")] = None,
+    crane: Annotated[str, typer.Option(help="Twin under test: library crane, or path of a crane file.")] = "nov-250t",
+    apart: Annotated[bool, typer.Option("--apart", help="Capacitance, leakage and inertia 10 to 30 % off, to be tuned.")] = False,
+    parquet: Annotated[bool, typer.Option("--parquet", help="Logs as Parquet instead of CSV.")] = False,
+    json: Json = False,
+) -> None:
+    """Write validation tests of a simulated crane that is other in detail than its twin. Everything is marked SYNTHETIC.
+
+    Example: stillhook certificate example-campaign my-tests --defect leakage
+    """
+    from stillhook.library import cranes, load_crane
+    from stillhook.validate.truth import defect_of, sea_trials, write_campaign
+    from stillhook.validate.truth.defects import told
+
+    named = defect_of(defect) if defect is not None else None
+    plan = sea_trials(crane if crane in cranes() else load_crane(crane))
+    with progress_bar(f"{len(plan.tests)} tests") as bar:
+        written = write_campaign(out, plan=plan, seed=seed, defect=named, size=size, apart=apart, parquet=parquet, progress=bar)
+    what = told(named, size) if named is not None else "well matched by its twin"
+    if json:
+        logs, notes = [str(p) for p in written.logs], list(written.notes)
+        print_json({"campaign": str(written.campaign), "logs": logs, "truth": str(written.truth), "crane": what, "notes": notes})
+        return
+    print(f"SYNTHETIC crane, seed {seed}: {what}; {len(written.logs)} tests")
+    for note in written.notes:
+        print(note)
+    print(f"written: {written.campaign}, {written.folder / 'logs'}; what the crane really is: {written.truth}")
+    print(f"next: stillhook validate {written.campaign} --out {written.folder / 'validation'}")

@@ -39,8 +39,6 @@ def wave_periods(s: FloatArray, dt: float) -> FloatArray:
     last = np.maximum.accumulate(np.where(side != 0, np.arange(len(y)), 0))
     side = side[last]  # within the dead band the side of before counts
     into = np.flatnonzero((side[1:] > 0) & (side[:-1] < 0)) + 1
-    times = []
-    for i in into:  # back to where the mean was crossed, between two samples
-        below = int(np.flatnonzero(y[:i] <= 0.0)[-1])
-        times.append(below + y[below] / (y[below] - y[below + 1]))
-    return np.diff(np.array(times)) * dt
+    up = np.flatnonzero((y[:-1] <= 0.0) & (y[1:] > 0.0))
+    below = up[np.searchsorted(up, into) - 1]  # where the mean was crossed before the wave went beyond the dead band
+    return np.asarray(np.diff(below + y[below] / (y[below] - y[below + 1])) * dt, dtype=np.float64)
