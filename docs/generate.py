@@ -52,7 +52,26 @@ def units() -> str:
     return page("Units", lead, ("kind", "inside", "printed in", "may be written in"), rows)
 
 
+def criteria() -> str:
+    """Every row of the sets of acceptance criteria that come with Stillhook."""
+    from stillhook.validate.criteria import criteria_sets, load_criteria
+
+    sets = [load_criteria(name) for name in criteria_sets()]
+    rows = [
+        (s.label, c.key, int(c.step), c.what, f"`{c.measure}`", c.asked, c.by.value, "yes" if c.judged else "shown only", c.source, c.reason)
+        for s in sets
+        for c in s.criteria
+    ]
+    lead = (
+        "What `stillhook validate` judges a twin by, unless a campaign names a criteria file of its own. Steps are those of paper F, 0 is "
+        "the data set. By: what must meet the limit, the value, the whole 95 % interval, or any part of it."
+    )
+    head = ("set", "key", "step", "what", "measure", "asked", "by", "judged", "source", "reason")
+    return page("Acceptance criteria", lead, head, rows)
+
+
 PAGES: Mapping[str, Callable[[], str]] = {
+    "reference/criteria.md": criteria,
     "reference/nomenclature.md": nomenclature,
     "reference/units.md": units,
 }

@@ -85,19 +85,27 @@ def _extent(compared: Sequence[Compared]) -> str:
 
 def _largest(compared: Sequence[Compared]) -> tuple[Measure, Measure]:
     """Both readings of paper F table 2, item 2a."""
-    pairs = [(c.name, *c.pair) for c in compared if len(c.pair[0])]
+    pairs = [(c, *c.pair) for c in compared if len(c.pair[0])]
     data = _extent(compared)
     if not pairs:
         note = "the control error is nowhere known"
         return _measure("e_c_max_difference", None, note=note), _measure("e_c_deviation_max", None, note=note)
     measured = max(float(np.abs(m).max()) for _, m, _ in pairs)
     simulated = max(float(np.abs(s).max()) for _, _, s in pairs)
-    apart, where = max((float(np.abs(s - m).max()), name) for name, m, s in pairs)
+    apart = [np.nan_to_num(np.abs(c.e_simulated - c.e_measured)) for c, _, _ in pairs]
+    worst = int(np.argmax([x.max() for x in apart]))
     note = f"simulated {100.0 * simulated:.3g} cm, measured {100.0 * measured:.3g} cm"
     return (
         _measure("e_c_max_difference", simulated - measured, data=data, note=note),
-        _measure("e_c_deviation_max", apart, data=data, note=f'in test "{where}"'),
+        _measure("e_c_deviation_max", float(apart[worst].max()), data=data, note=_moment(pairs[worst][0], int(np.argmax(apart[worst])))),
     )
+
+
+def _moment(c: Compared, i: int) -> str:
+    """Where a sample lies, and what the pumps were told there: a limit that one of the two has shows in it."""
+    text = f'in test "{c.name}" at {c.replay.t[i] + c.replay.record.zero:.0f} s of the log'
+    u_p = float(c.replay.measured("u_p")[i])
+    return f"{text}, pump command {u_p:.2f} measured, {c.simulated['u_p'][i]:.2f} simulated" if math.isfinite(u_p) else text
 
 
 def _efficiency(compared: Sequence[Compared], above: float, block: int) -> Measure:

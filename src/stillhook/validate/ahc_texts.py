@@ -30,11 +30,21 @@ def said(compared: Sequence[Compared], like: Shape, *, logged: bool) -> tuple[st
     mean, s = mean_and_s(x)
     first = (
         f"The twin repeats {_cases(compared)} with the tip motion that was measured. Peak to peak over the window its control error "
-        f"is {100.0 * mean:.2g} cm off the crane's on average (s {100.0 * s:.2g} cm)."
+        f"is {100.0 * mean:.2g} cm off the crane's on average (s {100.0 * s:.2g} cm){_range(compared)}."
         if len(x)
         else "The twin repeats the tests, but no window of the logs is full of numbers."
     )
     return (first, *_shape(like), *_how(compared, logged=logged))
+
+
+def _range(compared: Sequence[Compared]) -> str:
+    """Load cases with the least and the largest mean deviation."""
+    names = dict.fromkeys(c.name for c in compared if len(c.windows.x))
+    means = {n: float(np.mean(np.concatenate([c.windows.x for c in compared if c.name == n]))) for n in names}
+    if len(means) < 2:
+        return ""
+    least, most = min(means, key=lambda n: means[n]), max(means, key=lambda n: means[n])
+    return f", from {100.0 * means[least]:.2g} cm in load case {least} to {100.0 * means[most]:.2g} cm in load case {most}"
 
 
 def _cases(compared: Sequence[Compared]) -> str:
