@@ -58,7 +58,10 @@ def criteria() -> str:
 
     sets = [load_criteria(name) for name in criteria_sets()]
     rows = [
-        (s.label, c.key, int(c.step), c.what, f"`{c.measure}`", c.asked, c.by.value, "yes" if c.judged else "shown only", c.source, c.reason)
+        (
+            *(s.label, c.key, int(c.step), c.what, f"`{c.measure}`", c.asked, c.by.value),
+            *("yes" if c.judged else "shown only", c.source, c.reason),
+        )
         for s in sets
         for c in s.criteria
     ]
