@@ -12,10 +12,10 @@ from matplotlib.figure import Figure
 
 from stillhook import load_crane
 from stillhook.cli import run as command
-from stillhook.cli import validate as surface
 from stillhook.io.log_types import Log
 from stillhook.scenario import Mode
 from stillhook.validate import figures as pictures
+from stillhook.validate import report_files
 from stillhook.validate import validation as frame
 from stillhook.validate.campaign import Campaign, CraneTest, Kind
 from stillhook.validate.criteria import By, Criteria, Criterion, Limit
@@ -79,6 +79,7 @@ def stage(monkeypatch, tmp_path):
     """Puts a staged validation in place of the steps; returns the path of a campaign file."""
     monkeypatch.setattr(pictures, "FIGURES", {StepNumber.AHC: drawn})
     monkeypatch.setattr("stillhook.validate.campaign.load_campaign", lambda path: staged().campaign)
+    monkeypatch.setattr(report_files, "certificate_files", lambda found, folder: {"certificate.json": b"{}"})
     asked = {}
 
     def put(found: Validation) -> dict:
@@ -118,14 +119,15 @@ def test_a_person_reads_load_cases_steps_every_criterion_and_one_sentence(stage,
         "a gap of 20 s at 412 s",
         "step 5, active heave compensation: passed",
         "the twin errs by less than the crane",
-        "Deviation by load case",
         "pass      2b  Mean deviation in load case 2: 2.1 cm (95 % interval 1.6 to 2.7 cm",
         "told      2b-s",
         "for information, no part of the verdict",
         "[paper F table 2]",
     ):
         assert words in out
-    assert out.splitlines()[-1].startswith('PASSED: "nov-250t" as described represents this crane')
+    assert 'PASSED: "nov-250t" as described represents this crane' in out
+    assert "Deviation by load case" not in out
+    assert out.splitlines()[-1] == "report, figures and certificate: --out FOLDER; tables of a step: --steps 4"
 
 
 def test_a_no_is_in_capitals_counted_and_ends_with_exit_code_1(stage, capsys):
@@ -133,6 +135,7 @@ def test_a_no_is_in_capitals_counted_and_ends_with_exit_code_1(stage, capsys):
     assert command(["validate", "campaign.toml"]) == 1
     out = capsys.readouterr().out
     assert "FAIL      2b" in out
+    assert "in the way\nFAIL      2b  Mean deviation: 4.9 cm (1.6 cm to 5.6 cm), at most 5 cm (whole interval) is asked" in out
     assert "NOT PASSED: of 2 criteria of quay version 3, 1 fail (2b)." in out
 
 
@@ -159,7 +162,9 @@ def test_single_steps_say_that_there_is_no_certificate_without_the_others(stage,
     asked = stage(staged(whole=False))
     assert command(["validate", "campaign.toml", "--steps", "0, 5"]) == 0
     assert list(asked["steps"]) == [0, 5]
-    assert "This is steps 0 and 5 only: a certificate needs all steps, 0 to 5." in capsys.readouterr().out
+    out = capsys.readouterr().out
+    assert "This is steps 0 and 5 only: a certificate needs all steps, 0 to 5." in out
+    assert "Deviation by load case" in out
 
 
 def test_json_is_in_si_with_names_of_the_nomenclature(stage, capsys):
@@ -179,8 +184,8 @@ def test_everything_is_written_and_the_page_reads_as_text(stage, capsys, tmp_pat
     stage(staged())
     out = tmp_path / "out"
     assert command(["validate", "campaign.toml", "--out", str(out)]) == 0
-    assert {"report.html", "summary.json", "segments.csv", "step-5-error-over-time.png"} <= {p.name for p in out.iterdir()}
-    assert f"written to {out}: " in capsys.readouterr().out
+    assert {p.name for p in out.iterdir()} == {"report.html", "summary.json", "segments.csv", "step-5-error-over-time.png", "certificate.json"}
+    assert f"written to {out}: report.html (read this), certificate.json, segments.csv, summary.json, 1 figures" in capsys.readouterr().out
     page = Text()
     page.feed((out / "report.html").read_text(encoding="utf-8"))
     text = " ".join(" ".join(page.parts).split())
@@ -196,10 +201,37 @@ def test_everything_is_written_and_the_page_reads_as_text(stage, capsys, tmp_pat
         "at most 5 cm (whole interval)",
         "wind 12 m/s",
         "quay version 3",
+        'Test "1": a gap of 20 s',
     ):
         assert words in text
     assert json.loads((out / "summary.json").read_text(encoding="utf-8"))["whole"] is True
     assert (out / "segments.csv").read_text(encoding="utf-8").splitlines()[1].startswith("1,0.0,1500.0,82.0,")
+
+
+def test_a_certificate_of_an_earlier_validation_does_not_stay_beside_a_later_report(stage, tmp_path):
+    out = tmp_path / "out"
+    stage(staged())
+    command(["validate", "campaign.toml", "--out", str(out)])
+    (out / "my-notes.txt").write_text("kept")
+    stage(staged(whole=False))
+    command(["validate", "campaign.toml", "--out", str(out), "--steps", "0,5"])
+    assert not (out / "certificate.json").exists()
+    assert (out / "my-notes.txt").read_text() == "kept"
+
+
+def test_criteria_of_the_command_line_give_no_certificate(stage, tmp_path, capsys):
+    stage(staged())
+    command(["validate", "campaign.toml", "--out", str(tmp_path / "out"), "--criteria", "paper-f"])
+    assert not (tmp_path / "out" / "certificate.json").exists()
+    assert "no certificate with --criteria" in capsys.readouterr().out
+
+
+def test_a_crane_file_in_the_folder_of_the_results_is_not_written_over(stage, tmp_path, capsys):
+    stage(staged())
+    (tmp_path / "crane.toml").write_text("mine")
+    assert command(["validate", "campaign.toml", "--out", str(tmp_path)]) == 2
+    assert 'crane.toml" there is not from an earlier validation, and could be lost. Choose another folder.' in capsys.readouterr().err
+    assert (tmp_path / "crane.toml").read_text() == "mine"
 
 
 def test_an_interrupted_validation_leaves_no_file(stage, capsys, tmp_path, monkeypatch):
@@ -252,4 +284,3 @@ def test_bad_input_is_refused_in_one_line(arguments, words, capsys, tmp_path, mo
 def test_help_shows_an_example(capsys):
     assert command(["validate", "--help"]) == 0
     assert "Example: stillhook validate" in " ".join(capsys.readouterr().out.split())
-    assert surface.REPORT == "report.html"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 import sys
 import textwrap
@@ -17,9 +18,10 @@ if TYPE_CHECKING:
     from stillhook.validate.lines import Step, StepNumber
     from stillhook.validate.validation import Validation
 
-REPORT, NUMBERS, SEGMENTS = "report.html", "summary.json", "segments.csv"
 NARROW, WIDE = 60, 120
 """Columns of running text: not fewer, not more."""
+GLUE = "\u00a0"
+"""Stands for a space at which no line is folded."""
 
 
 def register(app: typer.Typer) -> None:
@@ -44,12 +46,13 @@ def validate(
     from stillhook.validate.campaign import load_campaign
     from stillhook.validate.criteria import load_criteria
     from stillhook.validate.validation import validate as check
-    from stillhook.whole import check_folder
 
-    if out is not None:
-        check_folder(out, (REPORT, NUMBERS, SEGMENTS))
     numbers = _numbers(steps)
     todo = load_campaign(campaign)
+    if out is not None:
+        from stillhook.validate.report_files import check_out
+
+        check_out(todo, out)
     if criteria is not None:
         todo = replace(todo, criteria=load_criteria(criteria))
     with progress_bar("validating") as bar:
@@ -59,11 +62,15 @@ def validate(
 
         print_json(to_dict(found))
     else:
-        _print(found)
+        _print(found, tables=numbers is not None)
     if out is not None:
-        written = _write(found, out)
+        from stillhook.validate.report_files import save_validation
+
+        written = save_validation(found, out, certificate=criteria is None)
         if not json:
-            print(f"written to {out}: {', '.join(written)}")
+            _print_written(out, written)
+    if not json:
+        _print_missing(found, out, criteria)
     raise typer.Exit(0 if found.passed else 1)
 
 
@@ -81,27 +88,27 @@ def _numbers(text: str | None) -> list[StepNumber] | None:
     return [known[part] for part in wanted]
 
 
-def _print(found: Validation) -> None:
-    from stillhook.validate.report_texts import SEGMENT_HEAD, segment_cells, segments, sentence, title
+def _print(found: Validation, *, tables: bool) -> None:
+    from stillhook.validate.report_texts import SEGMENT_HEAD, found_on_the_way, segment_cells, segments, sentence, title
 
     print_table(SEGMENT_HEAD, [list(segment_cells(s)) for s in segments(found)], title=title(found))
-    for record in found.records:
-        for text in record.statements:
-            _item(f"test {record.test.name}: {text}")
+    for text in found_on_the_way(found):
+        _item(text)
     for step in found.steps:
-        _print_step(found, step)
+        _print_step(found, step, tables=tables)
     _print_verdict(found)
     print()
     _wrapped(sentence(found))
 
 
-def _print_step(found: Validation, step: Step) -> None:
+def _print_step(found: Validation, step: Step, *, tables: bool) -> None:
     from stillhook.validate.report_texts import columns_of_words, step_verdict
 
-    print(f"\nstep {int(step.number)}, {step.title}: {step_verdict(found, step)}")
+    print()
+    _wrapped(f"step {int(step.number)}, {step.title}: {step_verdict(found, step)}")
     for text in step.statements:
         _item(text)
-    for table in step.tables:
+    for table in step.tables if tables else ():
         print_table(table.header, [list(row) for row in table.rows], title=table.title, texts=columns_of_words(table))
 
 
@@ -109,11 +116,10 @@ def _print_verdict(found: Validation) -> None:
     """Every criterion as a short paragraph: a table of them would be wider than a terminal."""
     from stillhook.validate.report_texts import MEANING, lines_of, verdict_word
 
-    print("\nverdict")
     for step in found.steps:
         lines = lines_of(found, step)
         if lines:
-            print(f"step {int(step.number)}, {step.title}")
+            print(f"\nverdict, step {int(step.number)}: {step.title}")
         for line in lines:
             _wrapped(f"{verdict_word(line):<10}{line.key}  {line.said} [{line.source}]", " " * 10)
     there = {line.verdict for line in found.lines}
@@ -121,6 +127,21 @@ def _print_verdict(found: Validation) -> None:
     for verdict, text in MEANING.items():
         if verdict in there:
             _wrapped(f"{verdict.value}: {text}")
+    _print_no(found)
+
+
+def _print_no(found: Validation) -> None:
+    """What stands in the way, once more and together."""
+    from stillhook.validate.report_texts import line_cells, verdict_word
+
+    no = [line for line in found.lines if line.no]
+    if no:
+        print("\nin the way")
+    for line in no:
+        key, what, figure, between, limit, *_ = line_cells(found, line)
+        found_is = f"{figure} ({between})" if between else figure
+        asked = f"{limit} is asked" if line.measure is None or line.measure.value is not None else line.measure.note
+        _wrapped(f"{verdict_word(line):<10}{key}  {what}: {found_is}, {asked}", " " * 10)
 
 
 def _item(text: str) -> None:
@@ -128,27 +149,26 @@ def _item(text: str) -> None:
 
 
 def _wrapped(text: str, indent: str = "") -> None:
-    """Running text, folded to the terminal; in a file or a pipe every line stays one."""
+    """Running text, folded to the terminal, no unit parted from its number; in a file or a pipe every line stays one."""
     if sys.stdout.isatty():
         width = min(max(shutil.get_terminal_size().columns - 1, NARROW), WIDE)
-        text = textwrap.fill(text, width, subsequent_indent=indent, break_long_words=False, break_on_hyphens=False)
+        whole = re.sub(r"(?<=[0-9]) (?=[^0-9\s]{1,3}(?:[^\w]|$)|[LNkm][ /a-z])", GLUE, text)
+        whole = textwrap.fill(whole, width, subsequent_indent=indent, break_long_words=False, break_on_hyphens=False)
+        text = whole.replace(GLUE, " ")
     print(text)
 
 
-def _write(found: Validation, out: Path) -> list[str]:
-    """Report, numbers, tables and figures, all or nothing."""
-    from stillhook.io.page import png
-    from stillhook.io.results import save_json
-    from stillhook.validate.figures import figures
-    from stillhook.validate.report import report
-    from stillhook.validate.report_data import segments_table, to_dict
-    from stillhook.whole import whole_folder
+def _print_written(out: Path, written: tuple[str, ...]) -> None:
+    from stillhook.validate.report_files import REPORT
 
-    with whole_folder(out) as part:
-        pictures = {stem: png(figure) for stem, figure in figures(found).items()}
-        for stem, data in pictures.items():
-            (part / f"{stem}.png").write_bytes(data)
-        (part / REPORT).write_text(report(found, pictures), encoding="utf-8")
-        save_json(to_dict(found), part / NUMBERS)
-        segments_table(found).write_csv(part / SEGMENTS)
-        return sorted(p.name for p in part.iterdir())
+    pictures = [name for name in written if name.endswith(".png")]
+    rest = [name for name in written if name not in pictures and name != REPORT]
+    _wrapped(f"written to {out}: {REPORT} (read this), {', '.join(rest)}, {len(pictures)} figures")
+
+
+def _print_missing(found: Validation, out: Path | None, criteria: str | None) -> None:
+    """What there is not, and how to get it."""
+    if out is None and found.whole:
+        _wrapped("report, figures and certificate: --out FOLDER; tables of a step: --steps 4")
+    elif criteria is not None and found.whole:
+        _wrapped("no certificate with --criteria: name the criteria in the campaign file, so that it can be checked later")

@@ -5,6 +5,7 @@ Source: Moslatt 2020 paper F and sections 2.5-2.6.
 >>> from stillhook import validate
 >>> found = validate.validate("sea-trial/campaign.toml")  # doctest: +SKIP
 >>> found.passed, [line.said for line in found.lines if line.no]  # doctest: +SKIP
+>>> validate.save_validation(found, "validation")  # doctest: +SKIP
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
     from stillhook.validate.campaign import Campaign, load_campaign
     from stillhook.validate.certificate import Certificate, certificate_files, certificate_of, load_certificate
     from stillhook.validate.criteria import Criteria, load_criteria
+    from stillhook.validate.report_files import save_validation
     from stillhook.validate.validation import Validation, validate
 
 _HOMES = {
@@ -29,6 +31,7 @@ _HOMES = {
     "load_campaign": "validate.campaign",
     "load_certificate": "validate.certificate",
     "load_criteria": "validate.criteria",
+    "save_validation": "validate.report_files",
     "validate": "validate.validation",
 }
 __all__ = [
@@ -41,6 +44,7 @@ __all__ = [
     "load_campaign",
     "load_certificate",
     "load_criteria",
+    "save_validation",
     "validate",
 ]
 

@@ -14,6 +14,7 @@ from stillhook.validate.report_texts import (
     SHOWS,
     STEP_HEAD,
     columns_of_words,
+    found_on_the_way,
     line_cells,
     lines_of,
     segment_cells,
@@ -90,7 +91,7 @@ def _legend(lines: Sequence[Line]) -> str:
 
 def _found_on_the_way(validation: Validation) -> list[str]:
     """What reading the logs brought up."""
-    said = [f"test {record.test.name}: {text}" for record in validation.records for text in record.statements]
+    said = found_on_the_way(validation)
     return [subheading("Found while reading the logs"), bullets(said)] if said else []
 
 

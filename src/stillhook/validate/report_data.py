@@ -5,6 +5,9 @@ from __future__ import annotations
 import dataclasses
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
+from stillhook.validate.ahc import AhcStep
 from stillhook.validate.report_texts import segments, sentence
 from stillhook.validate.validation import Validation
 
@@ -48,3 +51,23 @@ def segments_table(validation: Validation) -> polars.DataFrame:
         "mode": [s.mode.value for s in found],
     }
     return pl.DataFrame(columns)
+
+
+def deviations_table(validation: Validation) -> polars.DataFrame | None:
+    """Every window of step 5, units in the headings; None where it compared nothing. Source: Moslatt 2020 paper F, figures 11 to 13."""
+    import polars as pl
+
+    parts = [c.windows for step in validation.steps if isinstance(step, AhcStep) for c in step.compared]
+    if not parts:
+        return None
+    joined = {
+        "test": [w.test for w in parts for _ in w.ends],
+        "end of window [s]": np.concatenate([w.ends for w in parts]),
+        "s_tip_pp [m]": np.concatenate([w.s_tip_pp for w in parts]),
+        "e_c_pp_measured [m]": np.concatenate([w.measured for w in parts]),
+        "e_c_pp_simulated [m]": np.concatenate([w.simulated for w in parts]),
+        "deviation [m]": np.concatenate([w.x for w in parts]),
+        "eta_c_measured": np.concatenate([w.eta_measured for w in parts]),
+        "eta_c_simulated": np.concatenate([w.eta_simulated for w in parts]),
+    }
+    return pl.DataFrame(joined).with_columns(pl.col(pl.Float64).round(6))

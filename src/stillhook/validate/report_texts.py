@@ -116,6 +116,15 @@ def segments(validation: Validation) -> list[Segment]:
     return [s for record in validation.records for s in record.segments]
 
 
+def found_on_the_way(validation: Validation) -> list[str]:
+    """What reading the logs brought up, each with its test."""
+    said = []
+    for record in validation.records:
+        test = f'Test "{record.test.name}"'
+        said += [text if text.startswith(test) else f"{test}: {text}" for text in record.statements]
+    return said
+
+
 def step_row(validation: Validation, step: Step) -> tuple[str, ...]:
     """How the criteria of a step came out, see STEP_HEAD."""
     counts = Counter(line.verdict for line in lines_of(validation, step))
