@@ -127,7 +127,7 @@ def _exceedance(runs: Sequence[Run], cycles: int, campaign: Campaign) -> Figure:
 def _motor_law(laws: Sequence[MotorLaw], campaign: Campaign) -> Figure:
     figure, axes = axes_of(1, 1, (7.0, 5.2), marked(campaign, "Motor command over the feedforward in the logged pump command"))
     ax, x = axes[0, 0], np.linspace(0.0, 1.0, 201)
-    drawn = {}
+    drawn: dict[tuple[Mode, float], MotorLaw] = {}
     for m in laws:
         drawn.setdefault((m.mode, round(m.lowest, 2)), m)
     for (mode, lowest), style in zip(drawn, ("-", "--", ":", "-.") * 3, strict=False):
