@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,15 +10,16 @@ from typing import Any
 
 from stillhook.crane import Crane, Motor, Plant, Source
 from stillhook.engine.pack import drum_record
-from stillhook.errors import IdentifyError, SpecError, StillhookError
+from stillhook.errors import IdentifyError, StillhookError
+from stillhook.io.fields import Fields, no_log_twice, no_name_twice
 from stillhook.io.log_mapping import mapping_from
 from stillhook.io.log_types import Signal
 from stillhook.library import load_crane
 from stillhook.library.evidence import Evidence
-from stillhook.library.files import nearest, parsed, toml_text
+from stillhook.library.files import parsed, toml_text
 from stillhook.physics.drum import layer_diameter, layers_filled
 from stillhook.physics.scalar import G
-from stillhook.units import came, parse, show
+from stillhook.units import came, show
 
 TOP = ("title", "crane", "motors", "motor", "signals", "accuracy", "test", "synthetic")
 TEST = ("name", "log", "D_m", "D_mt", "load", "layer", "s_w", "hold_out", "signals", "start", "end")
@@ -113,31 +113,24 @@ def load_campaign(path: str | Path) -> Campaign:
 
 
 def _campaign(data: Mapping[str, Any], file: Path) -> Campaign:
-    _known(data, TOP, "")
+    top = Fields(data, "", IdentifyError)
+    top.known(TOP)
     for name in ("crane", "test"):
-        if name not in data:
+        if name not in top:
             raise IdentifyError(f"{name}: missing. A campaign needs crane and at least one [[test]].")
-    crane = load_crane(_beside(_text(data, "crane", ""), file.parent))
-    motor, motor_name, motor_sources, evidence = _motor(data, crane, file.parent)
+    crane = load_crane(top.beside("crane", file.parent))
+    motor, motor_name, motor_sources, evidence = _motor(top, crane, file.parent)
     mapping = mapping_from(data["signals"], "signals") if "signals" in data else None
-    marked = data.get("synthetic", False)
-    if not isinstance(marked, bool):
-        raise IdentifyError(f"synthetic = {came(marked)}: give true or false.")
-    synthetic = marked or MARK in str(data.get("title", ""))
-    accuracy = data.get("accuracy", {})
-    if not isinstance(accuracy, Mapping):
-        raise IdentifyError("accuracy: give a table [accuracy] with p and omega_m.")
-    _known(accuracy, ACCURACY, "accuracy.")
+    title = str(data.get("title", file.stem))
+    synthetic = top.flag("synthetic") or MARK in title
+    accuracy = _accuracy(top)
     rows = data["test"]
     if not isinstance(rows, list) or not rows or not all(isinstance(r, dict) for r in rows):
         raise IdentifyError("test: give one [[test]] a log.")
-    count, title = _count(data, crane), str(data.get("title", file.stem))
+    count = _count(top, crane)
     tests = tuple(_test(row, i, file.parent, crane, motor, count, mapping) for i, row in enumerate(rows))
-    _no_log_twice(tests)
-    names = [t.name for t in tests]
-    if len(set(names)) < len(names):
-        twice = next(n for n in names if names.count(n) > 1)
-        raise IdentifyError(f'test: the name "{twice}" comes twice. Give every test its own.')
+    no_log_twice(tests, IdentifyError)
+    no_name_twice([t.name for t in tests], IdentifyError)
     return Campaign(
         title=title, source=file.name, crane=crane, count=count, motor=motor, motor_name=motor_name,
         motor_sources=motor_sources, motor_evidence=evidence,
@@ -145,23 +138,21 @@ def _campaign(data: Mapping[str, Any], file: Path) -> Campaign:
     )  # fmt: skip
 
 
-def _no_log_twice(tests: tuple[CraneTest, ...]) -> None:
-    """Errors: IdentifyError where two tests take the same part of the same log: it would count twice."""
-    for i, a in enumerate(tests):
-        for b in tests[:i]:
-            if a.log.resolve() == b.log.resolve() and a.start < b.end and b.start < a.end:
-                raise IdentifyError(
-                    f'test "{a.name}": log = {came(a.log.name)} is that of test "{b.name}" as well, and would count twice. '
-                    "Name another log, or give each its own start and end."
-                )
+def _accuracy(top: Fields) -> Fields:
+    table = top.table.get("accuracy", {})
+    if not isinstance(table, Mapping):
+        raise IdentifyError("accuracy: give a table [accuracy] with p and omega_m.")
+    accuracy = Fields(table, "accuracy.", IdentifyError)
+    accuracy.known(ACCURACY)
+    return accuracy
 
 
-def _count(data: Mapping[str, Any], crane: Crane) -> int:
+def _count(top: Fields, crane: Crane) -> int:
     every = crane.active.motor.count + (crane.passive.motor.count if crane.passive is not None else 0)
-    count = data.get("motors", every)
+    count = top.table.get("motors", every)
     if type(count) is not int or not 1 <= count <= every:
-        raise IdentifyError(f'motors = {came(count)}: "{crane.name}" has 1 to {every}. Give how many were in the circuit.')
-    if "motors" not in data and crane.plant is Plant.ACTIVE_PASSIVE:
+        raise top.wrong("motors", f'"{crane.name}" has 1 to {every}. Give how many were in the circuit.')
+    if "motors" not in top and crane.plant is Plant.ACTIVE_PASSIVE:
         raise IdentifyError(
             f'motors: missing. "{crane.name}" has {crane.active.motor.count} active and {every - crane.active.motor.count} passive motors: '
             f"say how many were in the circuit that the pressures were measured in (in the thesis all {every} were)."
@@ -169,17 +160,17 @@ def _count(data: Mapping[str, Any], crane: Crane) -> int:
     return count
 
 
-def _motor(data: Mapping[str, Any], crane: Crane, folder: Path) -> tuple[Motor, str, Mapping[str, Source], Evidence | None]:
+def _motor(top: Fields, crane: Crane, folder: Path) -> tuple[Motor, str, Mapping[str, Source], Evidence | None]:
     """The motor named in the file, or the crane's own, with the sources of its numbers and how well its loss is known."""
     from stillhook.library.sets import load_losses
 
-    if "motor" not in data:
+    if "motor" not in top:
         place, own = "active.motor.", set(Motor.model_fields)
         named = {path.removeprefix(place): source for path, source in crane.sources.items() if path.startswith(place)}
         sources = {path: source for path, source in named.items() if path.split(".")[0] in own}
         return crane.active.motor, crane.active.motor.type, sources, None
-    name = _text(data, "motor", "")
-    found = load_losses(_beside(name, folder))
+    name = top.text("motor")
+    found = load_losses(top.beside("motor", folder))
     motor = found.motor
     if not math.isclose(motor.D_max, crane.active.motor.D_max, rel_tol=1e-3):
         raise IdentifyError(
@@ -195,101 +186,72 @@ def _test(
     name = row.get("name", str(i + 1))
     if not isinstance(name, str) or not name.strip():
         raise IdentifyError(f'test {i + 1}: name = {came(name)}: give a text, such as "3".')
-    place = f'test "{name}": '
-    _known(row, TEST, place)
-    for key in ("log", "load"):
-        if key not in row:
-            raise IdentifyError(f"{place}{key}: missing. Give it.")
-    log = folder / _text(row, "log", place)
-    if not log.is_file():
-        raise IdentifyError(f"{place}log = {came(str(row['log']))}: no such file beside the campaign file. Check the path.")
-    load = parse(row["load"], "mass", f"{place}load")
+    test = Fields(row, f'test "{name}": ', IdentifyError)
+    test.known(TEST)
+    test.need("log", "load")
+    log, load = test.file("log", folder), test.quantity("load", "mass", 0.0)
+    assert load is not None
     if not 0.0 <= load <= 1.5 * crane.SWL:
         swl = show(crane.SWL, "mass")
-        raise IdentifyError(f'{place}load {show(load, "mass")}: "{crane.name}" is made for 0 t to {swl}. Check the load.')
-    own = mapping_from(row["signals"], f"{place}signals") if "signals" in row else mapping
-    hold_out = row.get("hold_out", False)
-    if not isinstance(hold_out, bool):
-        raise IdentifyError(f"{place}hold_out = {came(hold_out)}: give true or false.")
-    start, end = (parse(row[k], "time", f"{place}{k}") if k in row else v for k, v in (("start", -math.inf), ("end", math.inf)))
+        raise IdentifyError(f'{test.place}load {show(load, "mass")}: "{crane.name}" is made for 0 t to {swl}. Check the load.')
+    own = mapping_from(row["signals"], f"{test.place}signals") if "signals" in row else mapping
+    hold_out = test.flag("hold_out")
+    start, end = test.quantity("start", "time", -math.inf), test.quantity("end", "time", math.inf)
+    assert start is not None
+    assert end is not None
     return CraneTest(
-        name=name, log=log, load=load, D_m=_displacement(row, place, motor, count), layer=_layer(row, place, crane),
-        s_w=_wire_out(row, place, crane), hold_out=hold_out, mapping=own, start=start, end=end,
+        name=name, log=log, load=load, D_m=_displacement(test, motor, count), layer=_layer(test, crane), s_w=_wire_out(test, crane),
+        hold_out=hold_out, mapping=own, start=start, end=end,
     )  # fmt: skip
 
 
-def _displacement(row: Mapping[str, Any], place: str, motor: Motor, count: int) -> float | None:
-    if "D_m" in row and "D_mt" in row:
-        raise IdentifyError(f"{place}D_m and D_mt: both given. Give the displacement of one motor, or of all together.")
-    if "D_mt" in row:
-        D_m = parse(row["D_mt"], "displacement", f"{place}D_mt") / count
-    elif "D_m" in row:
-        D_m = parse(row["D_m"], "displacement", f"{place}D_m")
-    else:
-        return None
-    if not 0.0 < D_m <= motor.D_max * 1.005:
+def _displacement(test: Fields, motor: Motor, count: int) -> float | None:
+    if "D_m" in test and "D_mt" in test:
+        raise IdentifyError(f"{test.place}D_m and D_mt: both given. Give the displacement of one motor, or of all together.")
+    together = test.quantity("D_mt", "displacement")
+    D_m = test.quantity("D_m", "displacement") if together is None else together / count
+    if D_m is not None and not 0.0 < D_m <= motor.D_max * 1.005:
         raise IdentifyError(
-            f"{place}displacement of one motor {show(D_m, 'displacement')}: allowed is above 0 up to {show(motor.D_max, 'displacement')}. "
-            "D_m is that of one motor, D_mt that of all together."
+            f"{test.place}displacement of one motor {show(D_m, 'displacement')}: allowed is above 0 up to "
+            f"{show(motor.D_max, 'displacement')}. D_m is that of one motor, D_mt that of all together."
         )
     return D_m
 
 
-def _wire_out(row: Mapping[str, Any], place: str, crane: Crane) -> float | None:
-    if "s_w" not in row:
-        return None
-    s_w, L_full = parse(row["s_w"], "length", f"{place}s_w"), drum_record(crane).L_full
-    if not 0.0 <= s_w <= L_full:
-        raise IdentifyError(f'{place}s_w = {came(row["s_w"])}: "{crane.name}" has 0 m to {show(L_full, "length")} of wire.')
+def _wire_out(test: Fields, crane: Crane) -> float | None:
+    s_w, L_full = test.quantity("s_w", "length"), drum_record(crane).L_full
+    if s_w is not None and not 0.0 <= s_w <= L_full:
+        raise test.wrong("s_w", f'"{crane.name}" has 0 m to {show(L_full, "length")} of wire.')
     return s_w
 
 
-def _layer(row: Mapping[str, Any], place: str, crane: Crane) -> int | None:
-    layer = row.get("layer")
+def _layer(test: Fields, crane: Crane) -> int | None:
+    layer = test.table.get("layer")
     if layer is None:
         return None
-    if "s_w" in row:
-        raise IdentifyError(f"{place}layer and s_w: both given. Give one.")
+    if "s_w" in test:
+        raise IdentifyError(f"{test.place}layer and s_w: both given. Give one.")
     if type(layer) is not int or not 1 <= layer <= crane.drum.layers:
-        n = crane.drum.layers
-        raise IdentifyError(f'{place}layer = {came(layer)}: "{crane.name}" has layers 1 to {n}, counted from the bare drum.')
+        raise test.wrong("layer", f'"{crane.name}" has layers 1 to {crane.drum.layers}, counted from the bare drum.')
     return layer
 
 
-def _known(table: Mapping[str, Any], allowed: tuple[str, ...], place: str) -> None:
-    for key in table:
-        if key not in allowed:
-            raise IdentifyError(f"{place}{came(key)[1:-1]}: unknown field. Allowed: {', '.join(allowed)}{nearest(key, allowed)}")
-
-
-def _text(data: Mapping[str, Any], key: str, place: str) -> str:
-    value = data[key]
-    if not isinstance(value, str) or not value.strip():
-        raise SpecError(f"{place}{key} = {came(value)}: give a text.")
-    return value
-
-
-def _beside(name: str, folder: Path) -> str:
-    """A path seen from the file's folder, or a library name as it is."""
-    beside = folder / name
-    return str(beside) if name.endswith(".toml") and os.path.isfile(beside) else name
-
-
-def _not_negative(table: Mapping[str, Any], key: str, kind: str) -> float:
-    value = parse(table[key], kind, f"accuracy.{key}") if key in table else 0.0
+def _not_negative(accuracy: Fields, key: str, kind: str) -> float:
+    value = accuracy.quantity(key, kind, 0.0)
+    assert value is not None
     if value < 0.0:
-        raise IdentifyError(f"accuracy.{key} = {came(table[key])}: give a standard uncertainty, 0 or more.")
+        raise accuracy.wrong(key, "give a standard uncertainty, 0 or more.")
     return value
 
 
-def _share(accuracy: Mapping[str, Any]) -> float:
+def _share(accuracy: Fields) -> float:
     """Relative uncertainty of a speed: 0.002, or "0.2 %"."""
-    value = accuracy.get("omega_m", 0.0)
+    value = accuracy.table.get("omega_m", 0.0)
     if isinstance(value, str) and value.rstrip().endswith("%"):
         try:
             value = float(value.rstrip()[:-1]) / 100.0
         except ValueError:
             value = None
     if isinstance(value, bool) or not isinstance(value, int | float) or not 0.0 <= value < MOST_ACCURACY:
-        raise IdentifyError(f'accuracy.omega_m = {came(accuracy.get("omega_m"))}: give a part of the reading, such as "0.2 %".')
+        raise accuracy.wrong("omega_m", 'give a part of the reading, such as "0.2 %".')
     return float(value)

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 from stillhook.errors import StillhookError
 from stillhook.library.files import nearest
@@ -70,3 +70,34 @@ class Fields:
         if not path.is_file():
             raise self.wrong(key, "no such file beside the campaign file. Check the path.")
         return path
+
+
+def no_name_twice(names: Sequence[str], error: type[StillhookError]) -> None:
+    """Refuse tests of one name: results could not be told apart."""
+    twice = next((n for n in names if names.count(n) > 1), None)
+    if twice is not None:
+        raise error(f"test: the name {came(twice)} comes twice. Give every test its own.")
+
+
+class PartOfLog(Protocol):
+    """A test that takes a part of a log."""
+
+    @property
+    def name(self) -> str: ...
+    @property
+    def log(self) -> Path: ...
+    @property
+    def start(self) -> float: ...
+    @property
+    def end(self) -> float: ...
+
+
+def no_log_twice(tests: Sequence[PartOfLog], error: type[StillhookError]) -> None:
+    """Refuse two tests that take the same part of the same log: it would count twice."""
+    for i, a in enumerate(tests):
+        for b in tests[:i]:
+            if a.log.resolve() == b.log.resolve() and a.start < b.end and b.start < a.end:
+                raise error(
+                    f'test "{a.name}": log = {came(a.log.name)} is that of test "{b.name}" as well, and would count twice. '
+                    "Name another log, or give each its own start and end."
+                )

@@ -13,7 +13,7 @@ from typing import Any
 from stillhook.crane import Crane
 from stillhook.engine.pack import drum_record
 from stillhook.errors import StillhookError, ValidateError
-from stillhook.io.fields import Fields
+from stillhook.io.fields import Fields, no_log_twice, no_name_twice
 from stillhook.io.log_mapping import mapping_from
 from stillhook.io.log_types import Signal
 from stillhook.library import load_crane
@@ -129,8 +129,9 @@ def _campaign(data: Mapping[str, Any], file: Path) -> Campaign:
     if not isinstance(rows, list) or not rows:
         raise ValidateError("test: give one [[test]] a log.")
     tests = tuple(_test(row, i, file.parent, crane, mapping, modes) for i, row in enumerate(rows))
-    _no_name_twice(tests)
-    _no_log_twice(tests)
+    no_name_twice([t.name for t in tests], ValidateError)
+    for kind in Kind:
+        no_log_twice([t for t in tests if t.kind is kind], ValidateError)
     title = top.text("title", file.stem)
     return Campaign(
         title=title, date=_date(top), file=file, crane=crane, crane_name=top.text("crane"), criteria=_criteria(top, file.parent),
@@ -213,21 +214,3 @@ def _water(test: Fields) -> Water | None:
         return Water(**inside.table)
     except StillhookError as e:
         raise ValidateError(f"{test.place}{e}") from None
-
-
-def _no_name_twice(tests: tuple[CraneTest, ...]) -> None:
-    names = [t.name for t in tests]
-    twice = next((n for n in names if names.count(n) > 1), None)
-    if twice is not None:
-        raise ValidateError(f"test: the name {came(twice)} comes twice. Give every test its own.")
-
-
-def _no_log_twice(tests: tuple[CraneTest, ...]) -> None:
-    """Errors: ValidateError where two tests of a kind take the same part of the same log: it would count twice."""
-    for i, a in enumerate(tests):
-        for b in tests[:i]:
-            if a.kind is b.kind and a.log.resolve() == b.log.resolve() and a.start < b.end and b.start < a.end:
-                raise ValidateError(
-                    f'test "{a.name}": log = {came(a.log.name)} is that of test "{b.name}" as well, and would count twice. '
-                    "Name another log, or give each its own start and end."
-                )
