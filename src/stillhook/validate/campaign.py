@@ -19,7 +19,7 @@ from stillhook.io.log_types import Signal
 from stillhook.library import load_crane
 from stillhook.library.files import parsed, toml_text
 from stillhook.scenario import Mode, Water
-from stillhook.units import came, show
+from stillhook.units import show
 from stillhook.validate.criteria import Criteria, load_criteria
 from stillhook.validate.modes import OWN_MODES, modes_of, with_modes
 
