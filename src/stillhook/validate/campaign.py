@@ -120,7 +120,9 @@ def load_campaign(path: str | Path) -> Campaign:
 def _campaign(data: Mapping[str, Any], file: Path) -> Campaign:
     top = Fields(data, "", ValidateError)
     top.known(TOP)
-    top.need("date", "crane", "test")
+    top.need("date", "crane")
+    if "test" not in top:
+        raise ValidateError("test: missing. Give one [[test]] a log.")
     crane_name = top.beside("crane", file.parent)
     crane = load_crane(crane_name)
     mapping = mapping_from(data["signals"], "signals") if "signals" in data else None
@@ -189,8 +191,8 @@ def _test(
     own = mapping_from(row["signals"], f'test "{name}": signals') if "signals" in row else mapping
     own, meaning = with_modes(own, modes)
     return CraneTest(
-        name=name, log=test.file("log", folder), kind=Kind(kind), load=load, mode=_mode(test, Kind(kind)), s_w=s_w, water=_water(test),
-        mapping=own, start=start, end=end, modes=meaning,
+        name=name, log=test.file("log", folder), kind=Kind(kind), load=load, mode=_mode(test, Kind(kind)), s_w=s_w,
+        water=_water(test, load, crane), mapping=own, start=start, end=end, modes=meaning,
     )  # fmt: skip
 
 
@@ -205,12 +207,15 @@ def _mode(test: Fields, kind: Kind) -> Mode | None:
     return Mode(text)
 
 
-def _water(test: Fields) -> Water | None:
+def _water(test: Fields, load: float | None, crane: Crane) -> Water | None:
     if "water" not in test:
         return None
     inside = Fields(test.table["water"], f"{test.place}water: ", ValidateError)
     inside.known(tuple(Water.model_fields))
     try:
-        return Water(**inside.table)
+        water = Water(**inside.table)
     except StillhookError as e:
         raise ValidateError(f"{test.place}{e}") from None
+    if load is not None and water.rho * water.volume > load + crane.hook_mass:
+        raise inside.wrong("volume", f"a payload of {show(load, 'mass')} floats. Check load and volume.")
+    return water

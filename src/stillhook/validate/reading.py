@@ -102,6 +102,7 @@ def _segments(
 def _mode(test: CraneTest, signals: Mapping[str, FloatArray], n: int) -> FloatArray:
     """Mode by number (n,). Errors: ValidateError where neither log nor campaign file tells it."""
     if "mode" in signals and np.isfinite(signals["mode"]).any():
+        _as_stated(test, signals["mode"])
         return signals["mode"]
     if test.mode is None and test.kind is Kind.AHC:
         raise ValidateError(
@@ -109,6 +110,16 @@ def _mode(test: CraneTest, signals: Mapping[str, FloatArray], n: int) -> FloatAr
             f"{', '.join(m for m in Mode if m is not Mode.MANUAL)}."
         )
     return np.full(n, float(list(Mode).index(test.mode or Mode.MANUAL)))
+
+
+def _as_stated(test: CraneTest, mode: FloatArray) -> None:
+    """Errors: ValidateError where the log never is in the mode that the campaign file states."""
+    held = [list(Mode)[int(k)] for k in np.unique(mode[np.isfinite(mode)])]
+    if test.mode is not None and test.mode not in held:
+        raise ValidateError(
+            f'test "{test.name}": mode = "{test.mode}" is stated, and the log holds {" and ".join(held)}. Say what the numbers of the log '
+            'mean in the campaign file: [modes], such as "1" = "ssc", or leave mode out.'
+        )
 
 
 def _whole(test: CraneTest, signals: Mapping[str, FloatArray], n: int) -> BoolArray:
