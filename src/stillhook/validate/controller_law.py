@@ -14,6 +14,7 @@ from stillhook.validate.controller_inputs import Stretch, derivative
 from stillhook.validate.implied_regression import Estimate, Fit, fit
 from stillhook.validate.record import FloatArray
 from stillhook.validate.saturation import ends_of
+from stillhook.validate.sums import dot
 
 BoolArray = NDArray[np.bool_]
 
@@ -152,7 +153,7 @@ def _noise(runs: list[Run]) -> dict[str, float]:
         T = run.stretch.record.step
         n = max(1, round(SMOOTH[0] / T))
         w = np.hanning(n + 2)[1:-1]
-        left = float(w @ w) / float(w.sum()) ** 2
+        left = dot(w, w) / float(w.sum()) ** 2
         good = run.rows(ahc=True)
         use = good[2:] & good[1:-1] & good[:-2]
         total += [left * float(np.sum(np.diff(x, 2)[use] ** 2)) / 6.0 for x in _raw(run)]
@@ -178,8 +179,8 @@ def _fitted(parts: list[list[FloatArray]]) -> tuple[Fit, list[str], FloatArray] 
     f = fit(chosen, columns[4], block)
     if f is None:
         return None
-    X = np.column_stack(chosen)[good]
-    return f, names, np.linalg.inv(X.T @ X / len(X))
+    rows = [c[good] for c in chosen]
+    return f, names, np.linalg.inv([[dot(p, q) / len(p) for q in rows] for p in rows])
 
 
 def joystick_gain(runs: list[Run], cycles: float = 0.0) -> Estimate | None:
@@ -240,7 +241,7 @@ def _coarse(pairs: list[Pair]) -> float:
             a, b = (slice(k, None), slice(None, len(s) - k)) if k >= 0 else (slice(None, k), slice(-k, None))
             use = good[a]
             p, q = y[a][use] - y[a][use].mean(), s[b][use] - s[b][use].mean()
-            score[i] += float(p @ q) / max(float(np.sqrt((p @ p) * (q @ q))), 1e-12) if use.any() else 0.0
+            score[i] += dot(p, q) / max(math.sqrt(dot(p, p) * dot(q, q)), 1e-12) if use.any() else 0.0
     return float(tries[int(np.argmax(score))])
 
 
@@ -272,10 +273,11 @@ def fine_shift(runs: list[Run]) -> tuple[int, float] | None:
         y, s = np.diff(run.stretch.u_p, 2), np.diff(run.told.u_p, 2)
         use = (good[2:] & good[1:-1] & good[:-2])[FINE_REACH:-FINE_REACH]
         s_mid = s[FINE_REACH:-FINE_REACH][use]
-        q_q += float(s_mid @ s_mid)
-        p_p += float(y[FINE_REACH:-FINE_REACH][use] @ y[FINE_REACH:-FINE_REACH][use])
+        y_mid = y[FINE_REACH:-FINE_REACH][use]
+        q_q += dot(s_mid, s_mid)
+        p_p += dot(y_mid, y_mid)
         for i, k in enumerate(range(-FINE_REACH, FINE_REACH + 1)):
-            score[i] += float(y[FINE_REACH + k : len(y) - FINE_REACH + k][use] @ s_mid)
+            score[i] += dot(y[FINE_REACH + k : len(y) - FINE_REACH + k][use], s_mid)
     if not p_p * q_q > 0.0:
         return None
     score /= np.sqrt(p_p * q_q)

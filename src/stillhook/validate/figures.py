@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
-from stillhook.validate import ahc_figures, controller_figures, data_set_figures, dynamics_figures, parameters_figures
+from stillhook.validate import ahc_figures, controller_figures, data_set_figures, dynamics_figures, limits_figures, parameters_figures
 from stillhook.validate.lines import StepNumber
 from stillhook.validate.validation import Validation
 
@@ -16,6 +16,7 @@ FIGURES: Mapping[StepNumber, Callable[..., dict[str, Any]]] = {
     StepNumber.DATA: data_set_figures.figures,
     StepNumber.PARAMETERS: parameters_figures.figures,
     StepNumber.CONTROLLER: controller_figures.figures,
+    StepNumber.LIMITS: limits_figures.figures,
     StepNumber.DYNAMICS: dynamics_figures.figures,
     StepNumber.AHC: ahc_figures.figures,
 }

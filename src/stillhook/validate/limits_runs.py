@@ -28,7 +28,9 @@ BRIDGE = 0.1
 """Saturated stretches that are so near to one another are one [s]: noise lifts a command from its end for a few cycles."""
 SETTLE = 5.0
 """Start of a part that the whole twin takes to meet a crane in motion [s], where its joystick does not start at rest."""
-REST = 0.02  # m/s: joystick speed below which the winch starts at rest
+MEET = 4.0
+"""Start of the driven twin that does not count [s], where the crane is in motion: four times what its motors' servo takes."""
+REST = 0.02  # m/s, and share of the full command: joystick or pump command below which the winch starts at rest
 NAMES = ("v_w", "u_p", "u_raw", "alpha_p", "alpha_m")
 
 
@@ -115,10 +117,11 @@ def _driven(campaign: Campaign, s: Stretch, part: Segment, saturated: BoolArray)
     margin, tail = round(LEAD / record.step), round(TAIL / record.step)
     spans = [(max(0, a - margin), min(n, b + tail)) for a, b in stretches_of(saturated, bridge=margin + tail)]
     runs = [_commanded(campaign, s, part, a, b) for a, b in spans]
-    for (a, b), run, found in zip(spans, runs, run_twin([campaign.crane] * len(runs), runs, NAMES), strict=True):
+    for (a, _), run, found in zip(spans, runs, run_twin([campaign.crane] * len(runs), runs, NAMES), strict=True):
+        moving = abs(float(record.signals["u_p"][part.first + a])) > REST
+        skip = round(MEET / record.step) if moving else 0
         for name in NAMES:
-            out[name][a : a + len(run.t)] = found[name]
-        assert a + len(run.t) <= b
+            out[name][a + skip : a + len(run.t)] = found[name][skip:]
     return out
 
 

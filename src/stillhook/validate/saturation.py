@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stillhook.validate.record import FloatArray
+from stillhook.validate.sums import dot
 
 FULL = 0.995
 """Share of the full command from which it counts as full: a log rounds to 0.1 to 0.4 %."""
@@ -34,8 +35,8 @@ def _end(u: FloatArray, asked: FloatArray, step: float) -> float:
     if (b - a) * step < DWELL:
         return FULL
     below = good & (np.abs(u) < BELOW * top)
-    power = float(asked[below] @ asked[below])
-    gain = float(u[below] @ asked[below]) / power if power > 0.0 else 1.0  # the log's own law may ask for more or less than ours
+    power = dot(asked[below], asked[below])
+    gain = dot(u[below], asked[below]) / power if power > 0.0 else 1.0  # the log's own law may ask for more or less than ours
     return top - FLAT if gain * float(asked[a:b].max()) > top + MORE else FULL
 
 
