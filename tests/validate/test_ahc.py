@@ -105,6 +105,12 @@ def test_noise_of_the_tip_that_the_plc_saw_does_not_count_as_deviation():
     assert found(in_the_plc, "e_c_pp_bias").note == "simulated less measured"
 
 
+def test_a_standing_offset_of_the_cranes_error_is_said_and_does_not_count_peak_to_peak():
+    step = checked(record({**own_log(), "e_c_measured": own_log()["e_c_measured"] + 0.02}))
+    assert found(step, "e_c_pp_deviation").value < ALIKE
+    assert any("stands +2 cm off" in s for s in step.statements)
+
+
 def test_an_error_that_the_plc_did_not_log_is_made_from_tip_and_wire():
     log = {k: v for k, v in own_log().items() if k != "e_c_measured"}
     step = checked(record(log))
@@ -179,6 +185,14 @@ def test_without_the_signals_every_measure_says_what_to_log(change, told):
         assert m.value is None
         assert told in m.note
     assert figures(step, campaign(r), (r,)) == {}
+
+
+def test_an_error_that_was_logged_but_is_nowhere_known_gives_no_number():
+    step = checked(record({**own_log(), "e_c_measured": np.full_like(own_log()["s_tip"], np.nan)}))
+    assert all(m.value is None and m.note for m in step.measures if m.name in ("e_c_pp_deviation", "e_c_max_difference"))
+    assert all(line.no for line in judge(campaign().criteria, step.measures, (StepNumber.AHC,)) if line.judged)
+    r = record(own_log())
+    assert "tip-wire-speed-and-error" in figures(step, campaign(r), (r,))
 
 
 def test_an_error_is_not_made_from_wire_that_was_made_from_a_speed():

@@ -132,7 +132,7 @@ def irregular(seed: int) -> np.ndarray:
 
 def test_an_error_compared_with_itself_is_of_the_same_shape():
     e = irregular(1)
-    found, spectra = shape([(e, e)], STEP)
+    found, spectra = shape([(e, e, STEP)])
     assert found.correlation == pytest.approx(1.0)
     assert found.lag == pytest.approx(0.0, abs=1e-5)  # a thousandth of a sample, by the rounding of transforms
     assert (found.band_ratio, found.distance) == (pytest.approx(1.0), pytest.approx(0.0, abs=1e-9))
@@ -140,7 +140,7 @@ def test_an_error_compared_with_itself_is_of_the_same_shape():
 
 
 def test_another_sea_has_no_likeness():
-    found, _ = shape([(irregular(1), irregular(2))], STEP)
+    found, _ = shape([(irregular(1), irregular(2), STEP)])
     assert abs(found.correlation) < 0.5
 
 
@@ -148,19 +148,30 @@ def test_another_sea_has_no_likeness():
 def test_a_lag_is_found_between_samples(late):
     t = np.arange(0.0, 300.0, STEP)
     motion = sea(4)
-    found, _ = shape([(motion.sample(t + 1.0 - late)[0], motion.sample(t + 1.0)[0])], STEP)
+    found, _ = shape([(motion.sample(t + 1.0 - late)[0], motion.sample(t + 1.0)[0], STEP)])
     assert found.lag == pytest.approx(late, abs=5e-4)  # a twentieth of a sample
 
 
 def test_errors_half_as_large_are_six_decibel_off():
     e = irregular(5)
-    found, _ = shape([(e, 0.5 * e)], STEP)
+    found, _ = shape([(e, 0.5 * e, STEP)])
     assert found.band_ratio == pytest.approx(0.5)
     assert found.distance == pytest.approx(20.0 * np.log10(2.0))
 
 
+def test_a_part_that_was_logged_more_slowly_counts_by_its_seconds():
+    e = irregular(7)
+    mixed, spectra = shape([(e, 0.9 * e, STEP), (e[::10], 0.9 * e[::10], 10.0 * STEP)])
+    assert mixed.correlation == pytest.approx(1.0)
+    assert mixed.band_ratio == pytest.approx(0.9)
+    alone, _ = shape([(e, 0.9 * e, STEP)])
+    assert mixed.band_share == pytest.approx(alone.band_share, abs=1e-3)  # nothing above 5 Hz in waves
+    assert spectra is not None
+    assert spectra.f[-1] == pytest.approx(0.5 / (10.0 * STEP))
+
+
 def test_parts_shorter_than_a_minute_have_no_spectrum():
     e = irregular(6)[:5000]
-    found, spectra = shape([(e, e)], STEP)
+    found, spectra = shape([(e, e, STEP)])
     assert spectra is None
     assert np.isnan(found.distance)

@@ -124,13 +124,17 @@ def _efficiency(compared: Sequence[Compared], above: float, block: int) -> Measu
     return _measure("eta_c_deviation_high", found.value, found, data=data)
 
 
+def _thin(c: Compared) -> FloatArray:
+    """Measured and simulated error about their means, a row every THIN seconds."""
+    return np.column_stack([x - x.mean() for x in c.pair])[:: max(1, round(THIN / c.replay.record.step))]
+
+
 def _about(like: Shape) -> Interval:
     return Interval(like.lag, like.lag - 1.96 * like.u_lag, like.lag + 1.96 * like.u_lag, Blocks(1, 0, 0.0))
 
 
 def _shape(compared: Sequence[Compared], like: Shape, window: float) -> tuple[Measure, ...]:
-    every = max(1, round(THIN / compared[0].replay.record.step))
-    rows = [np.column_stack([x - x.mean() for x in c.pair])[::every] for c in compared if len(c.pair[0])]
+    rows = [_thin(c) for c in compared if len(c.pair[0])]
     found = interval(correlation, rows, at_least=round(2.0 * window / THIN), bounds=(-1.0, 1.0)) if rows else None
     data = _extent(compared)
     band = "" if math.isfinite(like.distance) else "no stretch is a minute long"

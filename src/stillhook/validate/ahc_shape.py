@@ -13,7 +13,8 @@ from stillhook.validate.lags import lag
 from stillhook.validate.sums import dot
 
 FloatArray = NDArray[np.float64]
-Pairs = Sequence[tuple[FloatArray, FloatArray]]
+Pairs = Sequence[tuple[FloatArray, FloatArray, float]]
+"""Measured and simulated error of unbroken parts, without NaN [m], and the spacing of their samples [s]."""
 
 SECTION = 60.0
 """Length of a section of Welch's method [s]: two windows, so that waves of 30 s still make two periods."""
@@ -48,23 +49,28 @@ class Shape(NamedTuple):
 
 def correlation(rows: FloatArray) -> float:
     """Correlation of the two columns of rows (n, 2) [-]; NaN where one does not move."""
+    if not len(rows):
+        return math.nan
     x = rows - rows.mean(axis=0)
     size = math.sqrt(dot(x[:, 0], x[:, 0]) * dot(x[:, 1], x[:, 1]))
     return dot(x[:, 0], x[:, 1]) / size if size > 0.0 else math.nan
 
 
-def shape(pairs: Pairs, step: float) -> tuple[Shape, Spectra | None]:
-    """The shape of measured against simulated errors, each pair one unbroken part without NaN [m], even by step [s]."""
-    centred = [(m - m.mean(), s - s.mean()) for m, s in pairs]
-    whole = np.column_stack([np.concatenate(x) for x in zip(*centred, strict=True)])
-    spectra = _spectra(centred, step)
+def shape(pairs: Pairs) -> tuple[Shape, Spectra | None]:
+    """The shape of measured against simulated errors; every second counts alike, however fast a part was logged."""
+    if not pairs:
+        return Shape(*(math.nan for _ in Shape._fields)), None
+    centred = [(m - m.mean(), s - s.mean(), step) for m, s, step in pairs]
+    slowest = max(step for _, _, step in pairs)
+    whole = np.concatenate([np.column_stack([m, s])[:: max(1, round(slowest / step))] for m, s, step in centred])
+    spectra = _spectra(centred)
     ratio, share, distance = _compared(spectra) if spectra is not None else (math.nan, math.nan, math.nan)
-    return Shape(correlation(whole), *_lag(centred, step), ratio, share, distance), spectra
+    return Shape(correlation(whole), *_lag(centred), ratio, share, distance), spectra
 
 
-def _lag(pairs: Pairs, step: float) -> tuple[float, float]:
+def _lag(pairs: Pairs) -> tuple[float, float]:
     """Lag of the measured error behind the simulated one, and its standard uncertainty [s]; NaN where too little shows it."""
-    found = [x for m, s in pairs if (x := lag(np.arange(len(m), dtype=np.float64) * step, s, m, LONGEST_LAG)) is not None]
+    found = [x for m, s, step in pairs if (x := lag(np.arange(len(m), dtype=np.float64) * step, s, m, LONGEST_LAG)) is not None]
     if not found:
         return math.nan, math.nan
     weight = np.array([x.pieces for x in found]) / sum(x.pieces for x in found)
@@ -72,20 +78,18 @@ def _lag(pairs: Pairs, step: float) -> tuple[float, float]:
     return float(np.sum(weight * seconds)), float(np.sqrt(np.sum((weight * u) ** 2)))
 
 
-def _spectra(pairs: Pairs, step: float) -> Spectra | None:
+def _spectra(pairs: Pairs) -> Spectra | None:
+    """Means over the parts, up to the highest frequency that all of them have; lines lie 1/SECTION apart at every spacing."""
     from scipy.signal import welch  # heavy: only where data are at hand
 
-    n = round(SECTION / step)
-    long = [(m, s) for m, s in pairs if len(m) >= n]
+    long = [(m, s, step) for m, s, step in pairs if len(m) >= round(SECTION / step)]
     if not long:
         return None
-    f, total, parts = np.zeros(0), 0, []
-    for pair in long:
-        f, power = welch(np.stack(pair), fs=1.0 / step, nperseg=n)
-        parts.append(power * len(pair[0]))
-        total += len(pair[0])
-    measured, simulated = sum(parts) / total
-    return Spectra(f, measured, simulated)
+    found = [welch(np.stack([m, s]), fs=1.0 / step, nperseg=round(SECTION / step))[1] for m, s, step in long]
+    seconds = [len(m) * step for m, _, step in long]
+    n = min(power.shape[1] for power in found)
+    measured, simulated = np.sum([w * power[:, :n] for w, power in zip(seconds, found, strict=True)], axis=0) / sum(seconds)
+    return Spectra(np.arange(n, dtype=np.float64) / SECTION, measured, simulated)
 
 
 def _compared(x: Spectra) -> tuple[float, float, float]:
