@@ -113,18 +113,26 @@ def _whole_layers(crane: Crane, found: Sequence[Lever]) -> tuple[float, str]:
     off = np.array([x.implied - x.layer for x in found])
     rest = (off - np.round(off)) * layer_step(crane) / np.array([x.d for x in found])
     w = 1.0 / np.hypot([x.error.half for x in found], FLOOR) ** 2
-    worst = max(found, key=lambda x: abs(x.implied - x.layer))
-    return _left(rest, w), f"the wire runs on another layer than the twin's: {wire_counted_wrong(crane, worst)}"
+    return _left(rest, w), f"the wire runs on another layer than the twin's: {_named(found)}, {wire_counted_wrong(crane, found)}"
 
 
-def wire_counted_wrong(crane: Crane, lever: Lever) -> str:
-    """Which layer a test ran on, and by how much the wire out would have to be counted wrong for that, in words."""
-    layer = round(lever.implied)
-    text = f"layer {layer} where the twin has {round(lever.layer)} in {lever.test}"
-    if not 1 <= layer <= crane.drum.layers:
-        return f"{text}, which the drum does not have"
-    least, most = wire_of_layer(crane, layer)
-    off = least - lever.s_w if lever.s_w < least else lever.s_w - most
-    more = "more" if lever.s_w < least else "less"
-    counted = f"{show(abs(off), 'length', 3)} {more} wire is out than was counted"
-    return f"{text}: {counted}, or layers, turns or drum in the crane file are wrong"
+def _named(found: Sequence[Lever]) -> str:
+    """Which layers, and in which tests."""
+    groups: dict[tuple[int, int], list[str]] = {}
+    for x in found:
+        if round(x.implied) != round(x.layer):
+            groups.setdefault((round(x.implied), round(x.layer)), []).append(x.test)
+    return ", ".join(f"{is_} not {twin} ({', '.join(tests)})" for (is_, twin), tests in groups.items())
+
+
+def wire_counted_wrong(crane: Crane, found: Sequence[Lever]) -> str:
+    """By how much the wire out would have to be counted wrong for all tests to run on the layers that they imply, in words."""
+    wrong = "layers, turns or drum of the crane file are wrong"
+    if any(not 1 <= round(x.implied) <= crane.drum.layers for x in found):
+        return f"one that the drum does not have: {wrong}"
+    ranges = [np.array(wire_of_layer(crane, round(x.implied))) - x.s_w for x in found]
+    least, most = max(r[0] for r in ranges), min(r[1] for r in ranges)
+    if not least < most or least < 0.0 < most:
+        return f"by no one error of the wire out: {wrong}"
+    more, near, far = ("more", least, most) if least > 0.0 else ("less", -most, -least)
+    return f"as if {near:.0f} to {far:.0f} m {more} wire were out than was counted; or {wrong}"

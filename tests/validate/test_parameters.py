@@ -1,0 +1,319 @@
+"""Step 1: what logs imply of a crane's parameters, with cranes and logs whose differences from the twin are known."""
+
+import functools
+import json
+import math
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from tests.validate.ahc_logs import TWIN, campaign
+from tests.validate.parameter_logs import checked, records
+
+from stillhook.library import changed
+from stillhook.scenario import Mode
+from stillhook.validate.campaign import Kind
+from stillhook.validate.criteria import load_criteria
+from stillhook.validate.judging import judge
+from stillhook.validate.lines import StepNumber
+from stillhook.validate.measures import MEASURES
+from stillhook.validate.parameters import ParametersStep
+from stillhook.validate.parameters_figures import figures
+
+SHARP = 0.002
+"""What a ratio of speeds or flows may be off by on 300 s of noisy logs [-]: a tenth of the errors that must be named."""
+FAIR = 0.02
+"""The same for leakage and friction [-], which are differences of large numbers."""
+MS = 0.02
+"""What a delay may be off by on 300 s [s]: a third of the limit."""
+
+
+@functools.cache
+def own() -> ParametersStep:
+    """The twin as its own crane."""
+    return checked(records())
+
+
+def found(step: ParametersStep, name: str) -> float:
+    """The measure of a name that is farthest from zero."""
+    return max((m.value for m in step.found(name) if m.value is not None), key=abs)
+
+
+def failed(step: ParametersStep) -> set[str]:
+    return {line.key for line in judge(load_criteria("paper-f"), step.measures, (StepNumber.PARAMETERS,)) if line.no}
+
+
+def first(step: ParametersStep) -> str:
+    return step.statements[0]
+
+
+# --- a twin that is the crane ---------------------------------------------------------------------------------------------------------------
+
+
+def test_a_twin_that_is_the_crane_breaks_no_limit_and_every_measure_is_told():
+    step = own()
+    assert failed(step) == set()
+    assert {m.name for m in step.measures if m.value is not None} == {n for n, m in MEASURES.items() if m.step is StepNumber.PARAMETERS}
+    assert first(step).startswith("Within limits: ")
+
+
+@pytest.mark.parametrize("name", ["lever_error", "clock_error", "v_w_error", "v_tip_error", "displacement_ratio_error", "pump_gain_error"])
+def test_ratios_of_a_twin_that_is_the_crane_are_one(name):
+    assert abs(found(own(), name)) < SHARP
+
+
+@pytest.mark.parametrize("name", ["leakage_error", "friction_error", "load_cell_error", "motor_offset_error"])
+def test_friction_leakage_and_load_of_a_twin_that_is_the_crane_are_its_own(name):
+    assert abs(found(own(), name)) < FAIR
+
+
+def test_intervals_of_a_twin_that_is_the_crane_hold_its_own_numbers():
+    """95 % intervals: of some twenty, one or two may miss, by little."""
+    told = [m for m in own().measures if m.low is not None and m.name != "boost_error"]
+    missed = [m for m in told if not m.low <= 0.0 <= m.high]
+    assert len(missed) <= max(2, len(told) // 8), missed
+    assert all(min(abs(m.low), abs(m.high)) < 2.0 * (m.high - m.low) for m in missed)
+
+
+def test_all_numbers_come_out_the_same_a_second_time():
+    assert checked(records()).to_dict() == own().to_dict()
+
+
+# --- cranes that differ from their twin -------------------------------------------------------------------------------------------------------
+
+
+def with_friction(factor: float):
+    """The crane with all its friction times a factor."""
+
+    def scaled(record, names):
+        return record.model_copy(update={n: factor * getattr(record, n) for n in names})
+
+    X = ("X_1", "X_2", "X_3", "X_4", "X_5")
+    motors = {c: getattr(TWIN, c).motor for c in ("active", "passive")}
+    circuits = {
+        c: getattr(TWIN, c).model_copy(update={"motor": m.model_copy(update={"loss": scaled(m.loss, X)})}) for c, m in motors.items()
+    }
+    system = scaled(TWIN.friction.system, ("Y_1", "Y_2", "Y_3", "Y_5", "Y_6"))
+    return TWIN.model_copy(update={**circuits, "friction": TWIN.friction.model_copy(update={"system": system})})
+
+
+@pytest.mark.parametrize("factor", [1.4, 1.0 / 1.4])
+def test_friction_that_is_another_by_two_fifths_is_named_and_measured(factor):
+    step = checked(records(with_friction(factor)))
+    assert failed(step) == {"p-friction"}
+    assert found(step, "friction_error") == pytest.approx(factor - 1.0, abs=FAIR)
+    assert first(step).startswith("Friction of the winch")
+
+
+@pytest.mark.parametrize("scale", [1.5, 1.0 / 1.5])
+def test_leakage_that_is_another_by_half_is_measured_within_some_per_cent(scale):
+    leaky = changed(TWIN, {"active": {"pump": {"leak_scale": scale}, "motor": {"C_1": f"{0.0348083 * scale} L/min/bar"}}})
+    step = checked(records(leaky))
+    assert found(step, "leakage_error") == pytest.approx(scale - 1.0, abs=2.0 * FAIR)  # the motors' C_2 stays as it is
+    assert failed(step) == {"p-leakage"}
+
+
+def test_a_gear_ratio_that_is_another_by_two_per_cent_is_told_from_a_layer():
+    geared = TWIN.model_copy(update={"i_hD": 501.6 * 1.02})
+    step = checked(records(geared))
+    assert found(step, "lever_error") == pytest.approx(1.0 / 1.02 - 1.0, abs=SHARP)
+    assert "the gear ratio is 511.6, not 501.6" in first(step)
+    assert "layer" not in first(step)
+
+
+def test_wire_that_runs_a_layer_lower_than_in_the_twin_is_named_with_the_metres():
+    """The counter shows 120 m too little; by that the deeper of the two tests changes its layer."""
+    step = checked(tuple(_at_other_wire(r, lambda log: {**log, "s_w": log["s_w"] - 120.0}) for r in records()))
+    assert "p-lever" in failed(step)
+    assert "the wire runs on another layer than the twin's: 3 not 4 (2)" in first(step)
+    near, far = (int(x) for x in re.search(r"as if (\d+) to (\d+) m more wire were out", first(step)).groups())
+    assert near < 120 < far
+
+
+def _at_other_wire(record, counted):
+    log = counted(dict(record.signals))
+    part = replace(record.segments[0], s_w=float(log["s_w"][0]))
+    return replace(record, signals=log, segments=(part,))
+
+
+def test_an_offset_of_the_motors_is_found_where_the_command_leaves_room_for_it():
+    open_loop = changed(TWIN, {"active": {"motor": {"variant": "open-loop-feedback", "offset": 0.1, "hysteresis": 0.02}}})
+    step = checked(records(open_loop))
+    assert found(step, "motor_offset_error") == pytest.approx(0.1, abs=0.01)  # half of the hysteresis
+    assert "p-motor-offset" in failed(step)
+    assert "the motors stand 10" in first(step)
+    assert "p-motor-offset" not in failed(checked(records(open_loop), twin=open_loop))
+
+
+def test_a_tip_that_comes_150_ms_later_than_stated_shows_in_the_force():
+    step = checked(records(delay=0.19))
+    assert found(step, "tip_delay_error") == pytest.approx(0.15, abs=MS)
+    assert failed(step) == {"p-tip-delay"}
+    assert "190 ms" in first(step) or "ms found, 40 ms stated" in first(step)
+
+
+# --- logs that are wrong ------------------------------------------------------------------------------------------------------------------------
+
+
+def test_a_clock_that_drifts_is_told_from_a_speed_out_of_calibration():
+    def drifted(log):
+        return {**log, **{n: log[n] / 1.005 for n in ("v_w", "v_tip")}, "a_tip": log["a_tip"] / 1.005}
+
+    step = checked(records(spoil=drifted))  # stamps too fast by 0.5 %: every length changes too little for its speed ... in reverse
+    assert found(step, "clock_error") == pytest.approx(-0.005, abs=1e-3)
+    assert "p-clock" in failed(step)
+    assert abs(found(step, "v_tip_error")) < SHARP
+
+
+def test_a_tip_speed_out_of_calibration_is_no_clock():
+    step = checked(records(spoil=lambda log: {**log, "v_tip": 1.03 * log["v_tip"]}))
+    assert found(step, "v_tip_error") == pytest.approx(0.03, abs=SHARP)
+    assert "p-clock" not in failed(step)
+    assert "p-tip-speed" in failed(step)
+
+
+@pytest.mark.parametrize(
+    ("factor", "words"),
+    [
+        (1.0 / 9.80665, "the column is in t and was read as kN"), (1.0 / 4.4482216, "the column is in kip and was read as kN"),
+        (1000.0, "the column is in N and was read as kN"), (1e3 / 9.80665, "the column is in kgf and was read as kN"),
+        (100.0 / (2.5e5 * 9.80665) * 1e3, "the column is in % of the SWL and was read as kN"), (0.5, "check scale, unit and parts of line"),
+        (-1.0, "set sign = -1"),
+    ],
+)  # fmt: skip
+def test_a_wrong_unit_of_the_load_cell_is_named_by_its_factor(factor, words):
+    step = checked(records(spoil=lambda log: {**log, "F_w": factor * log["F_w"]}))
+    assert "p-load-cell" in failed(step)
+    assert words in first(step)
+    assert step.found("friction_error")[0].value is None
+    assert "mend it first" in step.found("friction_error")[0].note
+
+
+def test_a_load_cell_that_is_tared_of_its_hook_is_said():
+    step = checked(records(spoil=lambda log: {**log, "F_w": log["F_w"] - 3e3 * 9.80665}))
+    assert all("it is tared: the hook's 3 t are missing" in m.note for m in step.found("load_cell_error"))
+
+
+def test_swapped_pressure_lines_are_named_by_friction_that_drives():
+    step = checked(records(spoil=lambda log: {**log, "p_a": log["p_b"], "p_b": log["p_a"]}))
+    assert found(step, "friction_error") < -1.0
+    assert any("p_a and p_b are swapped" in line for line in step.statements)
+
+
+def test_a_hidden_gap_shows_as_a_jump_of_the_wire():
+    def cut(log):
+        return {n: np.concatenate((x[:7000], x[7300:])) for n, x in log.items()}
+
+    step = checked(records(spoil=cut))
+    assert found(step, "length_jump") > 0.05
+    assert "p-jump" in failed(step)
+    assert any("at 70." in line or "at 69." in line for line in step.statements)
+
+
+def test_signals_that_lag_by_some_cycles_spoil_nothing():
+    """Speeds through a counting window of 40 ms, the load cell behind a filter of 100 ms."""
+
+    def late(log):
+        out = dict(log)
+        for name, cycles in (("omega_m", 2), ("v_w", 4), ("F_w", 10)):
+            out[name] = np.concatenate((np.full(cycles, log[name][0]), log[name][:-cycles]))
+        return out
+
+    step = checked(records(spoil=late))
+    assert failed(step) == set()
+    assert abs(found(step, "lever_error")) < SHARP
+    assert abs(found(step, "leakage_error")) < 3.0 * FAIR
+    assert abs(found(step, "friction_error")) < FAIR
+
+
+# --- what is missing ------------------------------------------------------------------------------------------------------------------------------
+
+
+def without(*names: str):
+    return checked(tuple(replace(r, signals={n: x for n, x in r.signals.items() if n not in names}) for r in records()))
+
+
+def test_a_log_with_the_least_signals_is_no_error_and_says_what_to_log():
+    step = without(*(set(records()[0].signals) - {"s_tip", "s_w", "u_p", "e_c_measured"}))
+    assert {m.name for m in step.measures if m.value is not None} == {"reference_lag", "reference_spread"}
+    assert all(m.note for m in step.measures if m.value is None)
+    assert failed(step) == set()
+    assert any("log p_a, p_b, F_w, p_hp, alpha_pm, alpha_m, omega_m" in line for line in step.statements)
+
+
+def test_settings_that_were_not_logged_are_made_from_the_commands_and_it_is_said():
+    step = without("alpha_m", "alpha_p")
+    assert abs(found(step, "displacement_ratio_error")) < 5.0 * SHARP
+    assert "from u_m and u_p through the servo" in step.found("displacement_ratio_error")[0].note
+    assert abs(found(step, "friction_error")) < FAIR
+
+
+def test_the_wire_speed_stands_in_for_the_motor_speed():
+    step = without("omega_m")
+    assert step.found("lever_error")[0].value is None
+    assert abs(found(step, "friction_error")) < FAIR
+
+
+def test_wire_made_from_a_speed_is_compared_with_no_speed():
+    made = tuple(replace(r, derived=frozenset({"s_w"})) for r in records())
+    assert checked(made).found("v_w_error")[0].value is None
+
+
+def test_manual_tests_alone_tell_no_delay():
+    manual = tuple(
+        replace(r, test=replace(r.test, kind=Kind.LIMITS), segments=(replace(r.segments[0], mode=Mode.MANUAL),)) for r in records()
+    )
+    assert checked(manual).found("tip_delay_error")[0].value is None
+
+
+def test_a_load_cell_too_weak_for_the_motion_tells_no_delay():
+    rng = np.random.default_rng(3)
+    step = checked(records(spoil=lambda log: {**log, "F_w": log["F_w"] + 2e5 * rng.standard_normal(len(log["F_w"]))}))
+    (measure,) = step.found("tip_delay_error")
+    assert measure.value is None
+    assert "too weak" in measure.note
+
+
+def test_holes_in_signals_are_left_out():
+    def holed(log):
+        out = {n: x.copy() for n, x in log.items()}
+        for i, x in enumerate(out.values()):
+            x[1000 + 37 * i : 1300 + 37 * i] = math.nan
+        return out
+
+    step = checked(records(spoil=holed))
+    assert failed(step) == set()
+    assert abs(found(step, "lever_error")) < SHARP
+    assert abs(found(step, "friction_error")) < FAIR
+
+
+# --- what is shown ----------------------------------------------------------------------------------------------------------------------------------
+
+
+def test_the_table_has_a_row_for_every_parameter_with_crane_file_log_and_difference():
+    (table,) = own().tables
+    assert len({len(row) for row in table.rows} | {len(table.header)}) == 1
+    names = " ".join(row[0] for row in table.rows)
+    for word in (
+        "wire centre",
+        "leakage",
+        "motor flow",
+        "offset of the motors",
+        "load cell",
+        "friction",
+        "clock",
+        "scale of v_tip",
+        "delay",
+    ):
+        assert word in names
+
+
+def test_there_is_a_figure_for_drum_flows_torques_and_delay():
+    found_figures = figures(own(), campaign(*records()), records())
+    assert set(found_figures) == {"drum", "flow-balance", "torque-balance", "tip-delay"}
+    assert all("SYNTHETIC" in f.get_suptitle() for f in found_figures.values())
+
+
+def test_the_data_of_the_step_are_plain():
+    json.dumps(own().to_dict(), allow_nan=False)
