@@ -19,7 +19,8 @@ from stillhook.errors import ValidateError
 from stillhook.library.certificate import digest_of
 from stillhook.validate import Certificate, certificate_files, certificate_of, load_certificate
 from stillhook.validate import figures as pictures_of
-from stillhook.validate.certificate_pdf import pages, pdf, pictures
+from stillhook.validate.certificate_pdf import pages, pdf
+from stillhook.validate.figures import pictures
 from stillhook.validate.lines import StepNumber
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -89,7 +90,7 @@ def test_it_covers_what_the_stretches_of_step_5_covered_and_no_more(campaign, tm
     assert envelope is not None
     assert envelope.load == (82e3, 164e3)
     assert envelope.s_w == pytest.approx((486.0, 2314.4))
-    assert envelope.s_tip_pp == pytest.approx((0.8, 2.0), abs=1e-3)  # amplitudes 0.4 m and 1 m, sampled ten times a second
+    assert envelope.s_tip_pp == pytest.approx((0.8, 2.0), rel=0.01)  # amplitudes 0.4 m and 1 m; step 0 meets a crest within 1 %
     assert envelope.period == pytest.approx((8.0, 11.0), abs=1e-3)
     assert envelope.modes == ("ns", "ssc")
 

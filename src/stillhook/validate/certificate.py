@@ -69,13 +69,15 @@ def load_certificate(path: str | Path) -> Certificate:
     return Certificate(read_certificate(Path(path)))
 
 
-def certificate_files(validation: Validation, folder: str | Path) -> dict[str, bytes]:
+def certificate_files(validation: Validation, folder: str | Path, drawn: Mapping[str, bytes] | None = None) -> dict[str, bytes]:
     """Name and content of the files of a certificate that are to lie in this folder: JSON, PDF, and where it passed the crane's file.
 
+    drawn: the pictures of the validation (`stillhook.validate.figures.pictures`), where they are there already.
     A validation that was not passed gives a document that says so, and no crane. Errors: ValidateError where not all steps were taken.
     """
-    from stillhook.validate.certificate_pdf import pdf, pictures  # heavy: figures and typesetting
+    from stillhook.validate.certificate_pdf import pdf
+    from stillhook.validate.figures import pictures  # heavy
 
-    made = certificate_of(validation, folder)
-    files = {made.name: made.text().encode(), Path(made.name).with_suffix(".pdf").name: pdf(made.data, pictures(validation))}
+    made, figures = certificate_of(validation, folder), pictures(validation) if drawn is None else drawn
+    files = {made.name: made.text().encode(), Path(made.name).with_suffix(".pdf").name: pdf(made.data, figures)}
     return files | ({CRANE: made.crane_toml().encode()} if made.passed else {})

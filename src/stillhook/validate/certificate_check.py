@@ -17,7 +17,8 @@ from stillhook.units import came, show
 from stillhook.validate.campaign import Campaign, load_campaign
 from stillhook.validate.certificate import Certificate, certificate_of
 from stillhook.validate.certificate_content import crane_part, sha256_of, versions
-from stillhook.validate.certificate_pdf import pdf, pictures
+from stillhook.validate.certificate_pdf import pdf
+from stillhook.validate.figures import pictures
 from stillhook.validate.validation import validate
 
 MOST_SHOWN = 12

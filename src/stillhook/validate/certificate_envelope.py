@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from stillhook.sea.waves import wave_periods, window_spans
+from stillhook.sea.waves import wave_periods
 from stillhook.validate.ahc_twin import SETTLE, usable
+from stillhook.validate.data_set import RESTS, tip_ranges
 from stillhook.validate.record import Record, Segment
 from stillhook.variables import WINDOW
 
@@ -22,15 +24,16 @@ WAVES = (0.05, 0.95)
 def envelope_of(records: Sequence[Record], window: float) -> dict[str, Any] | None:
     """Ranges [SI] of load, wire out, 30 s peak-to-peak of the tip and period of its waves, and modes, over the stretches that step 5 used.
 
-    window: that of the criteria [s], which says what is long enough for step 5. None where no stretch has a moving tip.
+    window: that of the criteria [s], which says what is long enough for step 5. Windows in which the tip stands do not count, as in step 0.
+    None where no stretch has a moving tip.
     """
-    used = [part for part in usable(records, window)[0] if part[1].s_tip_pp > 0.0]
-    tips = [_tip(*part) for part in used]
-    periods = [p for (record, _), s in zip(used, tips, strict=True) for p in wave_periods(s, record.step)]
-    if not periods:
+    used = [(record, _counted(record, segment)) for record, segment in usable(records, window)[0] if segment.s_tip_pp > 0.0]
+    periods = [p for record, segment in used for p in wave_periods(_tip(record, segment), record.step)]
+    spans = np.concatenate([np.zeros(0), *(tip_ranges(*part, WINDOW) for part in used)])
+    spans = spans[spans >= RESTS]
+    if not periods or not len(spans):
         return None
-    spans = np.concatenate([window_spans(s, round(WINDOW / r.step) + 1) for (r, _), s in zip(used, tips, strict=True)])
-    segments = [s for _, s in used]
+    segments = [segment for _, segment in used]
     return {
         "load": _ends([s.load for s in segments]),
         "s_w": [float(min(s.s_w_min for s in segments)), float(max(s.s_w_max for s in segments))],
@@ -40,9 +43,16 @@ def envelope_of(records: Sequence[Record], window: float) -> dict[str, Any] | No
     }
 
 
+def _counted(record: Record, segment: Segment) -> Segment:
+    """What of a segment counts in step 5."""
+    skipped = round(SETTLE / record.step)
+    start, duration = segment.start + skipped * record.step, segment.duration - skipped * record.step
+    return replace(segment, first=segment.first + skipped, start=start, duration=duration)
+
+
 def _tip(record: Record, segment: Segment) -> FloatArray:
-    """Height of the tip as logged, over what of a segment counts [m]; single missing samples are bridged."""
-    s = record.part(segment, "s_tip")[round(SETTLE / record.step) :]
+    """Height of the tip as logged [m]; single missing samples are bridged."""
+    s = record.part(segment, "s_tip")
     known = np.isfinite(s)
     return np.interp(np.arange(len(s)), np.flatnonzero(known), s[known])
 

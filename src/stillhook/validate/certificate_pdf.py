@@ -3,56 +3,23 @@
 from __future__ import annotations
 
 import datetime
-import io
 import json
 import tempfile
 from collections.abc import Mapping
 from importlib.resources import files
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from stillhook.errors import ValidateError
 from stillhook.validate.certificate_sheet import sheet_of
-from stillhook.validate.validation import Validation
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 TEMPLATE, DATA = "certificate.typ", "sheet.json"
-LARGEST_DRAWING = 600_000
-"""Bytes of a figure as lines from which it is set as an image: series of many thousand points make files that viewers are slow with."""
-RESOLUTION = 200
-"""Of figures that are images [dots per inch]."""
-SALT = "stillhook"
-"""What the names inside an SVG are made from, in place of chance."""
 ARCHIVE = "a-2u"
 """PDF/A-2u: everything that is needed to show it is inside, for as long as a crane lives, and its text can be searched."""
 
 
-def pictures(validation: Validation) -> dict[str, bytes]:
-    """File name -> content of every figure, in the order of the steps; the same bytes whatever the settings of matplotlib here."""
-    import matplotlib  # heavy
-
-    from stillhook.validate.figures import figures
-
-    with matplotlib.rc_context():
-        matplotlib.rcdefaults()
-        matplotlib.rcParams["svg.hashsalt"] = SALT
-        return dict(_drawn(stem, figure) for stem, figure in figures(validation).items())
-
-
-def _drawn(stem: str, figure: Figure) -> tuple[str, bytes]:
-    memory = io.BytesIO()
-    figure.savefig(memory, format="svg", metadata={"Date": None, "Creator": None})
-    if memory.tell() <= LARGEST_DRAWING:
-        return f"{stem}.svg", memory.getvalue()
-    memory = io.BytesIO()
-    figure.savefig(memory, format="png", dpi=RESOLUTION, metadata={"Software": None})
-    return f"{stem}.png", memory.getvalue()
-
-
 def pdf(data: Mapping[str, Any], figures: Mapping[str, bytes]) -> bytes:
-    """The document. data of a certificate; figures: file name -> content.
+    """The document. data of a certificate; figures: PNG by stem, as of `stillhook.validate.figures.pictures`.
 
     Texts with letters that typst's own fonts lack (Chinese, say) cannot be archived: they are set all the same, with boxes for those
     letters, which the JSON has. Errors: ValidateError where it cannot be set.
@@ -76,8 +43,8 @@ def _typeset(data: Mapping[str, Any], figures: Mapping[str, bytes], **how: Any) 
         folder = Path(name)
         (folder / TEMPLATE).write_bytes((files("stillhook.validate") / "template" / TEMPLATE).read_bytes())
         (folder / DATA).write_text(json.dumps(sheet_of(data, tuple(figures)), ensure_ascii=False), encoding="utf-8")
-        for file, content in figures.items():
-            (folder / file).write_bytes(content)
+        for stem, content in figures.items():
+            (folder / f"{stem}.png").write_bytes(content)
         compiler = typst.Compiler(folder / TEMPLATE, root=folder, ignore_system_fonts=True)
         try:
             found = compiler.compile(timestamp=date, **how)

@@ -37,7 +37,7 @@ HOW = (
 
 
 def sheet_of(data: Mapping[str, Any], figures: Sequence[str]) -> dict[str, Any]:
-    """Every text of the document by its place in the template. data of a certificate; figures: names of the files, "step-5-...svg"."""
+    """Every text of the document by its place in the template. data of a certificate; figures: stems of their files, "step-5-..."."""
     date, passed = datetime.date.fromisoformat(data["date"]), data["passed"]
     first = {
         "heading": HEADING[passed], "word": WORD[passed], "passed": passed, "synthetic": data["synthetic"], "mark": MARK,
@@ -144,7 +144,9 @@ def _compared(data: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _found(data: Mapping[str, Any]) -> list[str]:
-    return [f"Test {d['test']}: {text}" for d in data["data"] for text in d["statements"]]
+    return [
+        text if text.startswith("Test ") else f"Test {d['test']}: {text}" for d in data["data"] for text in d["statements"]
+    ]
 
 
 def _step(step: Mapping[str, Any], data: Mapping[str, Any], figures: Sequence[str]) -> dict[str, Any]:
@@ -154,7 +156,7 @@ def _step(step: Mapping[str, Any], data: Mapping[str, Any], figures: Sequence[st
         "verdict": f"This step: {step['verdict']}.", "statements": step["statements"],
         "no": any(line["no"] for line in data["lines"] if line["step"] == step["step"]),
         "tables": [_joined_header(t) | {"title": t["title"], "columns": _columns(t)} for t in step["tables"]],
-        "figures": [{"file": name, "caption": caption(name.rpartition(".")[0])} for name in own],
+        "figures": [{"file": f"{name}.png", "caption": caption(name)} for name in own],
     }  # fmt: skip
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
+from stillhook.io.page import png
 from stillhook.validate import ahc_figures, controller_figures, data_set_figures, dynamics_figures, limits_figures, parameters_figures
 from stillhook.validate.lines import StepNumber
 from stillhook.validate.validation import Validation
@@ -21,6 +22,19 @@ FIGURES: Mapping[StepNumber, Callable[..., dict[str, Any]]] = {
     StepNumber.AHC: ahc_figures.figures,
 }
 """Each takes (step, campaign, records) and returns its figures by stem."""
+
+
+RESOLUTION = 150
+"""Of pictures [dots per inch]: as wide as a page of the certificate, most have 220 on paper."""
+
+
+def pictures(validation: Validation) -> dict[str, bytes]:
+    """Every figure as PNG, by file stem: the same bytes whatever the settings of matplotlib here."""
+    import matplotlib  # heavy
+
+    with matplotlib.rc_context():
+        matplotlib.rcdefaults()
+        return {stem: png(figure, RESOLUTION) for stem, figure in figures(validation).items()}
 
 
 def figures(validation: Validation) -> dict[str, Figure]:

@@ -5,13 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 
 from stillhook.errors import ValidateError
-from stillhook.io.page import png
 from stillhook.io.results import save_json
 from stillhook.library import crane_toml
 from stillhook.units import came
 from stillhook.validate.campaign import Campaign
 from stillhook.validate.certificate import CERTIFICATE, CRANE, NOT_PASSED, certificate_files
-from stillhook.validate.figures import figures
+from stillhook.validate.figures import pictures
 from stillhook.validate.lines import Step, StepNumber
 from stillhook.validate.report import report
 from stillhook.validate.report_data import deviations_table, segments_table, to_dict
@@ -48,11 +47,11 @@ def save_validation(validation: Validation, folder: str | Path, *, certificate: 
     out = Path(folder)
     check_out(validation.campaign, out)
     with whole_folder(out) as part:
-        pictures = {stem: png(figure) for stem, figure in figures(validation).items()}
-        content = {f"{stem}.png": data for stem, data in pictures.items()}
-        content[REPORT] = report(validation, pictures).encode()
+        drawn = pictures(validation)
+        content = {f"{stem}.png": data for stem, data in drawn.items()}
+        content[REPORT] = report(validation, drawn).encode()
         if certificate and validation.whole:
-            content |= certificate_files(validation, out)
+            content |= certificate_files(validation, out, drawn)
         tuned = _tuned(validation)
         if tuned is not None:
             content[TUNED] = tuned.encode()
