@@ -45,7 +45,7 @@ def record(name: str, load: float, s_w: float) -> Record:
     t = np.arange(0.0, 1500.0, 0.01)
     part = Segment(name, 0, len(t), 0.0, 1500.0, load, s_w, s_w - 1.2, s_w + 1.2, 2.31, 9.4, Mode.SSC)
     log = Log(f"{name}.csv", t, {}, {}, (), (), 100.0, len(t))
-    return Record(test, log, t, 0.01, {}, (part,), ("a gap of 20 s at 412 s: no window crosses it",))
+    return Record(test, log, t, 0.01, {"s_tip": np.sin(0.65 * t)}, (part,), ("a gap of 20 s at 412 s: no window crosses it",))
 
 
 def staged(e_c_pp_deviation: float | None = 0.021, high: float = 0.027, *, synthetic: bool = True, whole: bool = True) -> Validation:
@@ -200,6 +200,7 @@ def test_everything_is_written_and_the_page_reads_as_text(stage, capsys, tmp_pat
         "1.6 cm to 2.7 cm",
         "at most 5 cm (whole interval)",
         "wind 12 m/s",
+        "payload on the hook 82 t to 164 t",
         "quay version 3",
         'Test "1": a gap of 20 s',
     ):

@@ -4,22 +4,27 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 
+from stillhook.certified import Envelope
 from stillhook.io.page import bullets, heading, page, paragraph, picture, subheading, table
 from stillhook.validate.campaign import Campaign
+from stillhook.validate.certificate_envelope import envelope_of
 from stillhook.validate.lines import Line, Step, Table
 from stillhook.validate.report_texts import (
-    LINE_HEAD,
+    FULL_HEAD,
     MEANING,
     SEGMENT_HEAD,
+    SHORT_HEAD,
     SHOWS,
     STEP_HEAD,
     columns_of_words,
     found_on_the_way,
-    line_cells,
+    full_cells,
+    joined,
     lines_of,
     segment_cells,
     segments,
     sentence,
+    short_cells,
     step_row,
     step_verdict,
     title,
@@ -45,18 +50,18 @@ def report(validation: Validation, figures: Mapping[str, bytes]) -> str:
         paragraph(sentence(validation), no=not validation.passed, yes=validation.passed and validation.whole),
         _about(validation.campaign),
         heading("Verdict"),
-        table(STEP_HEAD, (step_row(validation, step) for step in validation.steps)),
-        *_lines(validation, validation.lines),
+        table(STEP_HEAD, (step_row(validation, step) for step in validation.steps), words=True),
+        *_verdict(validation),
         _legend(validation.lines),
-        paragraph(JUDGED),
         heading("Load cases"),
         paragraph("Unbroken parts of the logs with one load in one mode. Wire out: least to most; tip p-p: its largest over 30 s."),
-        table([h.replace("\n", " ") for h in SEGMENT_HEAD], map(segment_cells, segments(validation))),
+        table([joined(h) for h in SEGMENT_HEAD], map(segment_cells, segments(validation))),
+        *_covered(validation),
         *_found_on_the_way(validation),
     ]
     for step in validation.steps:
         parts += _step(validation, step, figures)
-    parts.append(paragraph(METHOD))
+    parts += [heading("How it is judged"), paragraph(JUDGED), paragraph(METHOD)]
     return page(f"Validation of {title(validation)}", parts, synthetic=SYNTHETIC if validation.campaign.synthetic else "")
 
 
@@ -76,17 +81,36 @@ def _about(campaign: Campaign) -> str:
     )
 
 
-def _lines(validation: Validation, lines: Sequence[Line]) -> list[str]:
-    """Verdict lines as a table."""
+def _verdict(validation: Validation) -> list[str]:
+    """Every criterion in short; the steps have them in full."""
+    lines = [line for step in validation.steps for line in lines_of(validation, step)]
     if not lines:
         return [paragraph("No criterion judges these steps.")]
-    no = [i for i, line in enumerate(lines) if line.no]
-    return [table(LINE_HEAD, (line_cells(validation, line) for line in lines), no=no, words=True)]
+    return [table(SHORT_HEAD, (short_cells(validation, line) for line in lines), no=_no(lines), words=True)]
+
+
+def _lines(validation: Validation, lines: Sequence[Line]) -> str:
+    """Verdict lines in full."""
+    return table(FULL_HEAD, (full_cells(validation, line) for line in lines), no=_no(lines), words=True)
+
+
+def _no(lines: Sequence[Line]) -> list[int]:
+    return [i for i, line in enumerate(lines) if line.no]
 
 
 def _legend(lines: Sequence[Line]) -> str:
     there = {line.verdict for line in lines}
     return bullets(f"{v.value}: {text}." for v, text in MEANING.items() if v in there)
+
+
+def _covered(validation: Validation) -> list[str]:
+    """What the tests cover: the ranges that a certificate names."""
+    found = envelope_of(validation.records, validation.campaign.criteria.settings["window"]) if validation.whole else None
+    if found is None:
+        return []
+    says = Envelope.model_construct(None, **{name: tuple(ends) for name, ends in found.items()}).says()
+    told = "What the tests with heave compensation cover. A certificate holds inside these ranges, each taken by itself."
+    return [paragraph(told), table(("", ""), says.items(), words=True)]
 
 
 def _found_on_the_way(validation: Validation) -> list[str]:
@@ -110,12 +134,12 @@ def _step(validation: Validation, step: Step, figures: Mapping[str, bytes]) -> I
             yield picture(data, caption(stem))
     if lines:
         yield subheading(f"Criteria of step {number}")
-        yield from _lines(validation, lines)
+        yield _lines(validation, lines)
 
 
 def _table(found: Table) -> Iterable[str]:
     yield subheading(found.title)
-    yield table([h.replace("\n", " ") for h in found.header], found.rows, words=bool(columns_of_words(found) - {0}))
+    yield table([joined(h) for h in found.header], found.rows, words=bool(columns_of_words(found) - {0}))
 
 
 def caption(stem: str) -> str:

@@ -29,6 +29,8 @@ SHOWS = {
     StepNumber.AHC: "With the logged tip motion and nothing else, does the whole twin miss by as much as the crane did?",
 }
 SEGMENT_HEAD = ("test", "from\n[s]", "for\n[s]", "load\n[t]", "wire out\n[m]", "tip p-p\n[m]", "period\n[s]", "mode")
+SHORT_HEAD = ("", "criterion", "found", "limit", "verdict")
+FULL_HEAD = ("", "criterion", "found (95 %)", "limit", "verdict", "rests on", "source")
 LINE_HEAD = ("", "criterion", "found", "95 %", "limit", "verdict", "rests on", "source")
 STEP_HEAD = ("step", "", "pass", "fail", "not shown", "told")
 
@@ -92,6 +94,23 @@ def line_cells(validation: Validation, line: Line) -> tuple[str, ...]:
     return line.key, line.what, figure, between, asked, verdict_word(line), "; ".join(x for x in behind if x), line.source
 
 
+def short_cells(validation: Validation, line: Line) -> tuple[str, ...]:
+    """A verdict line in short, see SHORT_HEAD."""
+    key, what, figure, _, limit, verdict, *_ = line_cells(validation, line)
+    return key, what, figure, limit, verdict
+
+
+def full_cells(validation: Validation, line: Line) -> tuple[str, ...]:
+    """A verdict line in full with few columns, see FULL_HEAD."""
+    key, what, figure, between, *rest = line_cells(validation, line)
+    return key, what, f"{figure} ({between})" if between else figure, *rest
+
+
+def joined(header: str) -> str:
+    """The head of a column on one line."""
+    return header.replace("-\n", "").replace("\n", " ")
+
+
 _BY = {By.VALUE: "", By.WHOLE: " (whole interval)", By.ANY: " (any of the interval)"}
 
 
@@ -117,12 +136,13 @@ def segments(validation: Validation) -> list[Segment]:
 
 
 def found_on_the_way(validation: Validation) -> list[str]:
-    """What reading the logs brought up, each with its test."""
+    """What reading the logs brought up, each with its test; without what a step says again."""
     said = []
     for record in validation.records:
         test = f'Test "{record.test.name}"'
         said += [text if text.startswith(test) else f"{test}: {text}" for text in record.statements]
-    return said
+    again = {text for step in validation.steps for text in step.statements}
+    return [text for text in said if text not in again]
 
 
 def step_row(validation: Validation, step: Step) -> tuple[str, ...]:
