@@ -19,6 +19,7 @@ from stillhook.scenario import Mode
 from stillhook.validate.implied_curves import bridged, smoothed
 from stillhook.validate.implied_parts import Part, by_test
 from stillhook.validate.implied_regression import Estimate, Fit, FloatArray, IntArray, fit, pooled
+from stillhook.validate.sums import dot
 
 EVERY = 0.1
 """Spacing of the samples [s]."""
@@ -171,7 +172,7 @@ def _leans(seas: Sequence[_Sea]) -> float:
     """How much of a delay [s] the twin's force of the hook's motion looks like: what its gain is off by comes in by that."""
     rows = [(s.columns(0.0), s.inside) for s in seas]
     hook, speed = (np.concatenate([c[i][inside] for c, inside in rows]) for i in range(2))
-    return float(hook @ speed / (speed @ speed))
+    return dot(hook, speed) / dot(speed, speed)
 
 
 def _misfit(seas: Sequence[_Sea], delay: float) -> float:
@@ -179,4 +180,4 @@ def _misfit(seas: Sequence[_Sea], delay: float) -> float:
     rows = [(s.columns(delay), s) for s in seas]
     rest = np.concatenate([(s.force - c[0])[s.inside] for c, s in rows])
     way = np.concatenate([s.way[s.inside] for s in seas])
-    return float(np.std(rest - way * (way @ rest) / max(float(way @ way), 1e-12)))
+    return float(np.std(rest - way * dot(way, rest) / max(dot(way, way), 1e-12)))

@@ -9,6 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from stillhook.validate.sums import dot
+
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.intp]
 
@@ -104,8 +106,8 @@ def _solved(A: FloatArray, c: FloatArray, X: FloatArray, y: FloatArray) -> Fit |
     b = np.linalg.solve(whole / np.outer(scale, scale), right / scale) / scale
     left = np.stack([np.linalg.solve(r / np.outer(scale, scale), (right - ci) / scale) / scale for r, ci in zip(rests, c, strict=True)])
     m, apart = len(A), left - left.mean(axis=0)
-    rest = y - X @ b
-    sd = math.sqrt(float(rest @ rest) / max(1, len(y) - len(b)))
+    rest = y - np.sum(X * b, axis=1)
+    sd = math.sqrt(dot(rest, rest) / max(1, len(y) - len(b)))
     return Fit(b, (m - 1) / m * apart.T @ apart, left, sd, len(y))
 
 

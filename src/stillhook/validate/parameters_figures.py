@@ -8,7 +8,8 @@ import numpy as np
 
 from stillhook.io.figures import COLOURS, GREY
 from stillhook.units import in_display
-from stillhook.validate.campaign import MARK, Campaign
+from stillhook.validate.campaign import Campaign
+from stillhook.validate.drawing import axes_of, legend_below, marked
 from stillhook.validate.implied import Implied
 from stillhook.validate.implied_delay import CURVE, TipDelay
 from stillhook.validate.implied_parts import diameter_of, wire_of_layer
@@ -41,13 +42,14 @@ def figures(step: Step, campaign: Campaign, records: tuple[Record, ...]) -> dict
         out["tip-delay"] = _delay(campaign, found.delays)
     if campaign.synthetic:
         for figure in out.values():
-            figure.suptitle(f"{figure.get_suptitle()}\n{MARK}: simulated, measured on no crane", fontsize="medium")
+            figure.suptitle(marked(campaign, figure.get_suptitle()), fontsize="medium")
     return out
 
 
 def _drum(campaign: Campaign, found: Implied) -> Figure:
     """Diameter of the wire's centre that every test implies, over the layers of the twin's drum."""
-    figure, (ax, error) = _figure((9.0, 7.0), 2, "Wire per turn of the motors: diameter of the wire's centre on the drum", (2.2, 1.0))
+    title = "Wire per turn of the motors: diameter of the wire's centre on the drum"
+    figure, ((ax,), (error,)) = axes_of(2, 1, (9.0, 7.0), title, height_ratios=(2.2, 1.0))
     crane = campaign.crane
     layers = np.arange(1, crane.drum.layers + 1)
     for n, d in zip(layers, diameter_of(crane, layers.astype(np.float64)), strict=True):
@@ -70,7 +72,8 @@ def _flow(found: Implied) -> Figure:
     """Motor flow over pump flow, and what is missing between them over what the twin's leakage takes."""
     b = found.balance
     assert b is not None
-    figure, (ax, leak) = _figure((11.0, 5.0), 1, "Flow balance of the higher line of the active circuit, windows of half a second", ())
+    title = "Flow balance of the higher line of the active circuit, windows of half a second"
+    figure, ((ax, leak),) = axes_of(1, 2, (11.0, 5.0), title)
     ax.plot(*(_dots(_flow_unit(x), b.Q_m) for x in (b.Q_p, b.Q_m)), ".", ms=3, color=COLOURS[0], label="measured", alpha=0.6)
     ends = np.array(ax.get_xlim())
     ax.plot(ends, ends, color=TWIN, lw=1.5, label="twin without leakage")
@@ -91,7 +94,7 @@ def _flow(found: Implied) -> Figure:
 
 def _friction(found: Implied) -> Figure:
     """Torque that is left at the motor shaft over the twin's friction, by test."""
-    figure, axes = _figure((11.0, 5.0), 1, "Torque balance at the motors: what is left, against the twin's friction", ())
+    figure, (axes,) = axes_of(1, 2, (11.0, 5.0), "Torque balance at the motors: what is left, against the twin's friction")
     for ax, up in zip(axes, (False, True), strict=True):
         for i, f in enumerate(found.frictions):
             this = np.isfinite(f.measured) & np.isfinite(f.twin) & ((f.twin > 0.0) == up)
@@ -103,15 +106,14 @@ def _friction(found: Implied) -> Figure:
         ax.set_xlabel("friction of the twin [N m]")
         ax.set_title("hoisting" if up else "lowering", fontsize="medium")
     axes[0].set_ylabel("torque that is left [N m]")
-    handles, labels = axes[1].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=4, fontsize="small", frameon=False)
+    legend_below(figure, axes[1:], 4)
     return figure
 
 
 def _delay(campaign: Campaign, delays: tuple[TipDelay, ...]) -> Figure:
     """Force in the wave band that is left if the true tip is so much ahead of the logged one."""
     title = "Delay of the tip signal: force of the hook's motion that is left, if the true tip is ahead of the logged one"
-    figure, (ax,) = _figure((9.0, 5.0), 1, title, (), count=1)
+    figure, ((ax,),) = axes_of(1, 1, (9.0, 5.0), title)
     for i, d in enumerate(delays):
         label = f"test {d.test}: {1e3 * d.delay.value:.0f} +- {1e3 * d.delay.half:.0f} ms"
         ax.plot(1e3 * CURVE, d.misfit / 1e3, color=COLOURS[i % 6], lw=1.6, label=label)
@@ -121,18 +123,6 @@ def _delay(campaign: Campaign, delays: tuple[TipDelay, ...]) -> Figure:
     ax.set_xlabel("delay [ms]")
     ax.set_ylabel("force that is left, rms [kN]")
     return _finished(figure, ax, 3)
-
-
-def _figure(size: tuple[float, float], rows: int, title: str, heights: tuple[float, ...], *, count: int = 2) -> tuple[Figure, Any]:
-    from matplotlib.figure import Figure  # heavy: only where pictures are wanted
-
-    figure = Figure(figsize=size, layout="constrained")
-    columns = count if rows == 1 else 1
-    axes = figure.subplots(rows, columns, squeeze=False, height_ratios=heights or None).ravel()
-    for ax in axes:
-        ax.grid(alpha=0.3)
-    figure.suptitle(title, fontsize="medium")
-    return figure, axes
 
 
 def _finished(figure: Figure, ax: Axes, columns: int) -> Figure:
