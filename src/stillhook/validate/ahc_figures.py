@@ -12,6 +12,7 @@ from stillhook.validate.ahc import AhcStep
 from stillhook.validate.ahc_compared import Compared
 from stillhook.validate.ahc_shape import BAND, Spectra
 from stillhook.validate.campaign import Campaign
+from stillhook.validate.drawing import MEASURED, SIMULATED, axes_of, legend_below, marked
 from stillhook.validate.lines import Step
 from stillhook.validate.record import Record
 from stillhook.validate.windows import Windows, by_motion
@@ -23,20 +24,18 @@ SHOWN = 300.0
 """Length of the stretch that is drawn over time [s], as in figure 10."""
 BIN = 0.25
 """Width of the bins of tip motion [m]."""
-MEASURED, SIMULATED = COLOURS[0], COLOURS[1]
 
 
 def figures(step: Step, campaign: Campaign, records: tuple[Record, ...]) -> dict[str, Figure]:
     """Pictures of step 5 by name; none where it could compare nothing."""
     if not isinstance(step, AhcStep) or not step.compared:
         return {}
-    mark = "SYNTHETIC. " if campaign.synthetic else ""
     parts = [c for c in step.compared if len(c.windows.x)]
-    out = {"tip-wire-speed-and-error": _over_time(_shown(step.compared), mark)}
+    out = {"tip-wire-speed-and-error": _over_time(_shown(step.compared), campaign)}
     if parts:
-        out |= {"error-and-efficiency": _against_motion(parts, mark), "deviations": _deviations([c.windows for c in parts], mark)}
+        out |= {"error-and-efficiency": _against_motion(parts, campaign), "deviations": _deviations([c.windows for c in parts], campaign)}
     if step.spectra is not None:
-        out["spectra"] = _spectra(step.spectra, mark)
+        out["spectra"] = _spectra(step.spectra, campaign)
     return out
 
 
@@ -46,27 +45,12 @@ def _shown(compared: Sequence[Compared]) -> Compared:
     return long[-1] if long else max(compared, key=lambda c: len(c.e_measured))
 
 
-def _axes(rows: int, columns: int, size: tuple[float, float], title: str, **more: Any) -> tuple[Figure, Any]:
-    from matplotlib.figure import Figure  # heavy: only where pictures are wanted
-
-    figure = Figure(figsize=size, layout="constrained")
-    axes = figure.subplots(rows, columns, **more)
-    for ax in np.ravel(axes):
-        ax.grid(alpha=0.3)
-    figure.suptitle(title, fontsize="medium")
-    return figure, axes
-
-
-def _legend(figure: Figure, ax: Any, columns: int) -> None:
-    handles, labels = ax.get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=columns, fontsize="small", frameon=False)
-
-
-def _over_time(c: Compared, mark: str) -> Figure:
+def _over_time(c: Compared, campaign: Campaign) -> Figure:
     n = min(len(c.e_measured), round(SHOWN / c.replay.record.step))
     s = c.replay.segment
-    title = f"{mark}Load case {c.name}: {s.load / 1e3:.0f} t, {s.s_w:.0f} m of wire out, mode {s.mode.value}"
-    figure, axes = _axes(3, 1, (10.0, 8.0), title, sharex=True)
+    title = f"Load case {c.name}: {s.load / 1e3:.0f} t, {s.s_w:.0f} m of wire out, mode {s.mode.value}"
+    figure, grid = axes_of(3, 1, (10.0, 8.0), marked(campaign, title), sharex=True)
+    axes = grid[:, 0]
     t = c.replay.t[:n] - c.replay.t[0]
     axes[0].plot(t, c.replay.s_tip[:n] - c.replay.s_tip[:n].mean(), color=GREY, lw=1.0)
     v_w = _wire_speed(c)
@@ -80,7 +64,7 @@ def _over_time(c: Compared, mark: str) -> Figure:
     axes[2].set_xlabel("time [s]")
     axes[2].set_xlim(0.0, t[-1])
     figure.align_ylabels(axes)
-    _legend(figure, axes[2], 2)
+    legend_below(figure, [axes[2]], 2)
     return figure
 
 
@@ -91,8 +75,9 @@ def _wire_speed(c: Compared) -> Any:
     return -np.gradient(c.replay.measured("s_w"), c.replay.record.step)
 
 
-def _against_motion(parts: Sequence[Compared], mark: str) -> Figure:
-    figure, axes = _axes(1, 2, (11.0, 5.0), f"{mark}Control error and efficiency over moving windows, all load cases")
+def _against_motion(parts: Sequence[Compared], campaign: Campaign) -> Figure:
+    figure, grid = axes_of(1, 2, (11.0, 5.0), marked(campaign, "Control error and efficiency over moving windows, all load cases"))
+    axes = grid[0]
     whole = [c.windows for c in parts]
     tip = np.concatenate([w.s_tip_pp for w in whole])
     for colour, label, error, eta in (
@@ -108,12 +93,13 @@ def _against_motion(parts: Sequence[Compared], mark: str) -> Figure:
     axes[0].set_ylim(bottom=0.0)
     for ax in axes:
         ax.set_xlabel("crane tip, peak to peak [m]")
-    _legend(figure, axes[0], 4)
+    legend_below(figure, [axes[0]], 4)
     return figure
 
 
-def _deviations(whole: Sequence[Windows], mark: str) -> Figure:
-    figure, axes = _axes(1, 3, (12.0, 4.6), f"{mark}Simulated against measured, all load cases", width_ratios=(3, 3, 2))
+def _deviations(whole: Sequence[Windows], campaign: Campaign) -> Figure:
+    figure, grid = axes_of(1, 3, (12.0, 4.6), marked(campaign, "Simulated against measured, all load cases"), width_ratios=(3, 3, 2))
+    axes = grid[0]
     tip = np.concatenate([w.s_tip_pp for w in whole])
     middle, error, eta, count = by_motion(whole, BIN)
     dots = (100.0 * np.concatenate([np.abs(w.eta_simulated - w.eta_measured) for w in whole]), 100.0 * np.concatenate([w.x for w in whole]))
@@ -127,12 +113,13 @@ def _deviations(whole: Sequence[Windows], mark: str) -> Figure:
     axes[2].set_ylabel("share of the windows [%]")
     for ax in axes:
         ax.set_xlabel("crane tip, peak to peak [m]")
-    _legend(figure, axes[0], 2)
+    legend_below(figure, [axes[0]], 2)
     return figure
 
 
-def _spectra(x: Spectra, mark: str) -> Figure:
-    figure, ax = _axes(1, 1, (8.0, 4.6), f"{mark}Spectra of the control error, all load cases")
+def _spectra(x: Spectra, campaign: Campaign) -> Figure:
+    figure, grid = axes_of(1, 1, (8.0, 4.6), marked(campaign, "Spectra of the control error, all load cases"))
+    ax = grid[0, 0]
     band = (x.f > 0.0) & (x.f <= 5.0)
     ax.axvspan(*BAND, color=GREY, alpha=0.12, lw=0, label="wave band")
     ax.loglog(x.f[band], 1e4 * x.measured[band], color=MEASURED, lw=1.4, label="measured")
@@ -140,5 +127,5 @@ def _spectra(x: Spectra, mark: str) -> Figure:
     ax.set_xlabel("frequency [Hz]")
     ax.set_ylabel("power density [cm$^2$/Hz]")
     ax.set_xlim(x.f[band][0], x.f[band][-1])
-    _legend(figure, ax, 3)
+    legend_below(figure, [ax], 3)
     return figure

@@ -79,8 +79,8 @@ def _how(compared: Sequence[Compared], *, logged: bool) -> Iterable[str]:
         offset = float(np.mean(c.pair[0]) - np.mean(c.pair[1])) if len(c.pair[0]) else 0.0
         if abs(offset) > SAID_OFFSET:
             yield (
-                f"In load case {c.name} the crane's error stands {100.0 * offset:+.2g} cm off the twin's on average; peak to peak that does "
-                "not count, in the largest error it does."
+                f"In load case {c.name} the crane's error stands {100.0 * offset:+.2g} cm off the twin's on average; peak to peak that "
+                "does not count, in the largest error it does."
             )
     noisy = [c for c in compared if logged and c.noise > SAID_NOISE]
     if noisy:

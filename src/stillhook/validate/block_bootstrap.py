@@ -83,25 +83,28 @@ def interval(
         return Interval(value, math.nan, math.nan, b)
     drawn = np.array([statistic(whole[i]) for i in _draws(rows, b.length, draws, seed)], dtype=np.float64)
     ends = np.nanquantile(drawn, [(1.0 - LEVEL) / 2.0, (1.0 + LEVEL) / 2.0])
-    low, high = value + _stretch(b) * (ends - value)
+    low, high = value + _stretch(b) * (np.array([min(ends[0], value), max(ends[1], value)]) - value)
     return Interval(value, max(float(low), bounds[0]), min(float(high), bounds[1]), b)
 
 
 def _draws(rows: Sequence[FloatArray], length: int, draws: int, seed: int) -> list[NDArray[np.intp]]:
-    """Places of the samples in each draw: blocks from parts in proportion to their lengths, as many samples as there are."""
+    """Places of the samples in each draw: as many blocks as the data hold, so about as many samples. A part shorter than a block is one,
+    and is drawn the more often for it, so that every sample is as likely as any other."""
     rng = np.random.default_rng(seed)
     sizes = np.array([len(r) for r in rows])
-    first, n = np.concatenate(([0], np.cumsum(sizes)[:-1])), int(sizes.sum())
-    of_part = np.repeat(np.arange(len(rows)), sizes)
+    first = np.concatenate(([0], np.cumsum(sizes)[:-1]))
+    reach = np.minimum(length, sizes)
+    chance = np.cumsum(sizes / reach) / np.sum(sizes / reach)
+    count = max(1, round(float(np.sum(sizes / reach))))
     out = []
     for _ in range(draws):
-        starts = rng.integers(0, n, size=math.ceil(n / min(length, int(sizes.min()))) + 1)
-        part = of_part[starts]
-        reach = np.minimum(length, sizes[part])
-        taken = np.repeat(np.arange(len(starts)), reach)
-        step = np.arange(len(taken)) - np.repeat(np.cumsum(reach) - reach, reach)
+        part = np.minimum(np.searchsorted(chance, rng.random(count), side="right"), len(sizes) - 1)
+        starts = np.floor(rng.random(len(part)) * sizes[part]).astype(np.intp)
+        long = reach[part]
+        taken = np.repeat(np.arange(len(part)), long)
+        step = np.arange(len(taken)) - np.repeat(np.cumsum(long) - long, long)
         k = part[taken]
-        out.append((first[k] + (starts[taken] - first[k] + step) % sizes[k])[:n])
+        out.append(first[k] + (starts[taken] + step) % sizes[k])
     return out
 
 
