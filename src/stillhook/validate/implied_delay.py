@@ -38,6 +38,8 @@ TURN = 0.02
 """Wire speed over which the friction of sheaves turns round [m/s]."""
 GAIN = 0.3
 """What the twin's wire and load may be off by [-]: added mass, mass of the wire, elasticity."""
+SHAPE = 0.1
+"""Part of a delay that the simple wire and a filter of the load cell may make of it [-]."""
 ROUNDS = 6
 MOST = 1.0
 """Largest delay that is looked for [s]."""
@@ -147,9 +149,11 @@ def _test(test: str, seas: Sequence[_Sea]) -> TipDelay | None:
     loose = Estimate(delay, found.ratio(1, 0)[1], found.blocks)
     tight = Estimate(held[0], math.hypot(held[1].half(0), GAIN * abs(_leans(seas))), held[1].blocks)
     use_held = not (found.b[0] > 0.0 and loose.half <= tight.half)
+    told = tight if use_held else loose
+    told = Estimate(told.value, math.hypot(told.half, SHAPE * told.value), told.blocks)
     misfit = np.array([_misfit(seas, x) for x in CURVE])
     force = np.concatenate([s.force[s.inside] for s in seas])
-    return TipDelay(test, tight if use_held else loose, one if use_held else gain, use_held, misfit, float(np.std(force)))
+    return TipDelay(test, told, one if use_held else gain, use_held, misfit, float(np.std(force)))
 
 
 def _fitted(seas: Sequence[_Sea], *, held: bool) -> tuple[float, Fit] | None:

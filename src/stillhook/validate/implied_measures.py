@@ -26,6 +26,8 @@ CELL_BELIEVED = 0.25
 """Error of the load cell from which no torque is drawn from it [-]."""
 STANDS = 0.03
 """Standing torque, as a part of the load, from which it is worth a word [-]: gas pressure, setting and cell are known to a per cent."""
+UNTOLD = 1e-3
+"""Error of a calibration that is none [-]."""
 RATES = {"v_w": "wire speed", "v_tip": "tip speed", "a_tip": "tip acceleration"}
 
 
@@ -83,6 +85,8 @@ def _clock(found: Implied) -> list[Measure]:
 
 def _calibration(ratio: Ratio, e: Estimate) -> str:
     lag = f", {in_ms(abs(ratio.lag))} ms {'ahead of' if ratio.lag > 0.0 else 'behind'} it" if abs(ratio.lag) > 0.005 else ""
+    if abs(e.value) < UNTOLD:
+        return f"the {RATES[ratio.name]} is calibrated{lag}"
     much = f"{100.0 * abs(e.value):.2f} % too {'much' if e.value > 0.0 else 'little'}"
     return f"the {RATES[ratio.name]} reads {much} against the change of what it is the rate of{lag}"
 
