@@ -16,7 +16,7 @@ from stillhook.sea.waves import window_spans
 from stillhook.units import number, show
 from stillhook.validate.campaign import Campaign, Kind
 from stillhook.validate.lines import Measure, Step, StepNumber, Table
-from stillhook.validate.record import ClockError, FloatArray, Record, Segment
+from stillhook.validate.record import ClockError, FloatArray, Record, Segment, SegmentLag
 from stillhook.validate.segments import SMOOTH
 
 EVERY = 0.2
@@ -58,7 +58,7 @@ def check_data(campaign: Campaign, records: tuple[Record, ...], progress: Callab
     segments = [s for _, s in cases]
     motions = tuple(Motion(s, tip_ranges(r, s, campaign.criteria.settings["window"])) for r, s in cases)
     measures = [*_coverage(campaign, records, segments, motions), *_quality(records)]
-    said = [_summary(campaign, segments, motions), *(text for r in records for text in r.statements)]
+    said = [_summary(campaign, segments, motions), *_follows(records), *(text for r in records for text in r.statements)]
     data = {"s_tip_pp": {m.label: _quantiles(m.s_tip_pp) for m in motions}, "lags": [_lag(r, x) for r in records for x in r.lags]}
     return DataStep(StepNumber.DATA, tuple(measures), tuple(said), (_table(records),), data, motions)
 
@@ -144,7 +144,13 @@ def _quality(records: Sequence[Record]) -> list[Measure]:
         if r.test.kind is Kind.AHC and r.segments:
             out.append(_doubtful(r))
         out += [_drift(name, clock) for clock in r.clocks]
+        out += [_wire_lag(name, x) for x in r.lags if x.late == "s_w"]
     return out
+
+
+def _wire_lag(name: str, x: SegmentLag) -> Measure:
+    low, high = x.seconds - 2.0 * x.u, x.seconds + 2.0 * x.u
+    return Measure("wire_lag", x.seconds, "time", low, high, f"test {name}", f"part {x.segment + 1}", f"with a gain of {x.gain:.3f}")
 
 
 def _drift(name: str, clock: ClockError) -> Measure:
@@ -176,6 +182,17 @@ def _summary(campaign: Campaign, cases: Sequence[Segment], motions: Sequence[Mot
         f"{number(loads[0] / 1e3, 3)} t to {show(loads[-1], 'mass', 3)}, {number(wire[0], 4)} m to {show(wire[-1], 'length', 4)} of wire "
         f"out{moves}."
     )
+
+
+def _follows(records: Sequence[Record]) -> list[str]:
+    wire = [x for r in records for x in r.lags if x.late == "s_w"]
+    if not wire:
+        return []
+    low, high = (f(1e3 * x.seconds for x in wire) for f in (min, max))
+    small, large = (f(x.gain for x in wire) for f in (min, max))
+    late = f"{low:.3g} ms" if len(wire) == 1 else f"{low:.3g} ms to {high:.3g} ms"
+    gain = f"{small:.3f}" if len(wire) == 1 else f"{small:.3f} to {large:.3f}"
+    return [f"The wire follows the tip {late} later, by {gain} of its motion."]
 
 
 def _table(records: Sequence[Record]) -> Table:

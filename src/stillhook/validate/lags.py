@@ -5,7 +5,7 @@ Both are compared as changes over a short span, so that constants and slow diffe
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +20,8 @@ FEWEST = 2
 """Pieces for an uncertainty."""
 ROUNDS = 6
 """Of linearising: each takes the error of a lag to its square over a wave's period."""
+AGAIN = 2
+"""Times that what was found is taken out and the rest looked for: a drift bends the pieces that it is found from."""
 CLEAR = 0.8
 """Correlation of a piece that counts."""
 STEADY = 3.0
@@ -49,9 +51,22 @@ def lag(t: FloatArray, x: FloatArray, y: FloatArray, reach: float) -> Lag | None
 
     Parameters: reach: largest lag that is looked for, of either sign [s].
     """
+    found = _once(t, x, y, reach)
+    for _ in range(AGAIN):
+        if found is None:
+            return None
+        left = _once(t, x, shifted(t, y, found.at(t), 2.0 * float(t[1] - t[0])), reach)
+        if left is None:
+            return found
+        seconds = float(found.at(np.array(left.middle))) + left.seconds
+        found = replace(left, seconds=seconds, drift=found.drift + left.drift)
+    return found
+
+
+def _once(t: FloatArray, x: FloatArray, y: FloatArray, reach: float) -> Lag | None:
     step = float(t[1] - t[0]) if len(t) > 1 else 1.0
     span = max(1, round(SPAN / step))
-    dx, dy = _changes(x, span), _changes(y, span)
+    dx, dy = changes(x, span), changes(y, span)
     start = _coarse(dx, dy, round(reach / step)) * step
     size = max(4 * span + 1, round(PIECE / step))
     found = []
@@ -84,7 +99,7 @@ def shifted(t: FloatArray, y: FloatArray, seconds: FloatArray, longest: float) -
     return np.where(hole, np.nan, np.interp(at, have, y[known]))
 
 
-def _changes(x: FloatArray, span: int) -> FloatArray:
+def changes(x: FloatArray, span: int) -> FloatArray:
     """Mean over the next `span` samples less that over the last ones: a change with little noise, even about its moment."""
     kernel = np.concatenate([np.full(span, 1.0), [0.0], np.full(span, -1.0)]) / span
     out = np.full(len(x), np.nan)

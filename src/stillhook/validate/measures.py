@@ -37,6 +37,7 @@ _DATA = {
     "samples_lost": _m(StepNumber.DATA, "", "share of the samples of a log that its rate promises and that are not there"),
     "longest_gap": _m(StepNumber.DATA, "time", "longest time between two samples of a log"),
     "samples_doubtful": _m(StepNumber.DATA, "", "share of a test's samples at an end of a sensor, bridged or not known, worst signal"),
+    "wire_lag": _m(StepNumber.DATA, "time", "time by which the wire follows the tip in heave compensation"),
     "clock_drift": _m(StepNumber.DATA, "", "drift of another clock of a log against the main one, which is taken out"),
 }
 _PARAMETERS = {

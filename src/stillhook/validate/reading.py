@@ -66,7 +66,7 @@ def _record(campaign: Campaign, test: CraneTest, log: Log) -> Record:
     signals, derived, of_wire = completed(signals, grid.step, test, campaign.crane)
     segments, of_parts = _segments(campaign, test, grid, signals)
     lags = wire_lags(grid.t, signals, segments) if test.kind is Kind.AHC and "s_w" not in derived else ()
-    said = [*of_clocks, *of_wire, *following(test, lags), *of_parts, *_quality(test, log, grid)]
+    said = [*of_clocks, *of_wire, *following(test, lags, segments, grid.step, signals), *of_parts, *_quality(test, log, grid)]
     return Record(
         test=test, log=log, t=grid.t, step=grid.step, signals=signals, segments=segments, statements=tuple(dict.fromkeys(said)),
         doubtful=grid.doubtful, derived=derived, zero=grid.zero, lost=grid.lost, longest_hole=grid.longest_hole, lags=lags, clocks=clocks,

@@ -1,0 +1,188 @@
+"""Logs on an even grid: nothing moves in time, holes stay holes, what is wrong is told."""
+
+import numpy as np
+import polars as pl
+import pytest
+from tests.validate.crane_logs import ahc, at, changed, manual, read, write
+
+from stillhook.errors import LogError, ValidateError
+from stillhook.validate.campaign import load_campaign
+from stillhook.validate.reading import read_records
+
+DIGITS = 2e-3  # m: noise and last digit of a tip sample, so that a value between two samples is known to no better
+PROMPT = 1e-3  # s: what a value is late by, found from how tip and tip speed fit
+
+
+def refusal(folder, frame, **more):
+    with pytest.raises((LogError, ValidateError)) as caught:
+        read(folder, frame, **more)
+    assert "\n" not in str(caught.value)
+    return str(caught.value)
+
+
+def lateness(record, frame):
+    """By how much the tip of a record is later than that of the log [s]."""
+    t, tip, v = (frame[h].to_numpy() for h in ("Time", "Tip pos", "Tip speed"))
+    known = np.isfinite(record.signals["s_tip"])
+    true, speed = (np.interp(record.t[known] + record.zero, t, x) for x in (tip, v))
+    return float(-np.sum((record.signals["s_tip"][known] - true) * speed) / np.sum(speed**2))
+
+
+@pytest.mark.parametrize("hertz", [10.0, 40.0, 50.0, 100.0, 500.0])
+def test_a_log_of_any_rate_lies_on_whole_plc_cycles_and_not_later(tmp_path, hertz):
+    frame = ahc()
+    record = read(tmp_path, at(frame, np.arange(0.0, 140.0, 1.0 / hertz)))
+    assert record.step == pytest.approx(max(0.01, round(1.0 / hertz, 2)), abs=0.011)
+    assert round(record.step / 0.01) == pytest.approx(record.step / 0.01, abs=1e-9)
+    assert np.ptp(np.diff(record.t)) < 1e-9
+    assert abs(lateness(record, frame)) < PROMPT
+    (segment,) = record.segments
+    assert segment.duration > 139.8
+    assert record.lost < 1e-3
+
+
+def test_stamps_that_jitter_move_no_value(tmp_path):
+    rng = np.random.default_rng(3)
+    frame = ahc()
+    stamps = np.sort(np.arange(0.0, 140.0, 0.01) + 0.002 * rng.standard_normal(14000))
+    jittered = at(frame, np.concatenate(([0.0], stamps[stamps > 0.0])))
+    record = read(tmp_path, jittered.unique("Time", keep="first", maintain_order=True))
+    true = np.interp(record.t + record.zero, frame["Time"].to_numpy(), frame["Tip pos"].to_numpy())
+    assert np.nanstd(record.signals["s_tip"] - true) < DIGITS
+    assert abs(lateness(record, frame)) < 0.2 * PROMPT
+    assert len(record.segments) == 1
+    assert record.lost < 0.01  # samples that two jittered stamps of one moment cost
+
+
+def test_a_log_that_writes_by_turns_after_8_and_12_ms_loses_nothing(tmp_path):
+    record = read(tmp_path, at(ahc(), np.cumsum(np.where(np.arange(13900) % 2, 0.008, 0.012))))
+    assert record.step == 0.01
+    assert record.lost < 1e-3
+
+
+def test_samples_lost_one_by_one_are_counted_and_bridged(tmp_path):
+    frame = ahc()
+    keep = np.random.default_rng(0).random(len(frame)) > 0.05
+    record = read(tmp_path, frame.filter(pl.Series(keep)))
+    assert record.lost == pytest.approx(0.05, abs=0.01)
+    assert len(record.segments) == 1
+    assert np.isfinite(record.signals["s_tip"]).all()
+
+
+def test_a_gap_stays_a_gap_and_both_sides_are_used(tmp_path):
+    frame = ahc(170.0).filter((pl.col("Time") < 70.0) | (pl.col("Time") >= 90.0))
+    record = read(tmp_path, frame)
+    inside = (record.t > 70.1) & (record.t < 89.9)
+    assert all(np.isnan(record.signals[name][inside]).all() for name in ("s_tip", "s_w", "u_p", "mode"))
+    first, second = record.segments
+    assert first.start + first.duration == pytest.approx(70.0, abs=0.02)
+    assert second.start == pytest.approx(90.0, abs=0.02)
+    assert record.longest_hole == pytest.approx(20.0, abs=0.02)
+    assert record.lost == pytest.approx(20.0 / 170.0, rel=0.01)
+    assert any("no samples for 20.01 s" in text for text in record.statements)
+    assert all(np.isfinite(record.part(s, "s_tip")).all() for s in record.segments)
+
+
+def test_a_gap_that_the_stamps_hide_is_seen_by_the_jump_and_named(tmp_path):
+    frame = ahc(170.0)
+    hidden = frame.filter((pl.col("Time") < 70.0) | (pl.col("Time") >= 90.0)).with_columns(Time=frame["Time"][: len(frame) - 2000])
+    record = read(tmp_path, hidden)
+    assert [round(s.start, 1) for s in record.segments] == [0.0, 70.0]
+    assert "jump: samples are missing that the stamps do not show; the parts before and after are used as two." in record.statements[0]
+    assert record.statements[0].startswith('Test "1", 70')
+
+
+def test_an_encoder_that_is_set_anew_cuts_the_record(tmp_path):
+    frame = ahc()
+    s_w = frame["Wire out"].to_numpy().copy()
+    s_w[7000:] += 1.2
+    record = read(tmp_path, changed(frame, "Wire out", s_w))
+    assert len(record.segments) == 2
+    assert any("wire paid out jumps, and nothing else does: its sensor was set anew" in text for text in record.statements)
+
+
+def test_friction_that_breaks_away_is_no_seam(tmp_path):
+    """At rest and in slow waves the winch's speed steps; the tip does not."""
+    for frame, kind in ((ahc(), "ahc"), (manual(), "dynamics")):
+        assert len(read(tmp_path, frame, kind=kind, test='load = "0 t"' if kind == "dynamics" else 'load = "90 t"').segments) == 1
+
+
+def test_a_spike_is_left_out_and_told(tmp_path):
+    frame = ahc()
+    s_w = frame["Wire out"].to_numpy().copy()
+    s_w[7000] += 3.0
+    record = read(tmp_path, changed(frame, "Wire out", s_w))
+    assert len(record.segments) == 1
+    assert record.segments[0].s_w_max < 489.0
+    assert 'Test "1": 1 sample of s_w left out, far beside all neighbours.' in record.statements
+
+
+def test_a_block_of_empty_cells_in_the_tip_parts_the_record_and_one_in_the_error_does_not(tmp_path):
+    frame = ahc(170.0)
+    for heading, parts in (("Tip pos", 2), ("AHC error", 1)):
+        values = frame[heading].to_numpy().copy()
+        values[8000:8500] = np.nan
+        record = read(tmp_path, changed(frame, heading, values))
+        assert len(record.segments) == parts
+        assert any("500 samples missing (empty cells)" in text for text in record.statements)
+
+
+def test_a_tip_that_is_stuck_is_not_used(tmp_path):
+    frame = ahc(170.0)
+    tip = frame["Tip pos"].to_numpy().copy()
+    tip[8000:8800] = tip[8000]
+    record = read(tmp_path, changed(frame, "Tip pos", tip))
+    assert np.isnan(record.signals["s_tip"][8005:8795]).all()
+    assert len(record.segments) == 2
+    assert any("while v_tip moves: stuck" in text for text in record.statements)
+
+
+def test_a_winch_at_rest_below_a_tip_that_moves_is_not_stuck(tmp_path):
+    frame = manual()
+    t = frame["Time"].to_numpy()
+    waves = np.round(0.4 * np.sin(0.7 * t), 3)
+    record = read(
+        tmp_path, frame.with_columns(pl.Series("Tip pos", waves), pl.Series("Tip speed", np.round(0.28 * np.cos(0.7 * t), 3)), pl.Series("Tip acc", -0.49 * waves)),
+        kind="dynamics", test='load = "0 t"',
+    )  # fmt: skip
+    assert not any("stuck" in text for text in record.statements)
+    assert np.isfinite(record.signals["v_w"]).all()
+
+
+def test_only_the_part_that_counts_is_read(tmp_path):
+    record = read(tmp_path, ahc(), test='load = "90 t"\nstart = "30 s"\nend = "110 s"')
+    assert record.zero == pytest.approx(30.0, abs=0.01)
+    assert record.t[-1] == pytest.approx(80.0, abs=0.01)
+    text = refusal(tmp_path, ahc(), test='load = "90 t"\nstart = "500 s"')
+    assert text == 'test "1": start = 500 s: x.csv goes from 0 s to 140 s and holds nothing there.'
+
+
+def test_two_tests_may_share_a_log(tmp_path):
+    path = write(tmp_path, ahc(), test='load = "90 t"\nend = "70 s"')
+    path.write_text(path.read_text() + '[[test]]\nname = "2"\nlog = "x.csv"\nkind = "ahc"\nload = "90 t"\nstart = "70 s"\n')
+    shares = []
+    first, second = read_records(load_campaign(path), shares.append)
+    assert first.log is second.log
+    assert (first.segments[0].duration, second.segments[0].duration) == (pytest.approx(70.0, abs=0.1), pytest.approx(70.0, abs=0.1))
+    assert shares[-1] == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize(
+    ("content", "told"),
+    [("", "x.csv: is empty."), ("Time,Tip pos\n", "holds no table"), ("\x00\x01\x02" * 500, "holds no table"), ("<html></html>\n" * 20, "x.csv: ")],
+)
+def test_a_file_that_is_no_log_is_refused_in_one_line(tmp_path, content, told):
+    path = write(tmp_path, ahc())
+    (tmp_path / "x.csv").write_text(content)
+    with pytest.raises(LogError) as caught:
+        read_records(load_campaign(path), lambda share: None)
+    text = str(caught.value)
+    assert text.startswith('test "1": ')
+    assert told in text
+    assert "\n" not in text
+
+
+def test_time_that_starts_anew_and_columns_that_are_not_there_are_refused(tmp_path):
+    frame = ahc()
+    assert "time in \"Time\" runs back by 99.99 s. The clock started anew" in refusal(tmp_path, pl.concat([frame[:10000], frame[:10000]]))
+    assert 'x.csv: s_w: no column "Wire out" in the file.' in refusal(tmp_path, frame.drop("Wire out"))
