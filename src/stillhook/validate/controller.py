@@ -63,7 +63,7 @@ def check_controller(campaign: Campaign, records: tuple[Record, ...], progress: 
         return _not_shown(records)
     rows = rows_of(runs, lag(runs, ahc=True), lag(runs, ahc=False), crane)
     progress(0.5)
-    names, own = dict.fromkeys(r.stretch.record.test.name for r in ahc), rows.evidence != "noise"
+    names, own = dict.fromkeys(r.stretch.record.test.name for r in ahc), rows.evidence != "fine"
     laws = {n: law([r for r in ahc if r.stretch.record.test.name == n], rows.aligned, own_noise=own) for n in names}
     found = Found(
         tuple(runs), rows, tuple(deviations(runs, rows.cycles)), law(ahc, rows.aligned, own_noise=own),

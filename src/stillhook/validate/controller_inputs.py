@@ -15,7 +15,7 @@ from stillhook.engine.isolation import Told, plc_alone
 from stillhook.engine.pack import MODE_CODE, active_record, drum_record, plc_record
 from stillhook.physics.drum import K_wire, layer_diameter, layers_filled
 from stillhook.physics.scalar import G
-from stillhook.scenario import Operator
+from stillhook.scenario import Mode, Operator
 from stillhook.validate.record import FloatArray, Record, Segment
 
 BoolArray = NDArray[np.bool_]
@@ -94,16 +94,15 @@ def lacking(record: Record) -> str:
     return f"{', '.join(missing)} not logged" if missing else ""
 
 
-def stretches(crane: Crane, record: Record) -> tuple[Stretch, ...]:
-    """The parts of a record that the simulated PLC can be run over."""
-    if lacking(record):
+def stretches(crane: Crane, record: Record, *, blind: bool = False) -> tuple[Stretch, ...]:
+    """The parts of a record that the simulated PLC can be run over. blind: those in manual mode without a joystick as well, as at rest."""
+    if not record.has("u_p", "s_w"):
         return ()
     mode = np.full(len(record.t), np.nan)
     for part in record.segments:
-        if part.mode.value == "manual" and not record.has("v_op"):
-            continue  # what the operator asked for is unknown
-        if part.mode.value != "manual" and not record.has("s_tip"):
-            continue
+        asks = "v_op" if part.mode is Mode.MANUAL else "s_tip"
+        if not record.has(asks) and not (blind and part.mode is Mode.MANUAL):
+            continue  # what was asked for is unknown
         mode[part.first : part.last] = MODE_CODE[part.mode]
     needed = [n for n in ("s_tip", "v_tip", "a_tip", "s_w", "v_op", "F_w", "alpha_m", "u_p") if record.has(n)]
     known = np.isfinite(mode) & np.all([np.isfinite(record.signals[n]) for n in needed], axis=0)

@@ -25,11 +25,13 @@ change from one width to the other goes into their intervals."""
 NAMES = ("K_1", "K_2", "K_p", "K_op")
 ROW = 0.1  # s between the rows of a regression
 BLOCK = 20.0  # s: two waves
+BLOCK_MANUAL = 5.0  # s: a move of the joystick
 SETTLED = 5.0  # time constants of the bumpless start after which a mode change is forgotten
 MOVES = 0.02  # m/s: standard deviation of the joystick from which its own gain is asked
 REACH = 2.0  # s: largest shift of the commands that is looked for
 ROUNDS = 6
 FINE = 0.5  # correlation of the fine structure from which it shows the order of the rows
+ALONE = 0.5  # of that correlation, which it must be below one cycle beside: that of smooth signals is as high there
 FINE_REACH = 5  # cycles
 MOST_CYCLES = 2  # by which the rows of inputs and outputs of a log may differ
 
@@ -104,8 +106,8 @@ def _about_mean(columns: list[FloatArray]) -> list[FloatArray]:
     return [np.where(good, c - c[good].mean(), np.nan) if good.any() else np.full(len(c), np.nan) for c in columns]
 
 
-def _block(n: int, at: int) -> NDArray[np.intp]:
-    return at + np.asarray(np.arange(n) * ROW // BLOCK, dtype=np.intp)
+def _block(n: int, at: int, length: float = BLOCK) -> NDArray[np.intp]:
+    return at + np.asarray(np.arange(n) * ROW // length, dtype=np.intp)
 
 
 def _raw(run: Run) -> list[FloatArray]:
@@ -197,7 +199,7 @@ def joystick_gain(runs: list[Run], cycles: float = 0.0) -> Estimate | None:
     good = np.isfinite(x) & np.isfinite(y)
     if good.sum() < 50 or float(np.std(x[good])) < MOVES:
         return None
-    f = fit([x], y, np.asarray(np.arange(len(x)) * ROW // (0.25 * BLOCK), dtype=np.intp))
+    f = fit([x], y, _block(len(x), 0, BLOCK_MANUAL))
     return Estimate(float(f.b[0]), f.half(0), f.blocks) if f is not None else None
 
 
@@ -214,7 +216,7 @@ def lag(runs: list[Run], *, ahc: bool) -> Estimate | None:
     by = _coarse(pairs)
     found = None
     for _ in range(ROUNDS):
-        found = _slope_fit(pairs, by)
+        found = _slope_fit(pairs, by, BLOCK if ahc else BLOCK_MANUAL)
         if found is None:
             return None
         gain = 1.0 + float(found.b[0])
@@ -245,7 +247,7 @@ def _coarse(pairs: list[Pair]) -> float:
     return float(tries[int(np.argmax(score))])
 
 
-def _slope_fit(pairs: list[Pair], by: float) -> Fit | None:
+def _slope_fit(pairs: list[Pair], by: float, block: float) -> Fit | None:
     parts, blocks, at = [], [], 0
     for y, s, good, step in pairs:
         moved = shifted(s, by, step)
@@ -254,7 +256,7 @@ def _slope_fit(pairs: list[Pair], by: float) -> Fit | None:
         rise = derivative(moved, step)
         c = _about_mean(_thin([smoothed(x, use, SMOOTH[0], step) for x in (moved, rise, y - moved)], step))
         parts.append(c)
-        blocks.append(_block(len(c[0]), at))
+        blocks.append(_block(len(c[0]), at, block))
         at = int(blocks[-1][-1]) + 1
     columns = [np.concatenate([p[k] for p in parts]) for k in range(3)]
     return fit(columns[:2], columns[2], np.concatenate(blocks))
@@ -282,7 +284,8 @@ def fine_shift(runs: list[Run]) -> tuple[int, float] | None:
         return None
     score /= np.sqrt(p_p * q_q)
     best = int(np.argmax(score))
-    return (best - FINE_REACH, float(score[best])) if score[best] > FINE else None
+    beside = max(score[k] for k in (best - 1, best + 1) if 0 <= k < len(score))
+    return (best - FINE_REACH, float(score[best])) if score[best] > FINE and beside < ALONE * score[best] else None
 
 
 def significant(e: Estimate, other: float) -> bool:

@@ -15,7 +15,7 @@ LATE = 0.5  # of a cycle, beyond MOST_CYCLES: from here on it is no order of row
 
 @dataclass(frozen=True)
 class Rows:
-    """cycles: whole cycles by which logged commands are later than the inputs in their row; evidence: "noise", "joystick" or "waves";
+    """cycles: whole cycles by which logged commands are later than the inputs in their row; evidence: "fine", "joystick" or "waves";
     waves, joystick: lag of logged commands behind simulated ones in compensation and in manual mode [s]; step: cycle of the log [s];
     lead: time by which a cycle's worth of K_2 leads [s]."""
 
@@ -40,7 +40,7 @@ class Rows:
     def said(self) -> str:
         """Order of the rows in words."""
         how = {
-            "noise": f"by the noise that both carry, correlation {self.correlation:.2f}",
+            "fine": f"by the fine structure that both carry, correlation {self.correlation:.2f}",
             "joystick": "by the joystick in manual mode",
             "waves": "by the waves, where a cycle is as good as a change of K_2",
         }[self.evidence]
@@ -56,7 +56,7 @@ def rows_of(runs: Sequence[Run], waves: Estimate | None, joystick: Estimate | No
     step = runs[0].stretch.record.step
     fine = fine_shift(list(runs))
     if fine is not None and abs(fine[0]) <= MOST_CYCLES:
-        return Rows(fine[0], "noise", waves, joystick, step, fine[1])
+        return Rows(fine[0], "fine", waves, joystick, step, fine[1])
     if joystick is not None and joystick.half < APART * step:
         k = round(joystick.value / step)
         if abs(joystick.value / step - k) < APART and abs(k) <= MOST_CYCLES:

@@ -74,18 +74,18 @@ def limited(campaign: Campaign, record: Record) -> list[Limited]:
     if not record.has("u_p", "s_w"):
         return []
     found = []
-    for s in stretches(campaign.crane, record):
-        asked = s.told(campaign.crane).u_raw
+    for s in stretches(campaign.crane, record, blind=True):
+        told = s.told(campaign.crane).u_raw
         for part in s.parts:
             at = s.within(part)
-            u = s.u_p[at]
-            top = max(float(np.abs(u).max()), float(np.abs(asked[at]).max()))
+            asked = s.u_p[at] if part.mode is Mode.MANUAL and not record.has("v_op") else told[at]
+            top = max(float(np.abs(s.u_p[at]).max()), float(np.abs(asked).max()))
             if record.test.kind is Kind.LIMITS or top > NEAR:
-                found.append(_limited(campaign, s, part, u, asked[at]))
+                found.append(_limited(campaign, s, part, asked))
     return found
 
 
-def _limited(campaign: Campaign, s: Stretch, part: Segment, u_p: FloatArray, asked: FloatArray) -> Limited:
+def _limited(campaign: Campaign, s: Stretch, part: Segment, asked: FloatArray) -> Limited:
     record = s.record
     cut = slice(part.first, part.last)
     signals = {n: record.signals[n][cut] for n in ("u_p", "alpha_p", "u_m", "alpha_m", "v_op") if record.has(n)}
@@ -132,8 +132,18 @@ def _commanded(campaign: Campaign, s: Stretch, part: Segment, a: int, b: int) ->
     inside = replace(part, first=cut.start, last=cut.stop, start=float(s.record.t[cut.start]), s_w=float(x["s_w"][cut.start]))
     t = s.record.t[cut] - s.record.t[cut.start]
     commands = Commands(t, np.clip(x["u_p"][cut], -1.0, 1.0), np.clip(x[motor_command(s.record)][cut], 0.0, 1.0))
-    run = replay(campaign, s.record, inside)
+    run = replay(campaign, _filled(s.record), inside)
     return replace(run, case=run.case.model_copy(update={"commands": commands, "warm_up": 0.0}), skipped=0)
+
+
+def _filled(record: Record) -> Record:
+    """A record that can be repeated: a tip that was not logged stands still, and a joystick that was not logged asked for the speed that
+    the wire has, for the passive pumps make up for it."""
+    x = record.signals
+    more = {} if record.has("s_tip") else {"s_tip": np.zeros(len(record.t))}
+    if not record.has("v_op") and all(part.mode is Mode.MANUAL for part in record.segments):
+        more["v_op"] = -derivative(np.interp(record.t, record.t[k := np.isfinite(x["s_w"])], x["s_w"][k]), record.step)
+    return replace(record, signals={**x, **more}) if more else record
 
 
 def _whole(campaign: Campaign, s: Stretch, part: Segment) -> tuple[dict[str, FloatArray] | None, tuple[str, ...]]:

@@ -1,0 +1,332 @@
+"""Step 2: the simulated PLC over logged inputs, against cranes whose control settings are known."""
+
+import functools
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from tests.validate.ahc_logs import STEP, TWIN, campaign, record
+from tests.validate.controller_logs import (
+    ahc_log,
+    bent,
+    later,
+    limits_log,
+    limits_record,
+    noisy,
+    own_ahc_log,
+    own_limits_log,
+    with_control,
+    without,
+)
+
+from stillhook.control.plc import MANUAL, Memory, Sensed
+from stillhook.engine.isolation import _cycles, plc_alone
+from stillhook.engine.pack import active_record, gains, plc_record
+from stillhook.scenario import Mode
+from stillhook.validate.controller import ControllerStep, check_controller
+from stillhook.validate.controller_figures import figures
+from stillhook.validate.controller_inputs import stretches
+from stillhook.validate.controller_law import SMOOTH, Run, law
+from stillhook.validate.judging import judge
+from stillhook.validate.lines import Measure, StepNumber, Verdict
+from stillhook.validate.measures import MEASURES
+
+EXACT = 1e-9  # of full command: the PLC's own inputs give its own commands; the first second of a log has an unknown load filter
+GAIN = 2e-3  # share by which a gain told from a log without noise may be off: smoothing and the load filter's start
+OWN = gains(TWIN)
+
+
+def checked(*records, twin=TWIN) -> ControllerStep:
+    step = check_controller(campaign(*records, twin=twin), records, lambda share: None)
+    assert isinstance(step, ControllerStep)
+    return step
+
+
+def found(step, name: str, test: str = "") -> Measure:
+    (measure,) = [m for m in step.found(name) if m.test == test]
+    return measure
+
+
+def lines(step, *records):
+    return {line.key: line for line in judge(campaign(*records).criteria, step.measures, (StepNumber.CONTROLLER,))}
+
+
+@functools.cache
+def own_step() -> ControllerStep:
+    return checked(record(own_ahc_log()), limits_record(own_limits_log()))
+
+
+# --- the PLC alone ---------------------------------------------------------------------------------------------------------------------------
+
+
+def test_the_plc_over_its_own_inputs_gives_its_own_commands():
+    (stretch,) = stretches(TWIN, record(own_ahc_log()))
+    told = stretch.told(TWIN)
+    late = slice(500, None)
+    assert np.abs(told.u_p - stretch.u_p)[late].max() < EXACT
+    assert np.abs(told.u_m - stretch.u_m)[late].max() < 1e-4  # the load filter's start reaches the least displacement
+
+
+def test_the_compiled_plc_is_the_readable_one():
+    x = own_ahc_log()
+    n = 300
+    seen = Sensed(
+        *(x[k][:n] for k in ("s_tip", "v_tip", "a_tip", "v_op")),
+        np.zeros(n),
+        x["mode"][:n],
+        np.ones(n),
+        x["s_w"][:n],
+        x["F_w"][:n],
+        x["alpha_m"][:n],
+        np.full(n, 1.3),
+    )
+    memory = Memory(MANUAL, 487.0, 1e6, 0.0, 0.1, 1.0, 0.0, 0.0, 1.0)  # a mode change at the first cycle
+    args = seen, np.zeros(n), memory, plc_record(TWIN), active_record(TWIN).control
+    told, last = plc_alone(*args)
+    plain = told._replace(**{k: np.empty(n) for k in told._fields})
+    assert _cycles(args[0], args[1], plain, *args[2:]) == last
+    assert all(np.array_equal(getattr(plain, k), getattr(told, k)) for k in told._fields)
+
+
+def test_a_plc_without_feedback_of_the_motors_reckons_with_its_command():
+    motor = TWIN.active.motor.model_copy(update={"variant": "open-loop", "offset": 0.08})
+    crane = TWIN.model_copy(update={"active": TWIN.active.model_copy(update={"motor": motor})})
+    step = checked(record(ahc_log(crane)), twin=crane)
+    assert found(step, "u_p_deviation", "test 1").value < 1e-4
+    assert checked(record(ahc_log(crane))).found("u_p_deviation")[0].value > 0.01  # a twin in closed loop would ask for more
+
+
+# --- a twin that is right -----------------------------------------------------------------------------------------------------------------------
+
+
+def test_a_right_twin_meets_every_criterion_of_the_controller():
+    assert not any(line.no for line in lines(own_step()).values())
+    for name in ("K_1_deviation", "K_2_deviation", "K_p_deviation"):
+        assert abs(found(own_step(), name).value) < GAIN
+    assert abs(found(own_step(), "command_lag").value) < 1e-5
+    assert found(own_step(), "u_p_deviation", "test 1").value < 1e-4
+
+
+def test_every_measure_can_be_judged():
+    assert {m.name for m in own_step().measures} <= MEASURES.keys()
+    assert all(MEASURES[m.name].step is StepNumber.CONTROLLER and MEASURES[m.name].quantity == m.quantity for m in own_step().measures)
+
+
+def test_the_winch_at_its_limit_is_compared_as_held():
+    manual = [d for d in own_step().deviations if not d.ahc and d.signal == "u_p"]
+    assert manual[0].test == "limits"
+    assert manual[0].high < 1e-3
+
+
+def test_noise_in_the_log_alone_widens_the_intervals_until_they_hold_the_truth():
+    x, held, seeds = own_ahc_log(), 0, 8
+    for seed in range(seeds):
+        sds = {"s_tip": 2e-3, "v_tip": 5e-3, "a_tip": 0.1, "s_w": 1e-3, "e_c_measured": 2e-3}
+        log = bent(x, **{name: noisy(x[name], sd, 10 * seed + k) for k, (name, sd) in enumerate(sds.items())})
+        (stretch,) = stretches(TWIN, record(log))
+        implied = law([Run(stretch, stretch.told(TWIN))], own_noise=True)
+        held += sum(abs(getattr(implied, name).value - getattr(OWN, name)) <= getattr(implied, name).half for name in OWN._fields)
+        assert implied.K_1.half < 0.01 * OWN.K_1
+    assert held >= 3 * seeds - 4  # of 24 intervals of 95 %, four or more miss in one case of 30
+
+
+def test_smoothing_both_sides_keeps_a_noisy_acceleration_from_hiding_its_gain():
+    x = own_ahc_log()
+    log = bent(x, a_tip=noisy(x["a_tip"], 0.3))  # twice the signal: raw regression would find a fifth of the gain
+    (stretch,) = stretches(TWIN, record(log))
+    implied = law([Run(stretch, stretch.told(TWIN))])
+    assert implied.K_2.value == pytest.approx(OWN.K_2, rel=0.15)
+    assert SMOOTH[0] == 1.0
+
+
+# --- settings that are off, one at a time -----------------------------------------------------------------------------------------------------
+
+
+def test_the_printed_k_1_is_found_and_named():
+    step = checked(record(ahc_log(with_control(TWIN, K_1=0.68, K_2=OWN.K_2))))
+    m = found(step, "K_1_deviation")
+    assert m.value == pytest.approx(0.68 / OWN.K_1 - 1.0, abs=GAIN)
+    assert m.note == "K_1 0.68 s/m in the log's commands, 0.828 s/m in the crane file (-18 %)"
+    assert f"Off: {m.note}." in step.statements
+    said = lines(step)
+    assert said["3-K_1"].verdict is Verdict.FAIL
+    assert said["3-pump"].verdict is Verdict.FAIL
+    assert m.note in said["3-pump"].said
+    assert not said["3-K_p"].no
+
+
+@pytest.mark.parametrize(("name", "factor"), [("K_2", 0.6), ("K_p", 1.5)])
+def test_a_gain_that_is_off_is_found_to_its_interval(name, factor):
+    changed = {"K_1": OWN.K_1, "K_2": OWN.K_2, "K_p": OWN.K_p, name: factor * getattr(OWN, name)}
+    step = checked(record(ahc_log(with_control(TWIN, **changed))), limits_record(own_limits_log()))
+    m = found(step, f"{name}_deviation")
+    assert m.value == pytest.approx(factor - 1.0, abs=0.01)
+    assert f"{name} " in m.note
+    assert lines(step)[f"3-{name}"].verdict is Verdict.FAIL
+
+
+def test_another_threshold_of_ssc_is_found_and_named():
+    step = checked(record(ahc_log(with_control(TWIN, u_thr=0.5))))
+    m = found(step, "u_thr_difference")
+    assert m.value == pytest.approx(-0.1, abs=2e-3)
+    assert m.note == "u_thr 0.5 in the log's motor commands, 0.6 in the crane file"
+    assert lines(step)["3-u_thr"].verdict is Verdict.FAIL
+
+
+def test_the_cubic_law_gives_its_threshold_too():
+    log = ahc_log(TWIN, mode="ssc-cubic")
+    step = checked(record(log, mode=Mode.SSC_CUBIC))
+    assert found(step, "u_thr_difference").value == pytest.approx(0.0, abs=2e-3)
+
+
+def test_calm_seas_say_nothing_of_the_threshold():
+    step = checked(record(ahc_log(TWIN, height=0.6)))
+    assert found(step, "u_thr_difference").value is None
+    assert lines(step)["3-u_thr"].verdict is Verdict.NOT_SHOWN
+    assert not lines(step)["3-u_thr"].no
+
+
+def test_a_log_in_another_mode_than_it_says_is_named():
+    step = checked(record(ahc_log(TWIN, mode="ns")))
+    assert 'Off: test 1: the motor command follows mode "ns", the log says "ssc".' in step.statements
+    assert lines(step)["3-motor"].verdict is Verdict.FAIL
+
+
+def test_another_setting_of_normal_speed_is_named():
+    log = ahc_log(with_control(TWIN, alpha_ns=0.7), mode="ns", height=1.0)
+    step = checked(record(log, mode=Mode.NS))
+    assert "Off: test 1, mode ns: motors commanded to 0.673, by the crane file to 0.769." in step.statements  # as 0.7 to 0.8
+
+
+def test_a_wrong_layer_shows_as_a_k_1_that_differs_between_wire_lengths():
+    drum = TWIN.drum.model_copy(update={"d": 1.08 * TWIN.drum.d})  # the inner layers come out too wide, the outer ones less so
+    twin = TWIN.model_copy(update={"drum": drum})
+    records = record(ahc_log(TWIN, s_w=300.0), name="short"), record(ahc_log(TWIN, s_w=2300.0), name="long")
+    m = found(checked(*records, twin=twin), "K_1_deviation")
+    assert "in test short" in m.note
+    assert "the layer that K_wire is reckoned with" in m.note
+
+
+# --- order of the rows, and clocks -----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("cycles", [-1, 1, 2])
+def test_commands_of_another_cycle_in_a_row_are_found_by_the_joystick_and_set_right(cycles):
+    a, b = (bent(x, u_p=later(x["u_p"], cycles), u_m=later(x["u_m"], cycles)) for x in (own_ahc_log(), own_limits_log()))
+    a["v_tip"] = noisy(a["v_tip"], 2e-3)  # of the log alone
+    step = checked(record(a), limits_record(b))
+    assert step.rows.cycles == cycles
+    assert found(step, "command_lag").value == pytest.approx(cycles * STEP, abs=2e-4)
+    assert step.rows.evidence == "joystick"
+    assert found(step, "u_p_deviation", "test 1").value < 5e-3  # that noise
+    assert abs(found(step, "K_2_deviation").value) < 0.01
+    assert not lines(step)["3-lag"].no
+    word = "later" if cycles > 0 else "earlier"
+    assert any(word in text and "they are compared so" in text for text in step.statements)
+
+
+def test_noise_that_both_sides_carry_shows_the_order_of_the_rows():
+    """The very numbers that the PLC read: its commands repeat their noise, and no joystick is needed."""
+    x = own_ahc_log()
+    log = bent(x, v_tip=noisy(x["v_tip"], 5e-3))
+    (stretch,) = stretches(TWIN, record(log))
+    told = stretch.told(TWIN)
+    step = checked(record(bent(log, u_p=later(told.u_p, 1), u_m=later(told.u_m, 1))))
+    assert (step.rows.cycles, step.rows.evidence) == (1, "fine")
+
+
+def test_a_tip_that_is_not_the_plcs_own_fails_by_its_lag():
+    x = own_ahc_log()
+    log = bent(x, **{k: later(x[k], 15) for k in ("s_tip", "v_tip", "a_tip")})
+    step = checked(record(log), limits_record(own_limits_log()))
+    m = found(step, "command_lag")
+    assert m.value == pytest.approx(-0.15, abs=5e-3)
+    assert m.low < -0.15 < m.high
+    assert "the tip's motion in the log is 15" in m.note
+    said = lines(step)
+    assert said["3-lag"].verdict is Verdict.FAIL
+    assert said["3-pump"].verdict is Verdict.FAIL
+    assert abs(found(step, "K_1_deviation").value) < 0.01  # told with the lag set right
+
+
+# --- logs with less in them -------------------------------------------------------------------------------------------------------------------
+
+
+def test_speed_and_acceleration_of_the_tip_are_made_up_and_said():
+    x = own_ahc_log()
+    step = checked(record(bent(x, v_tip=None, a_tip=None, s_tip=noisy(x["s_tip"], 2e-3))))
+    assert any("v_tip was not logged: derivative of s_tip" in text for text in step.statements)
+    assert found(step, "u_p_deviation", "test 1").value < 0.03
+    assert abs(found(step, "K_1_deviation").value) < 0.005
+
+
+def test_without_the_error_the_datum_is_one_constant():
+    x = own_ahc_log()
+    step = checked(record(bent(x, e_c_measured=None)))
+    assert any("the wire's reference is one constant" in text for text in step.statements)
+    assert found(step, "u_p_deviation", "test 1").value < 5e-3  # K_p times a standing error of some centimetres
+
+
+def test_without_the_error_the_datum_is_laid_where_compensation_starts():
+    before = limits_log(TWIN, profile=(("0 s", "0 m/min"), ("10 s", "0 m/min")))
+    after = own_ahc_log()
+    whole = {k: np.concatenate([before[k] if k != "s_w" else np.full(len(before[k]), after["s_w"][0]), after[k]]) for k in after}
+    n = len(before["s_w"])
+    found_parts = record(bent(whole, e_c_measured=None), parts=((0, n), (n, n + len(after["s_w"]))))
+    first, second = found_parts.segments
+    both = replace(found_parts, segments=(replace(first, mode=Mode.MANUAL), second))
+    (stretch,) = stretches(TWIN, both)
+    assert any("laid where compensation starts" in note for note in stretch.notes)
+    assert abs(stretch.told(TWIN).e_c[n]) < 1e-9
+
+
+def test_a_set_point_that_was_moved_is_taken_from_the_logged_error():
+    x = own_ahc_log()
+    step_by = np.where(np.arange(len(x["s_w"])) > len(x["s_w"]) // 2, 0.5, 0.0)
+    log = bent(x, e_c_measured=x["e_c_measured"] + step_by, u_p=x["u_p"] - OWN.K_p * step_by)
+    step = checked(record(log))
+    assert any("its set-point is taken from the logged error" in text for text in step.statements)
+    assert found(step, "u_p_deviation", "test 1").value < 1e-3
+
+
+def test_motors_that_were_not_logged_are_made_up_and_only_their_rest_tells_gains():
+    step = checked(record(bent(own_ahc_log(), alpha_m=None, u_m=None)))
+    assert any("neither alpha_m nor u_m was logged" in text for text in step.statements)
+    assert found(step, "u_m_deviation").value is None
+    assert lines(step)["3-motor"].no
+    assert abs(found(step, "K_1_deviation").value) < 0.005
+
+
+def test_a_motor_that_the_operator_holds_is_seen():
+    step = checked(record(own_ahc_log()), limits_record(limits_log(TWIN, alpha_m=0.9)))
+    assert "Test limits: the operator holds the motors at 0.900." in step.statements
+    assert all(d.high < 1e-3 for d in step.deviations if not d.ahc)
+
+
+@pytest.mark.parametrize("lack", ["u_p", "s_w"])
+def test_a_log_without_command_or_wire_is_a_no_that_says_what_to_log(lack):
+    records = (without(record(own_ahc_log()), lack),)
+    step = check_controller(campaign(*records), records, lambda share: None)
+    assert step.found("u_p_deviation")[0].value is None
+    assert f"{lack} not logged" in step.statements[0]
+    assert "log s_tip, s_w and u_p" in step.statements[0]
+    assert lines(step)["3-pump"].no
+
+
+def test_a_gap_parts_the_stretches_and_both_count():
+    x = own_ahc_log()
+    u_p = x["u_p"].copy()
+    u_p[6000:8000] = np.nan
+    found_parts = stretches(TWIN, record(bent(x, u_p=u_p)))
+    assert [(s.first, s.last) for s in found_parts] == [(0, 6000), (8000, len(u_p))]
+    assert all(np.abs(s.told(TWIN).u_p - s.u_p)[500:].max() < 1e-3 for s in found_parts)
+
+
+# --- pictures ------------------------------------------------------------------------------------------------------------------------------------
+
+
+def test_figures_are_marked_and_at_most_four():
+    log = record(own_ahc_log())
+    drawn = figures(own_step(), campaign(log), (log,))
+    assert set(drawn) == {"commands", "deviation", "motor-law", "gains"}
+    assert all(f._suptitle.get_text().startswith("SYNTHETIC") for f in drawn.values())

@@ -1,0 +1,214 @@
+"""Step 3: the winch with its pumps at their end, against cranes whose limits are known."""
+
+import functools
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from tests.validate.ahc_logs import STEP, TWIN, campaign, record
+from tests.validate.controller_logs import TO_THE_LIMIT, ahc_log, bent, limits_log, limits_record, noisy, own_limits_log, without
+
+from stillhook.commands import Commands
+from stillhook.engine.pack import gains
+from stillhook.scenario import Mode
+from stillhook.validate.judging import judge
+from stillhook.validate.limits import LimitsStep, check_limits
+from stillhook.validate.limits_figures import figures
+from stillhook.validate.limits_runs import NEAR
+from stillhook.validate.lines import Measure, StepNumber, Verdict
+from stillhook.validate.measures import MEASURES
+
+ALIKE = 1e-3  # share: the twin against itself; the log's wire is differentiated
+ROUNDED = 0.01  # share: a plateau of a bent crane against what its flow alone would give; leakage goes with pressure
+
+
+def checked(*records, twin=TWIN) -> LimitsStep:
+    step = check_limits(campaign(*records, twin=twin), records, lambda share: None)
+    assert isinstance(step, LimitsStep)
+    return step
+
+
+def found(step, name: str, way: str = "") -> Measure:
+    (measure,) = [m for m in step.found(name) if m.test == way]
+    return measure
+
+
+def lines(step):
+    return {line.key: line for line in judge(campaign().criteria, step.measures, (StepNumber.LIMITS,))}
+
+
+def with_pumps(scale: float, *, same_gains: bool = True):
+    """The twin with larger or smaller active pumps, and with the gains of the twin or with those that go with the pumps."""
+    pump = TWIN.active.pump
+    active = TWIN.active.model_copy(update={"pump": pump.model_copy(update={"D": tuple(scale * D for D in pump.D)})})
+    own = gains(TWIN)
+    control = TWIN.control.model_copy(update={"K_1": own.K_1, "K_2": own.K_2} if same_gains else {})
+    return TWIN.model_copy(update={"active": active, "control": control})
+
+
+@functools.cache
+def held_log(end: float) -> dict[str, np.ndarray]:
+    """A crane whose PLC holds its pump command at this level."""
+    own = own_limits_log()
+    u_p = np.clip(own["u_p"], -end, end)
+    commands = Commands(np.arange(len(u_p)) * STEP, u_p, own["u_m"])
+    return limits_log(TWIN, commands=commands)
+
+
+@functools.cache
+def own_step() -> LimitsStep:
+    return checked(limits_record(own_limits_log()))
+
+
+# --- a twin that is right -----------------------------------------------------------------------------------------------------------------------
+
+
+def test_a_right_twin_reaches_the_cranes_speeds_and_saturates_with_it():
+    step = own_step()
+    for name in ("limit_speed_error", "limit_speed_error_whole"):
+        for way in ("hoisting", "lowering"):
+            assert abs(found(step, name, way).value) < ALIKE
+    assert found(step, "saturation_overlap").value > 0.99
+    assert found(step, "saturation_time").value == pytest.approx(np.sum(np.abs(own_limits_log()["u_p"]) > 0.995) * STEP, abs=0.1)
+    assert not any(line.no for line in lines(step).values())
+
+
+def test_every_measure_can_be_judged():
+    assert {m.name for m in own_step().measures} <= MEASURES.keys()
+    assert all(MEASURES[m.name].step is StepNumber.LIMITS and MEASURES[m.name].quantity == m.quantity for m in own_step().measures)
+
+
+def test_noise_of_the_wire_is_in_the_interval():
+    log = own_limits_log()
+    m = found(checked(limits_record(bent(log, s_w=noisy(log["s_w"], 5e-3)))), "limit_speed_error", "hoisting")
+    assert m.low < 0.0 < m.high
+    assert m.high - m.low < 0.02
+
+
+# --- limits that are off -------------------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("scale", [0.85, 1.2])
+def test_a_twin_with_other_pumps_is_as_much_faster(scale):
+    step = checked(limits_record(own_limits_log()), twin=with_pumps(scale))
+    for way in ("hoisting", "lowering"):
+        m = found(step, "limit_speed_error", way)
+        assert m.value == pytest.approx(scale - 1.0, abs=ROUNDED)
+        assert ("faster" if scale > 1.0 else "slower") in m.note
+    assert lines(step)["4-speed"].verdict is Verdict.FAIL
+
+
+def test_a_plc_that_holds_its_command_lower_is_named():
+    """The winch itself is right: only the whole twin, whose PLC goes on to full command, is too fast."""
+    step = checked(limits_record(held_log(0.8)))
+    assert abs(found(step, "limit_speed_error", "hoisting").value) < ALIKE
+    assert found(step, "limit_speed_error_whole", "hoisting").value > 0.2
+    said = "test limits: the PLC holds the pump command at 80 % in the log, at 100 % in the twin"
+    assert f"Off: {said}." in step.statements
+    assert said in lines(step)["4-speed-whole"].said
+    assert lines(step)["4-speed-whole"].verdict is Verdict.FAIL
+
+
+def test_a_pump_that_stops_short_of_its_command_is_named():
+    held, own = held_log(0.8), own_limits_log()
+    step = checked(limits_record(bent(held, u_p=own["u_p"])))
+    m = found(step, "limit_speed_error", "lowering")
+    assert m.value == pytest.approx(0.25, abs=2 * ROUNDED)
+    assert "the pumps' setting stops at 80 % in the log" in m.note
+    assert lines(step)["4-speed"].verdict is Verdict.FAIL
+
+
+def test_motors_that_stand_elsewhere_are_named():
+    log = own_limits_log()
+    motor = TWIN.active.motor.model_copy(update={"variant": "open-loop-feedback", "offset": 0.1})
+    crane = TWIN.model_copy(update={"active": TWIN.active.model_copy(update={"motor": motor})})
+    commands = Commands(np.arange(len(log["u_p"])) * STEP, log["u_p"], log["u_m"])
+    step = checked(limits_record(limits_log(crane, commands=commands)))
+    assert "on the same command the motors stand at" in found(step, "limit_speed_error", "hoisting").note
+
+
+def test_a_twin_that_saturates_where_the_crane_does_not_is_said():
+    """A crane with larger pumps in waves that the twin cannot follow."""
+    log = ahc_log(with_pumps(1.6, same_gains=False), height=2.4, mode="level-1")
+    assert np.abs(log["u_p"]).max() < 0.98
+    step = checked(record(log, mode=Mode.LEVEL_1))
+    assert found(step, "saturation_time").value is None
+    overlap = found(step, "saturation_overlap")
+    assert overlap.value < 0.5
+    assert "the twin's pumps are at their end for" in overlap.note
+    assert lines(step)["4-overlap"].verdict is Verdict.FAIL
+
+
+# --- data that show less ---------------------------------------------------------------------------------------------------------------------------
+
+
+def test_data_without_saturation_are_a_no_that_says_what_to_log():
+    records = (record(ahc_log(TWIN, duration=60.0, height=1.0)),)
+    step = checked(*records)
+    assert not step.parts
+    line = lines(step)["4"]
+    assert line.verdict is Verdict.NOT_SHOWN
+    assert line.no
+    assert "log hoisting and lowering with the joystick beyond what the winch can" in line.said
+    assert step.statements[0].startswith("The velocity limits are not shown")
+
+
+def test_a_calm_test_costs_no_run_of_the_twin():
+    calm = record(ahc_log(TWIN, duration=60.0, height=1.0))
+    assert np.abs(calm.signals["u_p"]).max() < NEAR
+    assert not checked(calm).parts
+
+
+def test_one_way_alone_is_shown_and_said():
+    step = checked(limits_record(limits_log(TWIN, profile=TO_THE_LIMIT[:5])))
+    assert [m.test for m in step.found("limit_speed_error")] == ["hoisting"]
+    assert "The limit when lowering is not shown." in step.statements
+
+
+def test_without_the_joystick_the_driven_twin_still_tells():
+    """The winch needs the commands alone; what the PLC was asked for is not known."""
+    step = checked(without(limits_record(own_limits_log()), "v_op"))
+    assert abs(found(step, "limit_speed_error", "hoisting").value) < ALIKE
+    assert found(step, "limit_speed_error_whole").value is None
+    assert not lines(step)["4-speed-whole"].no
+    assert any("v_op was not logged" in text for text in step.statements)
+
+
+def test_without_the_tip_the_driven_twin_still_tells():
+    step = checked(without(limits_record(own_limits_log()), "s_tip", "v_tip", "a_tip"))
+    assert abs(found(step, "limit_speed_error", "hoisting").value) < ALIKE
+    assert any("s_tip was not logged" in text for text in step.statements)
+
+
+def test_without_commands_nothing_is_shown():
+    found_record = limits_record(own_limits_log())
+    step = checked(without(found_record, "u_p"))
+    assert found(step, "saturation_time").value is None
+
+
+def test_a_stretch_that_begins_in_motion_waits_for_the_twin():
+    log = own_limits_log()
+    first = round(6.0 / STEP)  # in the middle of the hoisting plateau
+    cut = limits_record({k: x[first:] for k, x in log.items()})
+    step = checked(cut)
+    hoisting = [p for p in step.plateaus if p.way > 0]
+    assert not np.isfinite(hoisting[0].driven)
+    assert abs(found(step, "limit_speed_error", "lowering").value) < ALIKE
+
+
+def test_saturated_peaks_of_waves_count_as_well():
+    step = checked(record(ahc_log(TWIN, height=4.5, seed=2)))
+    assert found(step, "saturation_time").value > 2.0
+    assert abs(found(step, "limit_speed_error", "hoisting").value) < 0.01
+    assert found(step, "saturation_overlap").value > 0.95
+
+
+# --- pictures ------------------------------------------------------------------------------------------------------------------------------------
+
+
+def test_figures_are_marked_and_few():
+    found_record = limits_record(own_limits_log())
+    drawn = figures(own_step(), campaign(found_record), (found_record,))
+    assert set(drawn) == {"limits-limits", "limit-speeds"}
+    assert all(f._suptitle.get_text().startswith("SYNTHETIC") for f in drawn.values())
+    assert not figures(replace(own_step(), parts=(), plateaus=()), campaign(found_record), (found_record,))
