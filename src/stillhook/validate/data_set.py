@@ -142,7 +142,7 @@ def _quality(records: Sequence[Record]) -> list[Measure]:
         out.append(Measure("samples_lost", r.lost, test=f"test {name}", data=rests))
         out.append(Measure("longest_gap", r.longest_hole, "time", test=f"test {name}", data=rests))
         if r.test.kind is Kind.AHC and r.segments:
-            out.append(_doubtful(r))
+            out += _doubtful(r)
         out += [_drift(name, clock) for clock in r.clocks]
         out += [_wire_lag(name, x) for x in r.lags if x.late == "s_w"]
     return out
@@ -160,14 +160,16 @@ def _drift(name: str, clock: ClockError) -> Measure:
     return Measure("clock_drift", abs(clock.drift), "", low, high, f"test {name}", rests, "it is taken out")
 
 
-def _doubtful(r: Record) -> Measure:
+def _doubtful(r: Record) -> list[Measure]:
     """Share of the samples of a compensated test that stand at an end of a sensor, were bridged or are not known."""
     names = [n for n in NEEDED if n in r.doubtful and n not in r.derived]
+    if not names:
+        return []
     counts = {n: sum(int(r.doubtful[n][s.first : s.last].sum()) for s in r.segments) for n in names}
     total = sum(s.last - s.first for s in r.segments)
-    worst = max(counts, key=lambda n: counts[n]) if counts else ""
-    data = f"{worst}, {number(total * r.step, 4)} s" if worst else ""
-    return Measure("samples_doubtful", counts.get(worst, 0) / max(1, total), test=f"test {r.test.name}", data=data)
+    worst = max(counts, key=lambda n: counts[n])
+    data = f"{worst}, {number(total * r.step, 4)} s"
+    return [Measure("samples_doubtful", counts[worst] / total, test=f"test {r.test.name}", data=data)]
 
 
 def _summary(campaign: Campaign, cases: Sequence[Segment], motions: Sequence[Motion]) -> str:

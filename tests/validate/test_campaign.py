@@ -1,0 +1,128 @@
+"""A validation campaign's file: what it may hold, and one clear line for everything else."""
+
+import datetime
+import math
+
+import pytest
+
+from stillhook.errors import StillhookError
+from stillhook.scenario import Mode
+from stillhook.validate.campaign import Kind, load_campaign
+
+TOP = 'title = "Trials"\ndate = 2026-11-21\ncrane = "nov-250t"\n'
+SIGNALS = '[signals]\ntime = { column = "Time", unit = "s" }\ns_w = { column = "w", unit = "m" }\nmode = { column = "State" }\n'
+TEST = '[[test]]\nname = "1"\nlog = "x.csv"\nkind = "ahc"\nload = "82 t"\n'
+
+
+def loaded(folder, text):
+    (folder / "x.csv").write_text("Time,w,State\n")
+    (folder / "c.toml").write_text(text)
+    return load_campaign(folder / "c.toml")
+
+
+def test_everything_that_a_file_states_is_read_in_si(tmp_path):
+    campaign = loaded(
+        tmp_path,
+        f'{TOP}delay = "40 ms"\nremarks = ["calm", "no wind"]\n{SIGNALS}{TEST}s_w = "487 m"\nmode = "ssc"\nstart = "10 s"\nend = "2 min"\n'
+        'water = { volume = "10 m^3", added_mass = "20 t", C_D = 1.2, area = "12 m^2" }\n'
+        '[[test]]\nname = "2"\nlog = "x.csv"\nkind = "limits"\n',
+    )
+    assert (campaign.title, campaign.date, campaign.delay, campaign.synthetic) == ("Trials", datetime.date(2026, 11, 21), 0.04, False)
+    assert campaign.remarks == ("calm", "no wind")
+    assert (campaign.criteria.name, campaign.crane.name) == ("paper-f", "nov-250t")
+    first, second = campaign.tests
+    assert (first.load, first.s_w, first.mode, first.start, first.end) == (82e3, 487.0, Mode.SSC, 10.0, 120.0)
+    assert first.water is not None
+    assert first.water.added_mass == 20e3
+    assert (second.kind, second.load, second.s_w, second.mode, second.start, second.end) == (Kind.LIMITS, None, None, None, -math.inf, math.inf)
+    assert campaign.of(Kind.LIMITS) == (second,)
+    assert first.mapping is not None
+    assert first.mapping["s_w"].unit == "m"
+
+
+def test_modes_take_numbers_and_words(tmp_path):
+    (test,) = loaded(tmp_path, f'{TOP}{SIGNALS}[modes]\n5 = "ns"\n-1 = "manual"\n"AHC on" = "ssc"\n{TEST}').tests
+    assert test.modes[5.0] is Mode.NS
+    assert test.modes[-1.0] is Mode.MANUAL
+    assert test.mapping is not None
+    ((word, number),) = test.mapping["mode"].words
+    assert word == "AHC on"
+    assert test.modes[number] is Mode.SSC
+
+
+def test_without_a_table_of_modes_the_numbers_are_those_of_stillhook(tmp_path):
+    (test,) = loaded(tmp_path, f"{TOP}{SIGNALS}{TEST}").tests
+    assert [test.modes[float(i)] for i in range(7)] == list(Mode)
+
+
+def test_a_test_may_have_a_mapping_of_its_own_and_a_part_of_a_log(tmp_path):
+    text = f'{TOP}{SIGNALS}{TEST}end = "10 s"\n' + TEST.replace('"1"', '"2"') + 'start = "10 s"\n[test.signals]\ntime = "t [s]"\ns_w = "x [m]"\n'
+    first, second = loaded(tmp_path, text).tests
+    assert first.mapping is not None
+    assert second.mapping is not None
+    assert (first.mapping["s_w"].column, second.mapping["s_w"].column) == ("w", "x [m]")
+
+
+@pytest.mark.parametrize("text", ['synthetic = true\ntitle = "T"\n', 'title = "SYNTHETIC trials"\n'])
+def test_a_synthetic_campaign_is_marked_by_a_flag_or_its_title(tmp_path, text):
+    assert loaded(tmp_path, f"{text}{TOP.split(chr(10), 1)[1]}{SIGNALS}{TEST}").synthetic
+
+
+@pytest.mark.parametrize(
+    ("was", "instead", "told"),
+    [
+        ("date = 2026-11-21\n", "", "c.toml: date: missing. Give it."),
+        ("2026-11-21", '"2026-11-21"', 'date = "2026-11-21": give the day that the certificate bears, without quotes, such as 2026-11-21.'),
+        ("2026-11-21", "2026-11-21T10:00:00", "give the day that the certificate bears"),
+        ('crane = "nov-250t"\n', "", "crane: missing. Give it."),
+        ("nov-250t", "nov-251t", 'did you mean "nov-250t"?'),
+        ('title = "Trials"', "title = 3", "title = 3: give a text."),
+        ('title = "Trials"', 'titel = "Trials"', 'titel: unknown field. Allowed: title, date, crane, criteria, delay, signals, modes, test, synthetic, remarks; did you mean "title"?'),
+        ('title = "Trials"', 'delay = "-40 ms"', 'delay = "-40 ms": allowed is 0 s to 10 s.'),
+        ('title = "Trials"', "delay = 0.04", 'delay = 0.04: a bare number; write it as text with its unit, "0.04 s"'),
+        ('title = "Trials"', 'remarks = "x"', "give a list of texts"),
+        ('title = "Trials"', 'synthetic = "yes"', 'synthetic = "yes": give true or false.'),
+        ('title = "Trials"', 'criteria = "paper-g"', 'criteria = "paper-g": Stillhook has paper-f'),
+        ('title = "Trials"', "modes = [1]", "modes: [1] is no table."),
+        (TEST, f'[modes]\n5 = "super"\n{TEST}', 'modes: 5 = "super": not one of manual, level-1, level-2, ns, hs, ssc, ssc-cubic.'),
+        (TEST, f"[modes]\n5 = 3\n{TEST}", "modes: 5 = 3: give a text."),
+        ('unit = "m"', 'unit = "kg"', 'signals.s_w.unit = "kg" is not one of m, cm, mm, km.'),
+        (TEST, "", "test: missing. Give one [[test]] a log."),
+        (TEST, "[test]\nname = '1'\n", "test: give one [[test]] a log."),
+        ('name = "1"', "name = 1", "test 1: name = 1: give a text."),
+        ('kind = "ahc"', 'kind = "heave"', 'test "1": kind = "heave": not one of ahc, limits, dynamics.'),
+        ('kind = "ahc"\n', "", 'test "1": kind: missing. Give it.'),
+        ("x.csv", "y.csv", 'test "1": log = "y.csv": no such file beside the campaign file. Check the path.'),
+        ('"82 t"', "82", 'test "1": load = 82: a bare number; write it as text with its unit, "82 t"'),
+        ("82 t", "300 t", 'test "1": load = "300 t": "nov-250t" is made for 0 t to 250 t. Check the load.'),
+        (TEST, f'{TEST}s_w = "9 km"\n', 'test "1": s_w = "9 km": "nov-250t" has 0 m to 2831 m of wire.'),
+        (TEST, f'{TEST}mode = "sssc"\n', 'test "1": mode = "sssc": not one of manual,'),
+        (TEST, f'{TEST}mode = "manual"\n', 'mode = "manual": in a test of kind "ahc" the winch compensates. Name its mode, or another kind.'),
+        (TEST, f'{TEST}start = "5 s"\nend = "3 s"\n', 'test "1": end = "3 s": must come after start 5 s.'),
+        (TEST, f'{TEST}laod = "3 t"\n', 'test "1": laod: unknown field.'),
+        (TEST, f'{TEST}water = "1 m^3"\n', 'test "1": water: "1 m^3" is no table.'),
+        (TEST, f'{TEST}water = {{ volum = "1 m^3" }}\n', 'test "1": water: volum: unknown field.'),
+        (TEST, f'{TEST}water = {{ volume = "-1 m^3" }}\n', 'Water.volume = "-1 m^3": it must be greater than 0.'),
+        (TEST, f'{TEST}water = {{ volume = "100 m^3" }}\n', 'test "1": water: volume = "100 m^3": a payload of 82 t floats. Check load and volume.'),
+        (TEST, TEST + TEST, 'test: the name "1" comes twice. Give every test its own.'),
+        (TEST, TEST + TEST.replace('"1"', '"2"'), 'test "2": log = "x.csv" is that of test "1" as well, and would count twice.'),
+    ],
+)  # fmt: skip
+def test_everything_else_is_one_line_that_names_file_and_field(tmp_path, was, instead, told):
+    text = f"{TOP}{SIGNALS}{TEST}"
+    assert was in text
+    with pytest.raises(StillhookError) as caught:
+        loaded(tmp_path, text.replace(was, instead))
+    line = str(caught.value)
+    assert line.startswith("c.toml: ")
+    assert told in line
+    assert "\n" not in line
+
+
+def test_a_file_that_is_not_there_or_no_toml_is_told(tmp_path):
+    with pytest.raises(StillhookError, match="no such file"):
+        load_campaign(tmp_path / "none.toml")
+    with pytest.raises(StillhookError, match=r"c\.toml: not valid TOML"):
+        loaded(tmp_path, "crane = \n")
+    with pytest.raises(StillhookError, match=r"c\.toml: empty"):
+        loaded(tmp_path, "")
