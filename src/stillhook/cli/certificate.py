@@ -97,11 +97,11 @@ def _say(found: Check) -> None:
     if found.same_bytes:
         print("computed again: the same to the byte")
     elif found.where:
-        print(f"computed again: not the same to the byte; numbers differ by {number(found.largest, 2)} at most (of {found.where})")
+        print(f"computed again: not the same to the byte; numbers differ by up to {number(100.0 * found.largest, 2)} % ({found.where})")
     else:
         print("computed again: not the same to the byte; no number differs")
-    if found.same_pdf is not None:
-        print(f"PDF beside it: {'the same to the byte' if found.same_pdf else 'not the same (other library versions set it otherwise)'}")
+    if found.same_pdf is not None and found.same_bytes:
+        print(f"PDF beside it: {'the same to the byte' if found.same_pdf else 'not the same: edited, or set with other libraries'}")
 
 
 @app.command("example-campaign")

@@ -7,6 +7,7 @@ import hashlib
 import os
 import sys
 from collections.abc import Mapping
+from dataclasses import replace
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -30,6 +31,9 @@ METHOD_FOLDERS = ("validate", "io")
 METHOD_FILES = ("units.py",)
 LIBRARIES = ("numba", "numpy", "polars", "scipy")
 """What the numbers of a validation go through beside Stillhook."""
+ROUNDING = 1e-9
+OF_ORDINARY_SIZE = ("", "time", "length", "speed", "pressure", "force", "mass", "torque", "rotation")
+"""Below ROUNDING [SI], a number of these quantities is what rounding leaves of zero, which no two machines do alike."""
 CELLS = ("key", "what", "found", "interval", "limit", "verdict", "data", "source")
 """What people read of a verdict line; see `stillhook.validate.report_texts.LINE_HEAD`."""
 
@@ -124,7 +128,8 @@ def plain(x: Any) -> Any:
 
 
 def _line(validation: Validation, line: Line) -> dict[str, Any]:
-    return {**plain(line.to_dict()), "no": line.no, "cells": dict(zip(CELLS, line_cells(validation, line), strict=True))}
+    measure = {"measure": _numbers(line.measure) if line.measure is not None else None}
+    return {**plain(line.to_dict()), **measure, "no": line.no, "cells": dict(zip(CELLS, line_cells(validation, line), strict=True))}
 
 
 def _step(validation: Validation, step: Step) -> dict[str, Any]:
@@ -138,12 +143,22 @@ def _step(validation: Validation, step: Step) -> dict[str, Any]:
     }
 
 
-def _measure(measure: Measure) -> dict[str, Any]:
+def _numbers(measure: Measure) -> dict[str, Any]:
+    """A measure without what is rounding in it."""
+    data: dict[str, Any] = plain(measure.to_dict())
+    if measure.quantity in OF_ORDINARY_SIZE:
+        data |= {n: 0.0 for n in ("value", "low", "high") if data[n] is not None and abs(data[n]) < ROUNDING}
+    return data
+
+
+def _measure(given: Measure) -> dict[str, Any]:
+    numbers = _numbers(given)
+    measure = replace(given, **{n: numbers[n] for n in ("value", "low", "high")})
     between = measure.low is not None and measure.high is not None
     interval = f"{say(measure.low, measure.quantity)} to {say(measure.high, measure.quantity)}" if between else ""
     meaning = MEASURES[measure.name].meaning if measure.name in MEASURES else measure.name
     said = {"meaning": meaning, "found": say(measure.value, measure.quantity), "interval": interval}
-    return {**plain(measure.to_dict()), "said": said}
+    return {**numbers, "said": said}
 
 
 def _data(campaign: Campaign, record: Record) -> dict[str, Any]:

@@ -144,9 +144,10 @@ def _compared(data: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _found(data: Mapping[str, Any]) -> list[str]:
-    return [
-        text if text.startswith("Test ") else f"Test {d['test']}: {text}" for d in data["data"] for text in d["statements"]
-    ]
+    """What reading the logs brought up and no step has said."""
+    said = {text for step in data["steps"] for text in step["statements"]}
+    found = [(d["test"], text) for d in data["data"] for text in d["statements"] if text not in said]
+    return [text if text.startswith("Test ") else f"Test {test}: {text}" for test, text in found]
 
 
 def _step(step: Mapping[str, Any], data: Mapping[str, Any], figures: Sequence[str]) -> dict[str, Any]:
