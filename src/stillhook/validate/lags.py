@@ -128,7 +128,7 @@ def _piece(t: FloatArray, dx: FloatArray, dy: FloatArray, part: slice, start: fl
         if ok.sum() < 0.5 * len(at):
             return None
         X, S, Y = X[ok], S[ok], late[ok]
-        (gain, bent, _), *_ = np.linalg.lstsq(np.stack([X, S, np.ones(len(X))], axis=1), Y, rcond=None)
+        gain, bent = _fitted(X - X.mean(), S - S.mean(), Y - Y.mean())
         if not gain > 0.0:
             return None
         seconds -= bent / gain
@@ -136,6 +136,14 @@ def _piece(t: FloatArray, dx: FloatArray, dy: FloatArray, part: slice, start: fl
             return None
     size = float(np.std(X) * np.std(Y))
     return (seconds, float(gain)) if np.mean((X - X.mean()) * (Y - Y.mean())) > CLEAR * size > 0.0 else None
+
+
+def _fitted(X: FloatArray, S: FloatArray, Y: FloatArray) -> tuple[float, float]:
+    """Y = gain X + bent S by least squares; sums rather than matrix products, whose rounding hangs on the number of threads."""
+    xx, xs, ss = float(np.sum(X * X)), float(np.sum(X * S)), float(np.sum(S * S))
+    xy, sy = float(np.sum(X * Y)), float(np.sum(S * Y))
+    det = xx * ss - xs * xs
+    return ((ss * xy - xs * sy) / det, (xx * sy - xs * xy) / det) if det > 0.0 else (0.0, 0.0)
 
 
 def _slope(x: FloatArray, y: FloatArray) -> tuple[float, float]:
