@@ -110,7 +110,7 @@ def _spikes(x: FloatArray, every: float, name: str) -> BoolArray:
     whole = np.interp(np.arange(len(x)), np.flatnonzero(known), x[known]) if known.any() else np.zeros(len(x))
     beside = np.abs(whole - median_filter(whole, 5, mode="nearest"))
     bent = FASTEST * (2.0 * every) ** 2 if PHYSICAL[name].kind == "length" else FASTEST * 2.0 * every
-    return known & (beside > max(SPIKES[name] + bent, BEYOND * float(np.median(beside))))
+    return np.asarray(known & (beside > max(SPIKES[name] + bent, BEYOND * float(np.median(beside)))), np.bool_)
 
 
 def _filled(

@@ -57,7 +57,8 @@ def stretches(F: FloatArray | None, n: int, step: float, crane: Crane) -> list[S
 
 def _plateaus(level: FloatArray, limit: float, least: int) -> list[tuple[int, int]]:
     """Runs in which the level stays within the limit of its median, at least so long; the shorter ones are changes."""
-    out, a = [], 0
+    out: list[tuple[int, int]] = []
+    a = 0
     while a < len(level):
         b = a + 1
         while b < len(level) and not abs(level[b] - _median(level[a:b])) > limit:
