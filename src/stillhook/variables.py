@@ -96,7 +96,7 @@ SUMMARY = (
     _v("energy_unaccounted", "", "1", "", "", "energy not found again, over energy_pumps (audit of the whole winch)"),
     _v("counted_time", "", "s", "time", "", "length of the part of the run that counts (after the warm-up)"),
     _v("warm_up", "t_w", "s", "time", "", "start of the run that metrics leave out"),
-    _v("validated", "", "1", "", "", "1: the crane's certificate holds and the run lies inside its envelope; 0: not validated, so credit at most 80 % of compensation", "section 2.6"),
+    _v("validated", "", "1", "", "", "1: the crane's certificate holds, is of real logs, and the run lies inside its envelope; 0: not validated, so credit at most 80 % of compensation", "section 2.6"),
     _v("notes", "", "", "", "", "limits that were foreseen before the run, and where it leaves what the twin was validated for"),
 )  # fmt: skip
 

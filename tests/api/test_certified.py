@@ -148,6 +148,7 @@ def test_a_synthetic_certificate_says_so_in_every_run(tmp_path):
     (note,) = doubts(found, case())
     assert note.endswith("is SYNTHETIC: the twin was validated on simulated logs, not on a crane")
     assert "SYNTHETIC" in twin_line(found)
+    assert summaries(found, case(**SHORT))[0]["validated"] == 0.0
 
 
 def test_a_crane_without_a_certificate_is_not_validated_and_spoils_no_table():

@@ -107,11 +107,6 @@ class Drive:
             wire += [float(out.min()), float(out.max())]
         return Asked(v_max, max(tip) - min(tip), min(wire), max(wire))
 
-    def heights(self) -> Array:
-        """Height of the tip at every cycle of the part that counts [m], both ends included."""
-        parts = [_tip(self.motion, k, count + 1, self.t_cycle)[:, 0] for k, count in self.pieces() if k >= self.first]
-        return np.concatenate([parts[0], *(p[1:] for p in parts[1:])])
-
     def first_row(self) -> Array:
         """The full first row."""
         return self._full(np.zeros(1), 0, 1, _tip(self.motion, 0, 1, self.t_cycle))[0]

@@ -1,6 +1,7 @@
 """Whether a run lies inside what the crane's twin was validated for, and whether its certificate still holds."""
 
 import math
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -11,6 +12,7 @@ from stillhook.crane import Crane, content
 from stillhook.engine.build import results_hash
 from stillhook.engine.drive import Asked, Drive
 from stillhook.scenario import FrictionModel, Mode, Scenario
+from stillhook.sea.motion import Motion
 from stillhook.sea.waves import wave_periods, window_spans
 from stillhook.variables import WINDOW
 
@@ -18,7 +20,8 @@ NO_CERTIFICATE = "no certificate: the twin is not validated (level 1)"
 
 
 class Standing(NamedTuple):
-    """validated: a certificate holds and the run lies inside its envelope; notes: one line each, none where there is no certificate."""
+    """validated: a certificate of logs of a crane holds, and the run lies inside its envelope; notes: one line each, none where there is no
+    certificate."""
 
     validated: bool
     notes: tuple[str, ...]
@@ -35,7 +38,7 @@ def standing(crane: Crane, case: Scenario, drive: Drive, asked: Asked) -> Standi
         notes.append(f"outside the validated envelope: {', '.join(outside)}")
     if crane.certified.synthetic and not against:
         notes.append(f"certificate {crane.certified.short} is SYNTHETIC: the twin was validated on simulated logs, not on a crane")
-    return Standing(not against and not outside, tuple(notes))
+    return Standing(not notes, tuple(notes))
 
 
 def objections(crane: Crane) -> tuple[str, ...]:
@@ -60,10 +63,16 @@ def conditions(case: Scenario, drive: Drive, asked: Asked) -> Conditions:
     modes = tuple(dict.fromkeys(m.value for m in (case.mode, *(m for _, m in case.modes))))
     span, period = math.nan, math.nan
     if modes != (Mode.MANUAL.value,):
-        s = drive.heights()
-        span = float(window_spans(s, round(WINDOW / drive.t_cycle) + 1).max())
-        period = _period(s, drive.t_cycle)
+        span, period = _span_and_period(drive.motion, drive.n_ticks, drive.first, drive.t_cycle)
     return Conditions(case.load, asked.s_w_min, asked.s_w_max, span, period, modes, _faults(case))
+
+
+@lru_cache(maxsize=64)
+def _span_and_period(motion: Motion, n_ticks: int, first: int, t_cycle: float) -> tuple[float, float]:
+    """Largest peak-to-peak over the window [m] and mean period [s] of a motion from cycle `first` to the last one; remembered, because
+    many cranes are drawn on one motion."""
+    s = motion.sample(np.arange(first, n_ticks + 1) * t_cycle)[0]
+    return float(window_spans(s, round(WINDOW / t_cycle) + 1).max()), _period(s, t_cycle)
 
 
 def _period(s: NDArray[np.float64], dt: float) -> float:
