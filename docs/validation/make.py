@@ -33,6 +33,7 @@ CASES = (
     "paper_e_scenario_3",
     "power_unit_loss",
     "threshold_study",
+    "truth_defects",
     "uncertainty",
 )
 MEASURED = ("bench_staircase",)  # need data that are not in the repository: left as they are where those are not at hand

@@ -1,0 +1,162 @@
+"""Does validation find what is wrong, and leave alone what is right? Tables from campaigns of a known truth (truth_trials.py)."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import numpy as np
+from blocks import claims_table, table
+from truth_trials import APART, DEFECT_SEEDS, SEEDS, Trial, kept
+
+from stillhook.validate.truth import Defect
+from stillhook.validate.truth.defects import told
+
+PAGE = "truth-defects.md"
+MOST_FALSE = 5
+"""False alarms of a hundred that are tolerated."""
+PAPER_MEAN, PAPER_S = 0.033, 0.015  # m, paper F
+TUNED = {"C_h": ("capacitance", "capacitance"), "C_leak": ("leakage", "leakage"), "J_m_eff": ("inertia", "inertia")}
+"""Name of a tuned number -> what it is, and its place in the truth (each as a multiple of the twin's)."""
+CLOSE = 0.05
+NAMES: Mapping[Defect, tuple[str, ...]] = {
+    Defect.LEAKAGE: ("leak",),
+    Defect.FRICTION: ("friction",),
+    Defect.LAYER: ("layer",),
+    Defect.GEAR: ("gear",),
+    Defect.PRESSURE_LINES: ("p_a", "p_b"),
+    Defect.MRU_DELAY: ("delay", "later"),
+    Defect.MOTOR_OFFSET: ("offset", "above their command"),
+    Defect.K_1: ("K_1",),
+    Defect.CLOCK: ("clock", "time scale"),
+    Defect.SATURATION: ("satur", "limit of", "held", "stops"),
+    Defect.GAP: ("gap", "no samples", "missing"),
+    Defect.LOAD_CELL: ("unit",),
+}
+"""Words of which one must stand in a line or statement that names the defect."""
+LONGEST = 200
+
+
+def found_of(trials: Iterator[Trial], outcomes: Mapping[str, Any]) -> list[dict[str, Any]]:
+    return [outcomes[t.key] for t in trials if t.key in outcomes]
+
+
+def no_of(one: Mapping[str, Any]) -> list[str]:
+    """Lines that stand in the way; "refused" where the campaign was not accepted at all."""
+    return ["refused"] if "refused" in one else list(one["no"])
+
+
+def naming(defect: Defect, one: Mapping[str, Any]) -> str:
+    """What names the defect, empty where nothing does: a refusal, a failed line (what it is of, and its note), or a statement."""
+    if "refused" in one:
+        lines, rest = [], [one["refused"]]
+    else:
+        lines, rest = list(one["no"].values()), [t for t in one.get("statements", ()) if not t.startswith("Within limits")]
+    for text in lines:
+        what, *notes = text.split("; ")
+        hit = next((n for n in reversed(notes) if speaks_of(defect, n)), "")
+        if hit or speaks_of(defect, what):
+            return "; ".join(part for part in (what.split(" (95 %")[0].removesuffix(" is asked"), hit) if part)
+    return next((text for text in rest if speaks_of(defect, text)), "")
+
+
+def speaks_of(defect: Defect, text: str) -> bool:
+    return any(word.lower() in text.lower() for word in NAMES[defect])
+
+
+def short(text: str) -> str:
+    text = text.replace("|", "/")
+    return text if len(text) <= LONGEST else text[: LONGEST - 3].rsplit(" ", 1)[0] + " ..."
+
+
+def defect_rows(outcomes: Mapping[str, Any]) -> Iterator[tuple[str, ...]]:
+    for defect in Defect:
+        found = found_of((Trial(s, defect.value) for s in DEFECT_SEEDS), outcomes)
+        no = Counter(key for one in found for key in no_of(one))
+        lines = ", ".join(f"`{key}`" + (f" ({n})" if n < len(found) else "") for key, n in no.most_common()) or "none"
+        if not found:
+            yield told(defect), "not run yet", "", ""
+            continue
+        named = [text for one in found if (text := naming(defect, one))]
+        turned = sum(bool(no_of(one)) for one in found)
+        yield told(defect), f"{turned} of {len(found)}", lines, short(named[0]) if named else "**no**"
+
+
+def caught(outcomes: Mapping[str, Any]) -> tuple[int, int]:
+    """Defects that every campaign turns down or names, and defects with campaigns."""
+    good = all_ = 0
+    for defect in Defect:
+        found = found_of((Trial(s, defect.value) for s in DEFECT_SEEDS), outcomes)
+        all_ += bool(found)
+        good += bool(found) and all(no_of(one) or naming(defect, one) for one in found)
+    return good, all_
+
+
+def false_rows(found: list[dict[str, Any]]) -> Iterator[tuple[str, ...]]:
+    counted = Counter(key for one in found for key in no_of(one))
+    if not counted:
+        yield "none", "0"
+    for key, n in counted.most_common():
+        yield f"`{key}`", str(n)
+
+
+def numbers(found: list[dict[str, Any]], key: str) -> np.ndarray:
+    """Values of a line over campaigns."""
+    return np.array([one["figures"][key][1] for one in found if "figures" in one and len(one["figures"][key]) > 1], dtype=float)
+
+
+def range_of(x: np.ndarray, theirs: float) -> tuple[str, str]:
+    """Range over campaigns in cm, and how it compares."""
+    if not len(x):
+        return "", "not run yet"
+    verdict = "below, on simulated logs" if x.max() <= theirs else f"below in {int((x <= theirs).sum())} of {len(x)}"
+    return f"{100.0 * x.min():.1f} to {100.0 * x.max():.1f} cm", verdict
+
+
+def tuned_rows(groups: Mapping[str, list[dict[str, Any]]]) -> Iterator[tuple[str, ...]]:
+    for label, found in groups.items():
+        for name, (what, truth) in TUNED.items():
+            rows = [(*one["tuned"][name], one["truth"][truth]) for one in found if one.get("tuned", {}).get(name, [None])[0] is not None]
+            if not rows:
+                continue
+            factor, low, high, true = np.array(rows, dtype=float).T
+            error = factor / true - 1.0
+            inside = int(((low <= true) & (true <= high)).sum())
+            close = int((np.abs(error) <= CLOSE).sum())
+            spread = f"{100.0 * np.median(error):+.1f} % ({100.0 * error.min():+.1f} to {100.0 * error.max():+.1f} %)".replace("-", "−")
+            yield label, what, spread, f"{close} of {len(rows)}", f"{inside} of {len(rows)}"
+
+
+def computed_by(outcomes: Mapping[str, Any]) -> str:
+    states = len({one["code"] for one in outcomes.values()})
+    again = "`python docs/validation/truth_trials.py --new` computes them by the present one"
+    return f"{len(outcomes)} campaigns, computed by {'one state' if states == 1 else f'{states} states'} of the code; {again}."
+
+
+def compute() -> tuple[dict[str, str], None]:
+    outcomes = kept()
+    right, apart = (found_of(iter(t), outcomes) for t in ([Trial(s) for s in SEEDS], [Trial(s, apart=True) for s in APART]))
+    false = sum(bool(no_of(one)) for one in right)
+    good, all_ = caught(outcomes)
+    mean, s = numbers(right, "2b"), numbers(right, "2b-s")
+    whole = "not all" if good < all_ else "reproduced" if good == len(Defect) else f"{len(Defect) - all_} not run yet"
+    few = "not run yet" if not right else "reproduced" if false * 100 <= MOST_FALSE * len(right) else "too many"
+    tuned = list(tuned_rows({"well matched": right, "10 to 30 % apart": apart}))
+    claims = {
+        "defects turned down or named": ("12 of 12", f"{good} of {all_}", whole),
+        "well-matched twins turned down": (f"at most {MOST_FALSE} of 100", f"{false} of {len(right)}", few),
+        "mean deviation of the 30 s peak-to-peak error (paper F: the real crane)": ("3.3 cm", *range_of(mean, PAPER_MEAN)),
+        "its standard deviation": ("1.5 cm", *range_of(s, PAPER_S)),
+    }
+    return {
+        "claims": claims_table(claims),
+        "code": computed_by(outcomes),
+        "defects": table(("defect", "turned down", "lines (in how many, where not in all)", "named by"), defect_rows(outcomes)),
+        "false-alarms": f"{false} of {len(right)} are turned down, by\n\n" + table(("line", "campaigns"), false_rows(right)),
+        "tuned": table(("twin", "number", "tuned over true, less 1: median (range)", "within 5 %", "interval holds the truth"), tuned),
+    }, None
+
+
+def draw(_: None) -> None:
+    """The page has no picture."""

@@ -1,0 +1,21 @@
+"""What the page on known defects keeps is what validation says today: one of its campaigns, computed again."""
+
+import importlib
+import sys
+from pathlib import Path
+
+import pytest
+
+PAGES = Path(__file__).resolve().parents[2] / "docs" / "validation"
+
+
+@pytest.mark.parametrize(("seed", "defect"), [(0, "gear")])
+def test_a_kept_campaign_comes_out_with_the_same_lines(seed, defect, monkeypatch):
+    monkeypatch.syspath_prepend(str(PAGES))
+    trials = importlib.import_module("truth_trials")
+    trial = trials.Trial(seed, defect)
+    then, now = trials.kept()[trial.key], trials.outcome(trial)
+    assert list(now["no"]) == list(then["no"])
+    assert {key: figures[0] for key, figures in now["figures"].items()} == {key: figures[0] for key, figures in then["figures"].items()}
+    assert now["truth"] == then["truth"]
+    sys.modules.pop("truth_trials", None)
