@@ -199,7 +199,7 @@ def wheel(tmp_path_factory: pytest.TempPathFactory) -> set[str]:
 
 
 def test_wheel_carries_every_file_of_the_package(wheel: set[str]):
-    data = {p.relative_to(SOURCE.parent).as_posix() for s in (".py", ".toml", ".csv") for p in SOURCE.rglob(f"*{s}")}
+    data = {p.relative_to(SOURCE.parent).as_posix() for s in (".py", ".toml", ".csv", ".typ") for p in SOURCE.rglob(f"*{s}")}
     assert data - wheel == set()
 
 

@@ -110,6 +110,26 @@ def test_a_validation_that_was_not_passed_gets_a_document_that_certifies_nothing
     assert data["verdict"].startswith("NOT PASSED")
 
 
+def test_criteria_of_which_none_counts_certify_nothing(campaign, tmp_path):
+    (campaign.parent / "lax.toml").write_text(
+        'version = "1"\n[settings]\nwindow = "30 s"\neta_above = "1 m"\nlayers_apart = 1\nload_apart = "10 %"\n'
+        '[[criterion]]\nkey = "2b"\nstep = 5\nwhat = "Mean deviation"\nmeasure = "e_c_pp_deviation"\nat_most = "5 cm"\nneeded = false\n'
+    )
+    campaign.write_text(campaign.read_text().replace("synthetic", 'criteria = "lax.toml"\nsynthetic'))
+    data = certificate_of(staged(campaign, **NOT_SHOWN), tmp_path).data
+    assert data["passed"] is False
+    assert data["verdict"] == "NOT PASSED: no criterion of lax version 1 counts on these data, so that nothing was shown."
+    assert certificate_of(staged(campaign), tmp_path).passed
+
+
+def test_a_twin_that_never_compensated_is_validated_for_nothing(campaign, tmp_path):
+    text = campaign.read_text().replace('kind = "ahc"', 'kind = "limits"')
+    campaign.write_text(text)
+    data = certificate_of(staged(campaign), tmp_path).data
+    assert data["passed"] is False
+    assert data["verdict"].startswith("NOT PASSED: no stretch with heave compensation could be compared")
+
+
 def test_what_the_data_cannot_tell_is_among_the_limitations(campaign, tmp_path):
     data = certificate_of(staged(campaign, **NOT_SHOWN), tmp_path).data
     told = {part["heading"]: part["lines"] for part in data["limitations"]}

@@ -20,11 +20,11 @@ from stillhook.library import crane_toml
 from stillhook.library.certificate import FORMAT
 from stillhook.validate.campaign import Campaign
 from stillhook.validate.certificate_envelope import envelope_of
-from stillhook.validate.certificate_words import level_of, limitations
+from stillhook.validate.certificate_words import level_of, limitations, verdict_of
 from stillhook.validate.lines import Line, Measure, Step, say
 from stillhook.validate.measures import MEASURES
 from stillhook.validate.record import Record
-from stillhook.validate.report_texts import SEGMENT_HEAD, line_cells, segment_cells, segments, sentence, step_verdict
+from stillhook.validate.report_texts import SEGMENT_HEAD, line_cells, segment_cells, segments, step_verdict
 from stillhook.validate.validation import Validation
 
 METHOD_FOLDERS = ("validate", "io")
@@ -45,15 +45,17 @@ def content_of(validation: Validation, folder: Path) -> dict[str, Any]:
     """
     if not validation.whole:
         raise ValidateError("certificate: only some of the steps 0 to 5 were taken. Take them all for a certificate.")
-    campaign, passed = validation.campaign, validation.passed
-    level = level_of(validation)
+    campaign = validation.campaign
+    envelope = envelope_of(validation.records, campaign.criteria.settings["window"])
+    passed, verdict = verdict_of(validation, envelope)
+    level = level_of(passed, campaign.synthetic)
     return {
         "format": FORMAT,
         "title": campaign.title,
         "date": campaign.date.isoformat(),
         "synthetic": campaign.synthetic,
         "passed": passed,
-        "verdict": sentence(validation),
+        "verdict": verdict,
         "crane": crane_part(campaign.crane),
         "twin": {"level": level.level, "variant": level.variant, "statement": level.statement, **versions()},
         "campaign": campaign_part(campaign, seen_from(campaign.file, folder)),
@@ -62,8 +64,8 @@ def content_of(validation: Validation, folder: Path) -> dict[str, Any]:
         "steps": [_step(validation, step) for step in validation.steps],
         "data": [_data(campaign, record) for record in validation.records],
         "load_cases": {"header": list(SEGMENT_HEAD), "rows": [list(segment_cells(s)) for s in segments(validation)]},
-        "envelope": plain(envelope_of(validation.records, campaign.criteria.settings["window"])) if passed else None,
-        "limitations": limitations(validation),
+        "envelope": plain(envelope) if passed else None,
+        "limitations": limitations(validation, passed),
     }  # fmt: skip
 
 

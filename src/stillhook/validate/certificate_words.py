@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
 from stillhook.validate.lines import Verdict
+from stillhook.validate.report_texts import sentence
 from stillhook.validate.validation import Validation
 
 
@@ -44,22 +45,32 @@ ALWAYS = (
 )
 
 
-def level_of(validation: Validation) -> Level:
+def verdict_of(validation: Validation, envelope: Mapping[str, Any] | None) -> tuple[bool, str]:
+    """Whether anything is certified, and the verdict in a sentence. Criteria that nothing counts in, or that do without heave compensation,
+    certify nothing, even where all of them are met."""
+    if validation.passed and not any(line.judged for line in validation.lines):
+        return False, f"NOT PASSED: no criterion of {validation.campaign.criteria.label} counts on these data, so that nothing was shown."
+    if validation.passed and envelope is None:
+        return False, "NOT PASSED: no stretch with heave compensation could be compared, so that the twin is validated for nothing."
+    return validation.passed, sentence(validation)
+
+
+def level_of(passed: bool, synthetic: bool) -> Level:
     """Level and variant that a validation gives the twin; one on simulated logs says so."""
-    if not validation.passed:
+    if not passed:
         return NOT_VERIFIED
-    if validation.campaign.synthetic:
+    if synthetic:
         crane = "SYNTHETIC: the logs are of a simulated crane, so this shows the method; the twin of a real crane stays at level 1."
         return VERIFIED._replace(statement=f"{VERIFIED.statement} {crane}")
     return VERIFIED
 
 
-def limitations(validation: Validation) -> list[dict[str, Any]]:
+def limitations(validation: Validation, passed: bool) -> list[dict[str, Any]]:
     """What was synthetic, what was not shown, what holds always, and what the model leaves out: headings with their lines."""
     found = {
         "Synthetic data": [SYNTHETIC] if validation.campaign.synthetic else [],
         "Not shown by these data": list(_not_shown(validation)),
-        "Of this certificate" if validation.passed else "Of this validation": list(ALWAYS),
+        "Of this certificate" if passed else "Of this validation": list(ALWAYS),
         "Left out of the model": list(LEFT_OUT),
     }
     return [{"heading": heading, "lines": lines} for heading, lines in found.items() if lines]
