@@ -1,12 +1,12 @@
 """Step 2: the simulated PLC over logged inputs, against cranes whose control settings are known."""
 
 import functools
-from dataclasses import replace
 
 import numpy as np
 import pytest
-from tests.validate.ahc_logs import STEP, TWIN, campaign, record
+from tests.validate.ahc_logs import STEP, TWIN, campaign, record, sea
 from tests.validate.controller_logs import (
+    NAMES,
     ahc_log,
     bent,
     later,
@@ -19,10 +19,11 @@ from tests.validate.controller_logs import (
     without,
 )
 
+from stillhook import Scenario, simulate
 from stillhook.control.plc import MANUAL, Memory, Sensed
 from stillhook.engine.isolation import _cycles, plc_alone
 from stillhook.engine.pack import active_record, gains, plc_record
-from stillhook.scenario import Mode
+from stillhook.scenario import Mode, Operator
 from stillhook.validate.controller import ControllerStep, check_controller
 from stillhook.validate.controller_figures import figures
 from stillhook.validate.controller_inputs import stretches
@@ -267,17 +268,37 @@ def test_without_the_error_the_datum_is_one_constant():
     assert found(step, "u_p_deviation", "test 1").value < 5e-3  # K_p times a standing error of some centimetres
 
 
-def test_without_the_error_the_datum_is_laid_where_compensation_starts():
-    before = limits_log(TWIN, profile=(("0 s", "0 m/min"), ("10 s", "0 m/min")))
-    after = own_ahc_log()
-    whole = {k: np.concatenate([before[k] if k != "s_w" else np.full(len(before[k]), after["s_w"][0]), after[k]]) for k in after}
-    n = len(before["s_w"])
-    found_parts = record(bent(whole, e_c_measured=None), parts=((0, n), (n, n + len(after["s_w"]))))
-    first, second = found_parts.segments
-    both = replace(found_parts, segments=(replace(first, mode=Mode.MANUAL), second))
-    (stretch,) = stretches(TWIN, both)
-    assert any("laid where compensation starts" in note for note in stretch.notes)
-    assert abs(stretch.told(TWIN).e_c[n]) < 1e-9
+@functools.cache
+def started_log() -> dict[str, np.ndarray]:
+    """Compensation that is switched on 15 s after the log begins, with the joystick pulled a little."""
+    operator = Operator(profile=(("0 s", "10 m/min"), ("60 s", "10 m/min")))
+    case = Scenario(load="90 t", s_w="487 m", tip=sea(3, 1.5), mode="manual", modes=(("15 s", "ssc"),), duration="80 s", operator=operator)
+    run = simulate(TWIN, case, every="10 ms")
+    return {name: run[name].values.copy() for name in NAMES}
+
+
+@pytest.mark.parametrize(("lack", "first"), [((), 1500), (("e_c_measured",), 1500), (("e_c_measured", "mode"), 1510)])
+def test_a_start_of_compensation_is_followed_with_its_bumpless_commands(lack, first):
+    """The segments of a log begin where compensation does: the PLC then starts from the commands that were before."""
+    log = bent(started_log(), **dict.fromkeys(lack))
+    (stretch,) = stretches(TWIN, record(log, parts=((first, len(log["s_w"])),)))
+    counts = stretch.within(stretch.parts[0])
+    apart = np.abs(stretch.told(TWIN).u_p - stretch.u_p)[counts]
+    if "mode" in lack:
+        assert apart.max() > 0.01  # nothing tells that compensation has just begun
+        assert any("one constant" in note for note in stretch.notes)
+    else:
+        assert apart.max() < 1e-3
+        assert any("laid where compensation starts" in note for note in stretch.notes) == bool(lack)
+
+
+def test_holes_in_signals_that_matter_little_part_nothing():
+    x = own_ahc_log()
+    F_w, e_c = x["F_w"].copy(), x["e_c_measured"].copy()
+    F_w[5000:7000] = np.nan
+    e_c[3000:3100] = np.nan
+    (stretch,) = stretches(TWIN, record(bent(x, F_w=F_w, e_c_measured=e_c)))
+    assert np.abs(stretch.told(TWIN).u_p - stretch.u_p)[500:].max() < 1e-3
 
 
 def test_a_set_point_that_was_moved_is_taken_from_the_logged_error():

@@ -180,6 +180,14 @@ def test_without_the_tip_the_driven_twin_still_tells():
     assert any("s_tip was not logged" in text for text in step.statements)
 
 
+def test_without_the_motors_the_driven_twin_cannot_tell_and_says_so():
+    step = checked(without(limits_record(own_limits_log()), "u_m", "alpha_m"))
+    line = lines(step)["4-speed"]
+    assert line.verdict is Verdict.NOT_SHOWN
+    assert "log u_m or alpha_m" in line.said
+    assert abs(found(step, "limit_speed_error_whole", "lowering").value) < ALIKE
+
+
 def test_without_commands_nothing_is_shown():
     found_record = limits_record(own_limits_log())
     step = checked(without(found_record, "u_p"))

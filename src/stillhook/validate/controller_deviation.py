@@ -48,10 +48,14 @@ def deviations(runs: Sequence[Run], cycles: int) -> list[Deviation]:
 
 
 def difference(run: Run, signal: str, cycles: int) -> FloatArray | None:
-    """Measured less simulated command over a stretch (n,), NaN where nothing is known; None where it was not logged."""
-    measured = run.stretch.u_p if signal == "u_p" else run.stretch.u_m
-    T = run.stretch.record.step
-    return None if measured is None else shifted(measured, -cycles * T, T) - getattr(run.told, signal)
+    """Measured less simulated command over a stretch (n,), NaN where nothing is known of it or of the motors' displacement; None where it
+    was not logged."""
+    s = run.stretch
+    measured, T = s.u_p if signal == "u_p" else s.u_m, s.record.step
+    if measured is None:
+        return None
+    d = shifted(measured, -cycles * T, T) - getattr(run.told, signal)
+    return d if s.settled is None else np.where(s.settled, d, np.nan)
 
 
 def differences(run: Run, signal: str, cycles: int, *, ahc: bool) -> list[FloatArray]:

@@ -17,6 +17,7 @@ from stillhook.physics.drum import K_wire, layer_diameter, layers_filled
 from stillhook.physics.scalar import G
 from stillhook.scenario import Mode, Operator
 from stillhook.validate.record import FloatArray, Record, Segment
+from stillhook.validate.transients import filled
 
 BoolArray = NDArray[np.bool_]
 
@@ -95,47 +96,71 @@ def lacking(record: Record) -> str:
 
 
 def stretches(crane: Crane, record: Record, *, blind: bool = False) -> tuple[Stretch, ...]:
-    """The parts of a record that the simulated PLC can be run over. blind: those in manual mode without a joystick as well, as at rest."""
+    """The parts of a record that the simulated PLC can be run over. blind: those in manual mode without a joystick as well, as at rest.
+
+    A stretch goes on through changes of mode and through what no segment holds, as the PLC does; its parts are what counts.
+    """
     if not record.has("u_p", "s_w"):
         return ()
-    mode = np.full(len(record.t), np.nan)
-    for part in record.segments:
-        asks = "v_op" if part.mode is Mode.MANUAL else "s_tip"
-        if not record.has(asks) and not (blind and part.mode is Mode.MANUAL):
-            continue  # what was asked for is unknown
-        mode[part.first : part.last] = MODE_CODE[part.mode]
-    needed = [n for n in ("s_tip", "v_tip", "a_tip", "s_w", "v_op", "F_w", "alpha_m", "u_p") if record.has(n)]
-    known = np.isfinite(mode) & np.all([np.isfinite(record.signals[n]) for n in needed], axis=0)
+    mode = modes_of(record)
+    asks = np.where(mode == MANUAL, record.has("v_op") or blind, record.has("s_tip"))  # else what was asked for is unknown
+    needed = [n for n in ("s_tip", "v_tip", "a_tip", "s_w", "v_op", "alpha_m", "u_p") if record.has(n)]
+    known = np.isfinite(mode) & asks & np.all([np.isfinite(record.signals[n]) for n in needed], axis=0)
     edges = np.flatnonzero(np.diff(np.concatenate([[False], known, [False]]).astype(int)))
     runs = zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True)
-    return tuple(_stretch(crane, record, mode, a, b) for a, b in runs if (b - a) * record.step >= SHORTEST)
+    found = (_stretch(crane, record, mode, a, b) for a, b in runs if (b - a) * record.step >= SHORTEST)
+    return tuple(s for s in found if s.parts)
+
+
+def modes_of(record: Record) -> FloatArray:
+    """Code of the PLC's mode at every sample (n,), NaN where it is not known: that of the segments, between them that of the log."""
+    logged = record.signals.get("mode")
+    mode = np.full(len(record.t), np.nan) if logged is None else np.array(logged, dtype=np.float64)
+    for part in record.segments:
+        mode[part.first : part.last] = MODE_CODE[part.mode]
+    return mode
 
 
 def _stretch(crane: Crane, record: Record, mode: FloatArray, a: int, b: int) -> Stretch:
     notes: list[str] = []
     parts = tuple(p for s in record.segments if (p := _cut(s, a, b)) is not None)
     x = {name: values[a:b] for name, values in record.signals.items()}
-    zero = np.zeros(b - a)
-    s_tip = x.get("s_tip", zero)
-    v_tip, a_tip = _tip(x, s_tip, record.step, notes if (mode[a:b] > MANUAL).any() else [])
-    v_op = x.get("v_op", zero)
+    zero, one, ahc = np.zeros(b - a), np.ones(b - a), mode[a:b] > MANUAL
+    s_tip, v_op = x.get("s_tip", zero), x.get("v_op", zero)
+    v_tip, a_tip = _tip(x, s_tip, record.step, notes if ahc.any() else [])
     s_op = np.concatenate([[0.0], np.cumsum(0.5 * (v_op[1:] + v_op[:-1]) * record.step)])
-    e_c = x.get("e_c_measured")
-    e_c = e_c if e_c is not None and np.isfinite(e_c).all() else None
-    datum, moved = _datum(x["s_w"] - s_tip + s_op, e_c, mode[a:b] > MANUAL, record.step, notes)
+    e_c, u_m = (_mostly(x.get(name)) for name in ("e_c_measured", "u_m"))
+    starts = not ahc[0] or (a > 0 and mode[a - 1] == MANUAL)
+    datum, moved = _datum(x["s_w"] - s_tip + s_op, e_c, ahc, starts, record.step, notes)
     s_op = s_op if moved is None else s_op - moved
-    F = x.get("F_w", np.full(b - a, ((parts[0].load if parts else 0.0) + crane.hook_mass) * G))
-    if "F_w" not in x:
+    F = _mostly(x.get("F_w"))
+    if F is None:
         notes.append("the load cell was not logged: the stated load stands in")
-    u_m = x["u_m"] if "u_m" in x and np.isfinite(x["u_m"]).all() else None
-    early = slice(0, max(1, round(1.0 / record.step)))
-    first = 1.0 if u_m is None else float(u_m[0])
-    memory = Memory(mode[a], datum, float(F[early].mean()), 0.0, float(x["u_p"][0]), first, 0.0, 0.0, 1.0)
-    one, K = np.ones(b - a), wire_ratio(crane, x["s_w"])
-    seen = Sensed(s_tip, v_tip, a_tip, v_op, s_op, mode[a:b], x.get("f_pump", one), x["s_w"], F, one, K)
+        F = one * ((parts[0].load if parts else 0.0) + crane.hook_mass) * G
+    seen = Sensed(s_tip, v_tip, a_tip, v_op, s_op, mode[a:b], x.get("f_pump", one), x["s_w"], F, one, wire_ratio(crane, x["s_w"]))
+    memory = _memory(record, mode, a, datum, F, e_c is not None, u_m is not None)
     bare = Stretch(record, a, b, parts, seen, memory, plc_record(crane)._replace(t_cycle=record.step), x["u_p"], u_m, e_c, None, ())
     known = _with_displacement(crane, bare, x.get("alpha_m"), notes)
     return replace(_with_held(crane, known, notes), notes=tuple(notes))
+
+
+def _mostly(x: FloatArray | None) -> FloatArray | None:
+    """A signal with its holes bridged, None where less than half of it is known."""
+    return None if x is None or np.isfinite(x).mean() < 0.5 else filled(x)
+
+
+def _memory(record: Record, mode: FloatArray, a: int, datum: float, F: FloatArray, e_c_logged: bool, u_m_logged: bool) -> Memory:
+    """The PLC's memory before a stretch. Where the mode changes just there, its commands start from the last ones that were logged, and
+    the reference is laid anew where compensation starts, unless the logged error tells where it lies."""
+    at = a - 1 if a > 0 and np.isfinite(mode[a - 1]) and np.isfinite(record.signals["u_p"][a - 1]) else a
+    before = mode[at]
+    if before == MANUAL and mode[a] > MANUAL and e_c_logged:
+        before = MODE_CODE[Mode.LEVEL_1 if mode[a] != MODE_CODE[Mode.LEVEL_1] else Mode.LEVEL_2]  # a change that keeps the datum
+    u_m = float(record.signals["u_m"][at]) if u_m_logged else 1.0
+    early = F[: max(1, round(1.0 / record.step))]
+    return Memory(
+        before, datum, float(early.mean()), 0.0, float(record.signals["u_p"][at]), u_m if np.isfinite(u_m) else 1.0, 0.0, 0.0, 1.0
+    )
 
 
 def _cut(part: Segment, a: int, b: int) -> Segment | None:
@@ -161,19 +186,21 @@ def _tip(x: dict[str, FloatArray], s_tip: FloatArray, step: float, notes: list[s
     return v_tip, a_tip
 
 
-def _datum(bare: FloatArray, e_c: FloatArray | None, ahc: BoolArray, step: float, notes: list[str]) -> tuple[float, FloatArray | None]:
+def _datum(
+    bare: FloatArray, e_c: FloatArray | None, ahc: BoolArray, starts: bool, step: float, notes: list[str]
+) -> tuple[float, FloatArray | None]:
     """Datum of the wire's reference at the start [m], and what moves the reference beside tip and joystick [m], None where nothing does.
 
+    starts: compensation starts inside the stretch, or with it.
     e_c = datum + moved - bare, where bare = s_w - s_tip + s_op. Without a logged error: laid where compensation starts in the log, else one
     constant that makes the mean error zero, since the log cannot tell a standing offset from it.
     """
     if not ahc.any():
         return float(bare[0]), None
     if e_c is None:
-        laid = not ahc[0]
-        how = "laid where compensation starts in the log" if laid else "one constant, so that the mean error is zero"
+        how = "laid where compensation starts in the log" if starts else "one constant, so that the mean error is zero"
         notes.append(f"the AHC error was not logged: the wire's reference is {how}")
-        return float(bare[0] if laid else bare[ahc].mean()), None
+        return float(bare[0] if starts else bare[ahc].mean()), None
     reference = e_c + bare
     datum = float(np.median(reference[ahc]))
     every, n = max(1, round(1.0 / step)), round(STANDS)

@@ -57,8 +57,8 @@ class Run:
     told: Told
 
     def rows(self, *, ahc: bool) -> BoolArray:
-        """Samples (n,) of compensation, or of manual mode, in which neither the logged command nor the simulated one is at its end,
-        and in which no mode change still fades."""
+        """Samples (n,) of the parts in compensation, or in manual mode, in which neither the logged command nor the simulated one is at
+        its end, and in which no mode change still fades."""
         s, T = self.stretch, self.stretch.record.step
         mode = s.seen.mode
         lo, hi = ends_of(s.u_p, self.told.u_raw, T)
@@ -66,9 +66,14 @@ class Run:
         fading = round(SETTLED * s.plc.t_bumpless / T)
         if s.settled is not None:
             free &= s.settled
+        if s.memory.mode != mode[0]:
+            free[:fading] = False
         for k in np.flatnonzero(np.diff(mode)):
             free[k + 1 : k + 1 + fading] = False
-        return free & ((mode > MANUAL) == ahc)
+        counts = np.zeros(len(mode), dtype=bool)
+        for part in s.parts:
+            counts[s.within(part)] = True
+        return free & counts & ((mode > MANUAL) == ahc)
 
 
 def smoothed(x: FloatArray, good: BoolArray, width: float, step: float) -> FloatArray:

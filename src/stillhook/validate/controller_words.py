@@ -46,8 +46,10 @@ def causes(
             if abs(share) > least and significant(e, own):
                 log, file = say(e.value, QUANTITY[name]), say(own, QUANTITY[name])
                 out[name] = f"{name} {log} in the log's commands, {file} in the crane file ({_percent(share)})"
-        if "K_1" in out and (told := _by_case(laws)):
-            out["K_1"] += told
+        if told := _by_case(laws):
+            out["K_1"] = out.get("K_1", "K_1 as in the crane file on the whole") + told
+            for name in ("K_2", "K_p"):
+                out.pop(name, None)  # they stand on the same wrong ratio
     clip = _clipped(runs)
     if clip:
         out["clip"] = clip
@@ -112,8 +114,8 @@ def statements(
         worst = max((d for d in deviations if d.signal == signal and d.ahc), key=lambda d: d.high, default=None)
         if worst is not None:
             out.append(
-                f"The simulated controller gives the logged {name} command to {_share(worst.high)} of full command, 95 % of the time (test "
-                f"{worst.test}, the worst; mean {_share(worst.mean)}, worst sample {_share(worst.worst)})."
+                f"The simulated controller gives the logged {name} command to within {_share(worst.high)} of full command, 95 % of the "
+                f"time (test {worst.test}, the worst; mean {_share(worst.mean)}, worst sample {_share(worst.worst)})."
             )
     out += [f"Off: {text}." for key, text in why.items() if key not in ("u_p", "u_m")]
     out.append(f"{rows.said[0].upper()}{rows.said[1:]}.")

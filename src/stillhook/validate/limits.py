@@ -29,6 +29,10 @@ TOLD = 0.08  # speed error from which causes are looked for
 NEAR = 0.95  # of the end: a command within 5 % of it misses it by a difference in feedback alone
 APART = 0.02  # of full displacement by which the motors must differ to be named
 TO_LOG = "log hoisting and lowering with the joystick beyond what the winch can, and v_op, u_p, alpha_p, s_w with it"
+LACKS = {
+    "driven": "no stretch at the pumps' end can be repeated: log u_m or alpha_m, and some seconds before it",
+    "whole": "the whole twin could not be run on it: log s_tip and v_op",
+}
 WAYS = {1: "hoisting", -1: "lowering"}
 
 
@@ -132,8 +136,7 @@ def _measures(plateaus: Sequence[Plateau], times: Times, why: Mapping[str, str])
         out = [Measure("saturation_time", None, "time", note=nowhere + seen)]
     for name, run in (("limit_speed_error", "driven"), ("limit_speed_error_whole", "whole")):
         found = [m for way in WAYS if (m := _speed(name, run, way, plateaus, why))]
-        lack = "the whole twin could not be run on it" if times.log_all > 0.0 and run == "whole" else nowhere
-        out += found or [Measure(name, None, note=lack)]
+        out += found or [Measure(name, None, note=LACKS[run] if times.log_all > 0.0 else nowhere)]
     overlap, each = times.overlap, f"log {times.log:.1f} s, twin {times.twin:.1f} s"
     out.append(Measure("saturation_overlap", overlap, data=each, note=why.get("overlap", "") or _none(overlap)))
     return tuple(out)
