@@ -203,9 +203,11 @@ def test_a_wrong_layer_shows_as_a_k_1_that_differs_between_wire_lengths():
     drum = TWIN.drum.model_copy(update={"d": 1.08 * TWIN.drum.d})  # the inner layers come out too wide, the outer ones less so
     twin = TWIN.model_copy(update={"drum": drum})
     records = record(ahc_log(TWIN, s_w=300.0), name="short"), record(ahc_log(TWIN, s_w=2300.0), name="long")
-    m = found(checked(*records, twin=twin), "K_1_deviation")
-    assert "in test short" in m.note
-    assert "the layer that K_wire is reckoned with" in m.note
+    step = checked(*records, twin=twin)
+    for name in ("K_1", "K_p"):
+        note = found(step, f"{name}_deviation").note
+        assert "in test short" in note
+        assert "the layer that K_wire is reckoned with" in note
 
 
 # --- order of the rows, and clocks -----------------------------------------------------------------------------------------------------------

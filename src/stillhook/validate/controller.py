@@ -99,7 +99,8 @@ def _measures(campaign: Campaign, found: Found, why: dict[str, str]) -> tuple[Me
     gains = found.runs[0].stretch.plc.gains
     for name in ("K_1", "K_2", "K_p"):
         e = getattr(found.law, name) if found.law else None
-        out.append(_share(f"{name}_deviation", e, getattr(gains, name), seconds, why.get(name, "")))
+        note = "; ".join(why[k] for k in (name, "K_wire") if k in why)
+        out.append(_share(f"{name}_deviation", e, getattr(gains, name), seconds, note))
     u_thr = campaign.crane.control.u_thr
     e, never = found.u_thr, "the feedforward never passes the threshold for long: log waves that ask for more"
     known = Measure("u_thr_difference", e.value - u_thr, "", e.low - u_thr, e.high - u_thr, note=why.get("u_thr", "")) if e else None

@@ -31,7 +31,7 @@ def causes(
     campaign: Campaign, runs: Sequence[Run], rows: Rows, law: Law | None, laws: Mapping[str, Law], u_thr: Estimate | None,
     motors: Sequence[MotorLaw],
 ) -> dict[str, str]:  # fmt: skip
-    """What is off, a line each, under what it is about: K_1, K_2, K_p, u_thr, mode, lag, clip; "u_p" and "u_m" repeat the first that
+    """What is off, a line each, under what it is about: K_1, K_2, K_p, K_wire, u_thr, mode, lag, clip; "u_p" and "u_m" repeat the first that
     explains a deviation of that command."""
     crane, out = campaign.crane, {}
     if rows.late and rows.waves is not None:
@@ -47,7 +47,7 @@ def causes(
                 log, file = say(e.value, QUANTITY[name]), say(own, QUANTITY[name])
                 out[name] = f"{name} {log} in the log's commands, {file} in the crane file ({_percent(share)})"
         if told := _by_case(laws):
-            out["K_1"] = out.get("K_1", "K_1 as in the crane file on the whole") + told
+            out["K_wire"] = told
             for name in ("K_2", "K_p"):
                 out.pop(name, None)  # they stand on the same wrong ratio
     clip = _clipped(runs)
@@ -65,8 +65,8 @@ def causes(
             out["mode"] = f'test {m.test}: the motor command follows mode "{m.follows}", the log says "{m.mode}"'
         elif m.setting is not None and m.wanted is not None and abs(m.setting - m.wanted) > TOLD_SETTING:
             out["setting"] = f"test {m.test}, mode {m.mode}: motors commanded to {m.setting:.3g}, by the crane file to {m.wanted:.3g}"
-    out["u_p"] = next((out[k] for k in ("lag", "K_1", "clip", "K_2", "K_p") if k in out), "")
-    out["u_m"] = next((out[k] for k in ("mode", "setting", "u_thr", "K_1", "lag") if k in out), "")
+    out["u_p"] = next((out[k] for k in ("lag", "K_wire", "K_1", "clip", "K_2", "K_p") if k in out), "")
+    out["u_m"] = next((out[k] for k in ("mode", "K_wire", "setting", "u_thr", "K_1", "lag") if k in out), "")
     return out
 
 
@@ -88,7 +88,7 @@ def _by_case(laws: Mapping[str, Law]) -> str:
     if apart < 0.01 * known[low].value or apart < known[high].half + known[low].half:
         return ""
     a, b = (say(known[n].value, QUANTITY["K_1"]) for n in (low, high))
-    return f", but {a} in test {low} and {b} in test {high}: the layer that K_wire is reckoned with, or the share of the pumps that run"
+    return f"K_1 {a} in test {low} and {b} in test {high}: the layer that K_wire is reckoned with, or the share of the pumps that run"
 
 
 def _clipped(runs: Sequence[Run]) -> str:
