@@ -217,6 +217,6 @@ def test_saturated_peaks_of_waves_count_as_well():
 def test_figures_are_marked_and_few():
     found_record = limits_record(own_limits_log())
     drawn = figures(own_step(), campaign(found_record), (found_record,))
-    assert set(drawn) == {"limits-limits", "limit-speeds"}
+    assert set(drawn) == {"at-limits-1", "limit-speeds"}
     assert all(f._suptitle.get_text().startswith("SYNTHETIC") for f in drawn.values())
     assert not figures(replace(own_step(), parts=(), plateaus=()), campaign(found_record), (found_record,))

@@ -31,8 +31,8 @@ def causes(
     campaign: Campaign, runs: Sequence[Run], rows: Rows, law: Law | None, laws: Mapping[str, Law], u_thr: Estimate | None,
     motors: Sequence[MotorLaw],
 ) -> dict[str, str]:  # fmt: skip
-    """What is off, a line each, under what it is about: K_1, K_2, K_p, K_wire, u_thr, mode, lag, clip; "u_p" and "u_m" repeat the first that
-    explains a deviation of that command."""
+    """What is off, a line each, under what it is about: K_1, K_2, K_p, K_wire, u_thr, mode, setting, lag, clip; "u_p" and "u_m" repeat
+    the first that explains a deviation of that command."""
     crane, out = campaign.crane, {}
     if rows.late and rows.waves is not None:
         out["lag"] = _late(rows.waves.value, crane)

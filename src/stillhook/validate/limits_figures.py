@@ -31,8 +31,7 @@ def figures(step: Step, campaign: Campaign, records: tuple[Record, ...]) -> dict
     if not isinstance(step, LimitsStep) or not step.parts:
         return {}
     shown = sorted(step.parts, key=lambda p: -int(p.saturated.sum()))[:MOST]
-    names = [f"{p.name}-{i}" if [q.name for q in shown].count(p.name) > 1 else p.name for i, p in enumerate(shown)]
-    out = {f"limits-{name}": _over_time(p, campaign) for name, p in zip(names, shown, strict=True)}
+    out = {f"at-limits-{i + 1}": _over_time(p, campaign) for i, p in enumerate(shown)}
     if step.plateaus:
         out["limit-speeds"] = _speeds(step.plateaus, campaign)
     return out
