@@ -14,7 +14,7 @@ from stillhook.validate.data_set import check_data
 from stillhook.validate.dynamics import check_dynamics
 from stillhook.validate.judging import judge
 from stillhook.validate.limits import check_limits
-from stillhook.validate.lines import Line, Step, StepNumber
+from stillhook.validate.lines import Line, Step, StepNumber, Verdict
 from stillhook.validate.parameters import check_parameters
 from stillhook.validate.reading import read_records
 from stillhook.validate.record import Record
@@ -52,8 +52,8 @@ class Validation:
 
     @property
     def passed(self) -> bool:
-        """Whether no judged line is a no."""
-        return not any(line.no for line in self.lines)
+        """Whether something was judged, and no judged line is a no."""
+        return any(line.judged and line.verdict is Verdict.PASS for line in self.lines) and not any(line.no for line in self.lines)
 
     def step(self, number: StepNumber) -> Step:
         """A step that was taken. Errors: KeyError."""
