@@ -30,9 +30,9 @@ NAMES: Mapping[Defect, tuple[str, ...]] = {
     Defect.MOTOR_OFFSET: ("offset", "above their command"),
     Defect.K_1: ("K_1",),
     Defect.CLOCK: ("clock", "time scale"),
-    Defect.SATURATION: ("satur", "limit of", "held", "stops"),
+    Defect.SATURATION: ("commands stop at", "holds the pump command"),
     Defect.GAP: ("gap", "no samples", "missing"),
-    Defect.LOAD_CELL: ("unit",),
+    Defect.LOAD_CELL: ("the column is in",),
 }
 """Words of which one must stand in a line or statement that names the defect."""
 LONGEST = 200
