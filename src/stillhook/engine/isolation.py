@@ -24,14 +24,30 @@ class Told(NamedTuple):
     e_c: Array
 
 
-def plc_alone(seen: Sensed, p_hp: Array, memory: Memory, plc: Plc, control: MotorControl) -> tuple[Told, Memory]:
+class Seen(NamedTuple):
+    """What the PLC reads in every cycle, each (n,): the fields of `Sensed`, in its order."""
+
+    s_tip: Array
+    v_tip: Array
+    a_tip: Array
+    v_op: Array
+    s_op: Array
+    mode: Array
+    f_pump: Array
+    s_w: Array
+    F: Array
+    alpha_m: Array
+    K_wire: Array
+
+
+def plc_alone(seen: Seen, p_hp: Array, memory: Memory, plc: Plc, control: MotorControl) -> tuple[Told, Memory]:
     """Commands of the PLC over what it reads, cycle by cycle, and its memory after the last one.
 
-    Parameters: seen with an array (n,) in every field, one value a cycle; p_hp (n,) accumulator pressure [Pa]; memory before the first
+    Parameters: seen, one value a cycle; p_hp (n,) accumulator pressure [Pa]; memory before the first
     cycle; control: where the motors' displacement is not measured, the PLC reckons with its own last command in place of seen.alpha_m.
     Source: Moslatt 2020 paper F, verification step 2 ("controller inputs from measured data").
     """
-    columns = Sensed(*(np.ascontiguousarray(x, dtype=np.float64) for x in seen))
+    columns = Seen(*(np.ascontiguousarray(x, dtype=np.float64) for x in seen))
     told = Told(*np.empty((len(Told._fields), len(p_hp))))
     last = _compiled()(columns, np.ascontiguousarray(p_hp, dtype=np.float64), told, memory, plc, control)
     return told, last

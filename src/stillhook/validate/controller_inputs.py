@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 from scipy.signal import savgol_filter
 
-from stillhook.control.plc import MANUAL, Memory, Plc, Sensed, ahead
+from stillhook.control.plc import MANUAL, Memory, Plc, ahead
 from stillhook.crane import Crane
-from stillhook.engine.isolation import Told, plc_alone
+from stillhook.engine.isolation import Seen, Told, plc_alone
 from stillhook.engine.pack import MODE_CODE, active_record, drum_record, plc_record
 from stillhook.physics.drum import K_wire, layer_diameter, layers_filled
 from stillhook.physics.scalar import G
@@ -44,7 +44,7 @@ class Stretch:
     first: int
     last: int
     parts: tuple[Segment, ...]
-    seen: Sensed
+    seen: Seen
     memory: Memory
     plc: Plc
     u_p: FloatArray
@@ -62,10 +62,9 @@ class Stretch:
         p_hp = np.zeros(self.last - self.first)  # moves the passive pumps alone
         return plc_alone(self.seen, p_hp, self.memory, self.plc, active_record(crane).control)[0]
 
-    def foreseen(self) -> Sensed:
+    def foreseen(self) -> Seen:
         """The inputs with the tip's motion as the PLC extrapolates it."""
-        seen: Sensed = ahead(self.seen, self.plc.t_lead)
-        return seen
+        return Seen(*ahead(self.seen, self.plc.t_lead))
 
 
 def wire_ratio(crane: Crane, s_w: FloatArray) -> FloatArray:
@@ -137,7 +136,7 @@ def _stretch(crane: Crane, record: Record, mode: FloatArray, a: int, b: int) -> 
     if F is None:
         notes.append("the load cell was not logged: the stated load stands in")
         F = one * ((parts[0].load if parts else 0.0) + crane.hook_mass) * G
-    seen = Sensed(s_tip, v_tip, a_tip, v_op, s_op, mode[a:b], x.get("f_pump", one), x["s_w"], F, one, wire_ratio(crane, x["s_w"]))
+    seen = Seen(s_tip, v_tip, a_tip, v_op, s_op, mode[a:b], x.get("f_pump", one), x["s_w"], F, one, wire_ratio(crane, x["s_w"]))
     memory = _memory(record, mode, a, datum, F, e_c is not None, u_m is not None)
     bare = Stretch(record, a, b, parts, seen, memory, plc_record(crane)._replace(t_cycle=record.step), x["u_p"], u_m, e_c, None, ())
     known = _with_displacement(crane, bare, x.get("alpha_m"), notes)

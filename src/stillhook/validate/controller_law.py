@@ -73,7 +73,8 @@ class Run:
         counts = np.zeros(len(mode), dtype=bool)
         for part in s.parts:
             counts[s.within(part)] = True
-        return free & counts & ((mode > MANUAL) == ahc)
+        chosen: BoolArray = free & counts & ((mode > MANUAL) == ahc)
+        return chosen
 
 
 def smoothed(x: FloatArray, good: BoolArray, width: float, step: float) -> FloatArray:
@@ -95,7 +96,7 @@ def smoothed(x: FloatArray, good: BoolArray, width: float, step: float) -> Float
 def shifted(x: FloatArray, by: float, step: float) -> FloatArray:
     """A signal later by a time [s], which may be part of a step; NaN where nothing is known."""
     k = np.arange(len(x)) - by / step
-    out = np.interp(k, np.arange(len(x)), x)
+    out: FloatArray = np.interp(k, np.arange(len(x)), x)
     out[(k < -1e-9) | (k > len(x) - 1 + 1e-9)] = np.nan
     return out
 
@@ -150,7 +151,8 @@ def law(runs: list[Run], cycles: float = 0.0, *, own_noise: bool = False) -> Law
         value = float(f.b[i])
         apart = float(wide[0].b[i]) - value if wide is not None and wide[1] == names else 0.0
         estimates[n] = Estimate(value, math.hypot(f.half(i), apart, float(bias[i])), f.blocks)
-    return Law(*(estimates.get(n) for n in NAMES), seconds=f.rows * ROW, spread=f.sd)
+    K_1, K_2, K_p, K_op = (estimates.get(n) for n in NAMES)
+    return Law(K_1, K_2, K_p, K_op, seconds=f.rows * ROW, spread=f.sd)
 
 
 def _noise(runs: list[Run]) -> dict[str, float]:
@@ -187,7 +189,8 @@ def _fitted(parts: list[list[FloatArray]]) -> tuple[Fit, list[str], FloatArray] 
     if f is None:
         return None
     rows = [c[good] for c in chosen]
-    return f, names, np.linalg.inv([[dot(p, q) / len(p) for q in rows] for p in rows])
+    normal = np.array([[dot(p, q) / len(p) for q in rows] for p in rows])
+    return f, names, np.asarray(np.linalg.inv(normal), dtype=np.float64)
 
 
 def joystick_gain(runs: list[Run], cycles: float = 0.0) -> Estimate | None:
