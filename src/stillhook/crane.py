@@ -372,7 +372,8 @@ class Crane(Spec):
 def content(crane: Crane) -> dict[str, str]:
     """Hash of every part of a crane that results follow from, by its field; names, titles, sources and the certificate are none."""
     named: Any = {"motor": {"type"}}
-    bare: Any = {"name": True, "title": True, "sources": True, "certified": True, "active": named, "passive": named, "friction": {"library"}}
+    bare: Any = dict.fromkeys(("name", "title", "sources", "certified"), True)
+    bare |= {"active": named, "passive": named, "friction": {"library"}}
     data = crane.model_dump(mode="json", exclude=bare, exclude_none=True)
     return {name: hashlib.sha256(json.dumps(part, sort_keys=True).encode()).hexdigest()[:16] for name, part in data.items()}
 
