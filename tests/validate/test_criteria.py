@@ -233,6 +233,33 @@ def test_by_any_a_measure_fails_only_where_all_of_its_interval_misses(tmp_path):
     assert line(criteria, "2b", Measure(MEAN, 0.07, "length", 0.055, 0.09)).verdict is Verdict.FAIL
 
 
+def test_by_any_an_interval_that_no_value_could_fail_with_tells_nothing():
+    criteria = load_criteria("paper-f")  # 3-K_p: within +-20 %, by any, not needed
+    wide = line(criteria, "3-K_p", Measure("K_p_deviation", -0.6, "", -1.3, 0.1))
+    assert (wide.verdict, wide.no) == (Verdict.NOT_SHOWN, False)
+    assert "too wide to tell" in wide.said
+    assert line(criteria, "3-K_p", Measure("K_p_deviation", 0.25, "", 0.15, 0.35)).verdict is Verdict.PASS
+    assert line(criteria, "3-K_p", Measure("K_p_deviation", 0.9, "", 0.3, 1.5)).verdict is Verdict.FAIL
+
+
+def test_by_any_an_interval_that_no_value_could_fail_with_tells_nothing():
+    criteria = load_criteria("paper-f")  # 3-K_p: within +-20 %, by any, not needed
+    wide = line(criteria, "3-K_p", Measure("K_p_deviation", -0.6, "", -1.3, 0.1))
+    assert (wide.verdict, wide.no) == (Verdict.NOT_SHOWN, False)
+    assert "too wide to tell" in wide.said
+    assert line(criteria, "3-K_p", Measure("K_p_deviation", 0.25, "", 0.15, 0.35)).verdict is Verdict.PASS
+    assert line(criteria, "3-K_p", Measure("K_p_deviation", 0.9, "", 0.3, 1.5)).verdict is Verdict.FAIL
+
+
+def test_by_any_an_interval_that_no_value_could_fail_with_tells_nothing():
+    criteria = load_criteria("paper-f")  # 3-K_p: within +-20 %, by any, not needed
+    wide = line(criteria, "3-K_p", Measure("K_p_deviation", -0.6, "", -1.3, 0.1))
+    assert (wide.verdict, wide.no) == (Verdict.NOT_SHOWN, False)
+    assert "too wide to tell" in wide.said
+    assert line(criteria, "3-K_p", Measure("K_p_deviation", 0.25, "", 0.15, 0.35)).verdict is Verdict.PASS
+    assert line(criteria, "3-K_p", Measure("K_p_deviation", 0.9, "", 0.3, 1.5)).verdict is Verdict.FAIL
+
+
 def test_within_is_of_zero_either_way():
     criteria = load_criteria("paper-f")
     for value, verdict in ((-0.06, Verdict.FAIL), (0.06, Verdict.FAIL), (-0.04, Verdict.PASS)):

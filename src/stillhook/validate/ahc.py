@@ -58,7 +58,7 @@ def check_ahc(campaign: Campaign, records: tuple[Record, ...], progress: Callabl
     runs = _runs(campaign, replays, meter.part(WEIGHTS[0]))
     measured, logged = measured_error(replays)
     compared = tuple(compare(r, run, e, window, logged=logged) for r, run, e in zip(replays, runs, measured, strict=True))
-    like, spectra = shape([(*c.pair, c.replay.record.step) for c in compared if len(c.pair[0])])
+    like, spectra = shape([(*c.quiet, c.replay.record.step) for c in compared if len(c.pair[0])])
     meter.part(WEIGHTS[1])(1.0)
     explained, deviation = explain(campaign.crane, replays, measured) if logged else ((), Deviation(math.nan, math.nan))
     meter.part(WEIGHTS[2])(1.0)

@@ -39,6 +39,13 @@ class Compared:
         good = np.isfinite(self.e_measured) & np.isfinite(self.e_simulated)
         return self.e_measured[good], self.e_simulated[good]
 
+    @property
+    def quiet(self) -> tuple[FloatArray, FloatArray]:
+        """The same without the tip's noise, which both hold alike: noise would make errors of any two shapes similar."""
+        good = np.isfinite(self.e_measured) & np.isfinite(self.e_simulated)
+        noise = self.noise * self.replay.noise[good]
+        return self.e_measured[good] - noise, self.e_simulated[good] - noise
+
 
 def compare(r: Replay, run: dict[str, FloatArray], measured: FloatArray, window: float, *, logged: bool) -> Compared:
     """The twin's error as the crane's PLC would show it: with the noise of the tip signal, as far as the crane's error holds it.

@@ -25,11 +25,12 @@ THIN = 0.1
 
 
 def measures(compared: Sequence[Compared], like: Shape, settings: Mapping[str, float]) -> tuple[Measure, ...]:
-    """Every measure of step 5, over all load cases together."""
+    """Every measure of step 5, over all load cases together; the mean deviation and the largest error of each load case as well."""
     block = round(2.0 * settings["window"] / EVERY)
     x = [c.windows.x for c in compared if len(c.windows.x)]
     return (
         *_deviations(compared, x, settings["window"]),
+        *_by_case(compared, block, settings["window"]),
         *_largest(compared),
         _efficiency(compared, settings["eta_above"], block),
         *_shape(compared, like, settings["window"]),
@@ -62,6 +63,20 @@ def _deviations(compared: Sequence[Compared], x: Sequence[FloatArray], window: f
     )
 
 
+def _by_case(compared: Sequence[Compared], block: int, window: float) -> tuple[Measure, ...]:
+    """Mean deviation of every load case: in the mean over all, a long good one hides a short bad one."""
+    name, out = "e_c_pp_deviation_case", []
+    for case in dict.fromkeys(c.name for c in compared):
+        x = [c.windows.x for c in compared if c.name == case and len(c.windows.x)]
+        if x:
+            found = interval(np.mean, x, at_least=block, bounds=(0.0, math.inf))
+            data = f"{_extent([c for c in compared if c.name == case])}, {found.blocks.effective:.0f} effective windows of {window:g} s"
+            out.append(replace(_measure(name, found.value, found, data=data), test=f"load case {case}"))
+        else:
+            out.append(replace(_measure(name, None, note="no window is full of numbers"), test=f"load case {case}"))
+    return tuple(out)
+
+
 def _sure(found: Interval) -> Interval:
     """A share of nothing or all, of which every draw has the same: its end is that of so many independent windows that all agree."""
     if found.low < found.high or found.value not in (0.0, 1.0):
@@ -83,22 +98,23 @@ def _extent(compared: Sequence[Compared]) -> str:
     return f"{cases} load case{'s' if cases > 1 else ''}, {seconds:.0f} s"
 
 
-def _largest(compared: Sequence[Compared]) -> tuple[Measure, Measure]:
-    """Both readings of paper F table 2, item 2a."""
+def _largest(compared: Sequence[Compared]) -> tuple[Measure, ...]:
+    """Both readings of paper F table 2, item 2a: the largest error of every load case, and the largest difference at one moment."""
     pairs = [(c, *c.pair) for c in compared if len(c.pair[0])]
-    data = _extent(compared)
     if not pairs:
         note = "the control error is nowhere known"
         return _measure("e_c_max_difference", None, note=note), _measure("e_c_deviation_max", None, note=note)
-    measured = max(float(np.abs(m).max()) for _, m, _ in pairs)
-    simulated = max(float(np.abs(s).max()) for _, _, s in pairs)
+    out = []
+    for case in dict.fromkeys(c.name for c, _, _ in pairs):
+        own = [x for x in pairs if x[0].name == case]
+        measured, simulated = max(float(np.abs(m).max()) for _, m, _ in own), max(float(np.abs(s).max()) for _, _, s in own)
+        note = f"simulated {100.0 * simulated:.3g} cm, measured {100.0 * measured:.3g} cm"
+        data = _extent([x[0] for x in own])
+        out.append(replace(_measure("e_c_max_difference", simulated - measured, data=data, note=note), test=f"load case {case}"))
     apart = [np.nan_to_num(np.abs(c.e_simulated - c.e_measured)) for c, _, _ in pairs]
     worst = int(np.argmax([x.max() for x in apart]))
-    note = f"simulated {100.0 * simulated:.3g} cm, measured {100.0 * measured:.3g} cm"
-    return (
-        _measure("e_c_max_difference", simulated - measured, data=data, note=note),
-        _measure("e_c_deviation_max", float(apart[worst].max()), data=data, note=_moment(pairs[worst][0], int(np.argmax(apart[worst])))),
-    )
+    moment = _moment(pairs[worst][0], int(np.argmax(apart[worst])))
+    return *out, _measure("e_c_deviation_max", float(apart[worst].max()), data=_extent(compared), note=moment)
 
 
 def _moment(c: Compared, i: int) -> str:
@@ -125,8 +141,8 @@ def _efficiency(compared: Sequence[Compared], above: float, block: int) -> Measu
 
 
 def _thin(c: Compared) -> FloatArray:
-    """Measured and simulated error about their means, a row every THIN seconds."""
-    return np.column_stack([x - x.mean() for x in c.pair])[:: max(1, round(THIN / c.replay.record.step))]
+    """Measured and simulated error about their means and without the tip's noise, a row every THIN seconds."""
+    return np.column_stack([x - x.mean() for x in c.quiet])[:: max(1, round(THIN / c.replay.record.step))]
 
 
 def _about(like: Shape) -> Interval:

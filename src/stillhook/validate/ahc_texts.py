@@ -105,7 +105,7 @@ def _load_cases(compared: Sequence[Compared]) -> Table:
         x, measured, simulated = (np.concatenate([getattr(c.windows, k) for c in own]) for k in ("x", "measured", "simulated"))
         peak = [max((float(np.abs(p).max()) for c in own if len(p := c.pair[k])), default=math.nan) for k in (0, 1)]
         segment = own[0].replay.segment
-        both = np.concatenate([np.column_stack([p - p.mean() for p in c.pair]) for c in own if len(c.pair[0])] or [np.zeros((0, 2))])
+        both = np.concatenate([np.column_stack([p - p.mean() for p in c.quiet]) for c in own if len(c.pair[0])] or [np.zeros((0, 2))])
         rows.append((
             name, f"{segment.load / 1e3:.0f} t", f"{segment.s_w:.0f} m", segment.mode.value,
             f"{sum(len(c.e_measured) * c.replay.record.step for c in own):.0f} s", *map(_cm, mean_and_s(x)),

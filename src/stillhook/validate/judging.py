@@ -23,7 +23,8 @@ def judge(criteria: Criteria, measures: Iterable[Measure], steps: Iterable[StepN
 
 
 def meets(criterion: Criterion, measure: Measure) -> bool | None:
-    """Whether a measure meets a criterion; None where the data cannot tell. Without an interval its value stands for one."""
+    """Whether a measure meets a criterion; None where the data cannot tell: no value, or by "any" an interval wider than the limits are
+    apart that does not miss them. Without an interval its value stands for one."""
     if measure.value is None or math.isnan(measure.value):
         return None
     ends = [x for x in (measure.low, measure.high) if x is not None and not math.isnan(x)]
@@ -32,7 +33,16 @@ def meets(criterion: Criterion, measure: Measure) -> bool | None:
     if criterion.by is By.WHOLE:
         return all(_within(criterion, x) for x in (*ends, measure.value))
     crosses_zero = criterion.kind is Limit.WITHIN and ends[0] <= 0.0 <= ends[1]
-    return crosses_zero or any(_within(criterion, x) for x in (*ends, measure.value))
+    if not (crosses_zero or any(_within(criterion, x) for x in (*ends, measure.value))):
+        return False
+    return None if _too_wide(criterion, measure) else True
+
+
+def _too_wide(c: Criterion, m: Measure) -> bool:
+    """Whether the interval of a measure, any part of which counts, is wider than what is allowed: then no value would have failed."""
+    if c.by is not By.ANY or c.kind is not Limit.WITHIN or m.low is None or m.high is None:
+        return False
+    return m.high - m.low > 2.0 * c.limit
 
 
 def _within(c: Criterion, x: float) -> bool:
@@ -86,6 +96,8 @@ def _said(c: Criterion, m: Measure, of: int) -> str:
     interval = ""
     if m.low is not None and m.high is not None:
         interval = f" (95 % interval {_bare(in_words(c, m.low), in_words(c, m.high))} to {in_words(c, m.high)}{_BY[c.by]})"
+    if meets(c, m) is None:
+        return f"{c.what}{where}: {in_words(c, m.value)}{interval}, too wide to tell ({c.asked} is asked){rest}."
     asked = f"{c.asked} is asked" if c.judged else f"{c.asked}, not judged"
     return f"{c.what}{where}: {in_words(c, m.value)}{interval}, {asked}{rest}."
 

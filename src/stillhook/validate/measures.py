@@ -97,11 +97,12 @@ _DYNAMICS = {
 }
 _AHC = {
     "e_c_pp_deviation": _m(StepNumber.AHC, "length", "mean deviation of the peak-to-peak control error over all windows"),
+    "e_c_pp_deviation_case": _m(StepNumber.AHC, "length", "the same over the windows of one load case, one a load case"),
     "e_c_pp_deviation_s": _m(StepNumber.AHC, "length", "standard deviation of that deviation"),
     "e_c_pp_below_5cm": _m(StepNumber.AHC, "", "share of windows with a deviation below 5 cm, counted"),
     "e_c_pp_below_6cm": _m(StepNumber.AHC, "", "share of windows with a deviation below 6 cm, counted"),
     "e_c_pp_bias": _m(StepNumber.AHC, "length", "mean of the peak-to-peak control error, simulated less measured"),
-    "e_c_max_difference": _m(StepNumber.AHC, "length", "largest |e_c| simulated less largest |e_c| measured"),
+    "e_c_max_difference": _m(StepNumber.AHC, "length", "largest |e_c| simulated less largest |e_c| measured, one a load case"),
     "e_c_deviation_max": _m(StepNumber.AHC, "length", "largest |e_c simulated - e_c measured| at any one moment"),
     "eta_c_deviation_high": _m(StepNumber.AHC, "", "mean deviation of the compensation efficiency at high tip motion"),
     "e_c_correlation": _m(StepNumber.AHC, "", "correlation of simulated and measured control error"),
