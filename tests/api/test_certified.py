@@ -31,7 +31,7 @@ SHORT = {"duration": "2 s", "warm_up": "0.5 s"}
 @pytest.fixture
 def file(tmp_path: Path) -> Path:
     """A crane file with its certificate, of logs that are not synthetic."""
-    made = certificate_of(staged(write(tmp_path, synthetic=False)), tmp_path)
+    made = certificate_of(staged(write(tmp_path, synthetic=False)))
     (tmp_path / "certificate.json").write_text(made.text(), encoding="utf-8")
     (tmp_path / "crane.toml").write_text(made.crane_toml(), encoding="utf-8")
     return tmp_path / "crane.toml"
@@ -132,7 +132,7 @@ def test_other_code_does_not_hold(crane, monkeypatch):
 
 
 def test_a_validation_that_was_not_passed_certifies_nothing(tmp_path):
-    made = certificate_of(staged(write(tmp_path), e_c_pp_deviation=0.3), tmp_path)
+    made = certificate_of(staged(write(tmp_path), e_c_pp_deviation=0.3))
     (tmp_path / "not-passed.json").write_text(made.text(), encoding="utf-8")
     (tmp_path / "own.toml").write_text('base = "nov-250t"\nname = "nov-250t"\ncertificate = "not-passed.json"\n')
     found = load_crane(tmp_path / "own.toml")
@@ -141,7 +141,7 @@ def test_a_validation_that_was_not_passed_certifies_nothing(tmp_path):
 
 
 def test_a_synthetic_certificate_says_so_in_every_run(tmp_path):
-    made = certificate_of(staged(write(tmp_path)), tmp_path)
+    made = certificate_of(staged(write(tmp_path)))
     (tmp_path / "certificate.json").write_text(made.text(), encoding="utf-8")
     (tmp_path / "crane.toml").write_text(made.crane_toml(), encoding="utf-8")
     found = load_crane(tmp_path / "crane.toml")
@@ -203,7 +203,7 @@ def test_a_crane_with_a_friction_set_from_a_file_needs_no_file_but_its_certifica
     trial.mkdir()
     (trial / "ours.friction.toml").write_text(set_toml(load_friction("crane-1")), encoding="utf-8")
     (trial / "ours.toml").write_text('base = "nov-250t"\n[friction]\nlibrary = "ours.friction.toml"\n')
-    made = certificate_of(staged(write(trial, crane="ours.toml", synthetic=False)), tmp_path)
+    made = certificate_of(staged(write(trial, crane="ours.toml", synthetic=False)))
     alone = tmp_path / "alone"
     alone.mkdir()
     (alone / "certificate.json").write_text(made.text(), encoding="utf-8")

@@ -37,7 +37,7 @@ from stillhook.validate.lines import StepNumber
 from tests.validate.staged_certificate import drawn, staged, write
 figures.FIGURES = {{StepNumber.AHC: drawn}}
 here = Path.cwd()
-for name, content in certificate_files(staged(write(here / "tests", order="21")), here / "tests" / "out").items():
+for name, content in certificate_files(staged(write(here / "tests", order="21"))).items():
     (here / name).write_bytes(content)
 """
 
@@ -49,7 +49,7 @@ def campaign(tmp_path: Path, monkeypatch) -> Path:
 
 
 def test_both_files_are_the_same_to_the_byte_in_another_folder_process_locale_and_time_zone(campaign, tmp_path):
-    here = certificate_files(staged(campaign), campaign.parent / "out")
+    here = certificate_files(staged(campaign))
     other = tmp_path / "elsewhere"
     other.mkdir()
     (other / "matplotlibrc").write_text("lines.linewidth: 9\nfont.size: 20\nsvg.fonttype: none\n")
@@ -64,7 +64,7 @@ def test_both_files_are_the_same_to_the_byte_in_another_folder_process_locale_an
 
 
 def test_a_certificate_reads_back_as_it_was_written(campaign, tmp_path):
-    made = certificate_of(staged(campaign), tmp_path)
+    made = certificate_of(staged(campaign))
     path = tmp_path / "certificate.json"
     path.write_text(made.text(), encoding="utf-8")
     assert load_certificate(path) == made
@@ -72,9 +72,9 @@ def test_a_certificate_reads_back_as_it_was_written(campaign, tmp_path):
 
 
 def test_it_says_what_it_rests_on(campaign, tmp_path):
-    data = certificate_of(staged(campaign), campaign.parent / "out").data
+    data = certificate_of(staged(campaign)).data
     assert data["date"] == "2026-11-21"
-    assert data["campaign"]["file"] == "../campaign.toml"
+    assert data["campaign"]["file"] == "campaign.toml"
     assert [log["file"] for log in data["campaign"]["logs"]] == ["logs/1.csv", "logs/2.csv"]
     assert all(len(log["sha256"]) == 64 for log in (*data["campaign"]["logs"], data["campaign"]))
     assert [d["samples"] for d in data["data"]] == [4000, 4000]
@@ -86,7 +86,7 @@ def test_it_says_what_it_rests_on(campaign, tmp_path):
 
 
 def test_it_covers_what_the_stretches_of_step_5_covered_and_no_more(campaign, tmp_path):
-    envelope = certificate_of(staged(campaign), tmp_path).short.envelope
+    envelope = certificate_of(staged(campaign)).short.envelope
     assert envelope is not None
     assert envelope.load == (82e3, 164e3)
     assert envelope.s_w == pytest.approx((486.0, 2314.4))
@@ -96,13 +96,13 @@ def test_it_covers_what_the_stretches_of_step_5_covered_and_no_more(campaign, tm
 
 
 def test_the_level_is_that_of_table_2_7(campaign, tmp_path):
-    passed, failed = (certificate_of(staged(campaign, **found), tmp_path).short for found in ({}, TOO_MUCH))
+    passed, failed = (certificate_of(staged(campaign, **found)).short for found in ({}, TOO_MUCH))
     assert (passed.level, passed.variant) == (2, 3)
     assert (failed.level, failed.variant) == (1, 1)
 
 
 def test_a_validation_that_was_not_passed_gets_a_document_that_certifies_nothing(campaign, tmp_path):
-    files = certificate_files(staged(campaign, **TOO_MUCH), tmp_path)
+    files = certificate_files(staged(campaign, **TOO_MUCH))
     assert sorted(files) == ["not-passed.json", "not-passed.pdf"]
     data = json.loads(files["not-passed.json"])
     assert data["passed"] is False
@@ -116,22 +116,22 @@ def test_criteria_of_which_none_counts_certify_nothing(campaign, tmp_path):
         '[[criterion]]\nkey = "2b"\nstep = 5\nwhat = "Mean deviation"\nmeasure = "e_c_pp_deviation"\nat_most = "5 cm"\nneeded = false\n'
     )
     campaign.write_text(campaign.read_text().replace("synthetic", 'criteria = "lax.toml"\nsynthetic'))
-    data = certificate_of(staged(campaign, **NOT_SHOWN), tmp_path).data
+    data = certificate_of(staged(campaign, **NOT_SHOWN)).data
     assert data["passed"] is False
     assert data["verdict"] == "NOT PASSED: no criterion of lax version 1 counts on these data, so that nothing was shown."
-    assert certificate_of(staged(campaign), tmp_path).passed
+    assert certificate_of(staged(campaign)).passed
 
 
 def test_a_twin_that_never_compensated_is_validated_for_nothing(campaign, tmp_path):
     text = campaign.read_text().replace('kind = "ahc"', 'kind = "limits"')
     campaign.write_text(text)
-    data = certificate_of(staged(campaign), tmp_path).data
+    data = certificate_of(staged(campaign)).data
     assert data["passed"] is False
     assert data["verdict"].startswith("NOT PASSED: no stretch with heave compensation could be compared")
 
 
 def test_what_the_data_cannot_tell_is_among_the_limitations(campaign, tmp_path):
-    data = certificate_of(staged(campaign, **NOT_SHOWN), tmp_path).data
+    data = certificate_of(staged(campaign, **NOT_SHOWN)).data
     told = {part["heading"]: part["lines"] for part in data["limitations"]}
     assert any(line.startswith("2b (counts as a no)") for line in told["Not shown by these data"])
     assert "Synthetic data" in told
@@ -139,11 +139,11 @@ def test_what_the_data_cannot_tell_is_among_the_limitations(campaign, tmp_path):
 
 def test_only_all_steps_make_a_certificate(campaign, tmp_path):
     with pytest.raises(ValidateError, match="only some of the steps 0 to 5 were taken"):
-        certificate_of(staged(campaign, whole=False), tmp_path)
+        certificate_of(staged(campaign, whole=False))
 
 
 def test_numbers_that_are_none_do_not_stop_it(campaign, tmp_path):
-    data = certificate_of(staged(campaign, e_c_correlation=np.float64("nan")), tmp_path).data
+    data = certificate_of(staged(campaign, e_c_correlation=np.float64("nan"))).data
     measure = next(line["measure"] for line in data["lines"] if line["key"] == "2d-correlation")
     assert measure["value"] is None
 
@@ -158,7 +158,7 @@ def _marked(page: bytes) -> bool:
 def test_every_page_of_a_synthetic_certificate_says_so_and_no_page_of_another(tmp_path, monkeypatch, synthetic):
     monkeypatch.setattr(pictures_of, "FIGURES", {StepNumber.AHC: drawn})
     found = staged(write(tmp_path, synthetic=synthetic))
-    data = certificate_of(found, tmp_path).data
+    data = certificate_of(found).data
     marks = [_marked(page) for page in pages(data, pictures(found), 80.0)]
     assert len(marks) > 5
     assert all(marks) if synthetic else not any(marks)
@@ -167,13 +167,13 @@ def test_every_page_of_a_synthetic_certificate_says_so_and_no_page_of_another(tm
 def test_names_that_typst_could_take_for_markup_stay_as_they_are(campaign, tmp_path):
     text = campaign.read_text()
     campaign.write_text(text.replace('"Sea trial"', '"#1 *sea* $trial$ @ 30° <50 %> [x] Åsgård \\\\ _e_"'))
-    made = certificate_of(staged(campaign), tmp_path)
+    made = certificate_of(staged(campaign))
     assert pdf(made.data, {}).startswith(b"%PDF")
 
 
 def test_letters_that_the_fonts_lack_do_not_stop_it(campaign, tmp_path):
     campaign.write_text(campaign.read_text().replace('"Sea trial"', '"海上試験"'), encoding="utf-8")
-    made = certificate_of(staged(campaign), tmp_path)
+    made = certificate_of(staged(campaign))
     assert pdf(made.data, {}) == pdf(made.data, {})
     assert "海上試験" in made.text()
 
@@ -190,7 +190,7 @@ def test_letters_that_the_fonts_lack_do_not_stop_it(campaign, tmp_path):
 )
 def test_a_damaged_file_is_refused_in_one_line(campaign, tmp_path, change, text):
     path = tmp_path / "not-passed.json"
-    path.write_text(change(certificate_of(staged(campaign, **TOO_MUCH), tmp_path).text()), encoding="utf-8")
+    path.write_text(change(certificate_of(staged(campaign, **TOO_MUCH)).text()), encoding="utf-8")
     with pytest.raises(ValidateError, match=text) as problem:
         load_certificate(path)
     assert "\n" not in str(problem.value)

@@ -32,7 +32,7 @@ def file(found, tmp_path: Path) -> Path:
     campaign = write(tmp_path, crane="ours.toml")
     out = tmp_path / "out"
     out.mkdir()
-    for name, content in certificate_files(staged(campaign), out).items():
+    for name, content in certificate_files(staged(campaign)).items():
         (out / name).write_bytes(content)
     return out / "certificate.json"
 
@@ -73,6 +73,21 @@ def test_it_holds_alone_where_the_campaign_is_named(file, tmp_path):
     assert found.holds
     assert found.same_bytes
     assert found.same_pdf is None
+
+
+def test_it_finds_its_campaign_by_its_hash_in_a_folder_beside_its_own(file, tmp_path):
+    trial, other = tmp_path.parent / f"{tmp_path.name}-trial", tmp_path / "certified"
+    other.mkdir()
+    (tmp_path / "another").mkdir()
+    (tmp_path / "another" / "campaign.toml").write_text("title = 'another'", encoding="utf-8")
+    (other / "certificate.json").write_bytes(file.read_bytes())
+    trial.mkdir()
+    for name in ("campaign.toml", "logs", "ours.toml"):
+        (tmp_path / name).rename(trial / name)
+    trial.rename(tmp_path / "trial")
+    found = checked(other / "certificate.json")
+    assert found.holds
+    assert found.same_bytes
 
 
 @pytest.mark.parametrize("quick", [False, True])
@@ -138,7 +153,7 @@ def test_what_it_rests_on_and_is_not_there_is_named(file, tmp_path, name):
 
 def test_a_validation_that_was_not_passed_holds_nothing(found, tmp_path):
     campaign = write(tmp_path)
-    files = certificate_files(staged(campaign, e_c_pp_deviation=0.31), tmp_path)
+    files = certificate_files(staged(campaign, e_c_pp_deviation=0.31))
     (tmp_path / "not-passed.json").write_bytes(files["not-passed.json"])
     found["e_c_pp_deviation"] = 0.31
     assert checked(tmp_path / "not-passed.json").verdict.startswith("DOES NOT HOLD: the validation was not passed")

@@ -79,7 +79,7 @@ def stage(monkeypatch, tmp_path):
     """Puts a staged validation in place of the steps; returns the path of a campaign file."""
     monkeypatch.setattr(pictures, "FIGURES", {StepNumber.AHC: drawn})
     monkeypatch.setattr("stillhook.validate.campaign.load_campaign", lambda path: staged().campaign)
-    monkeypatch.setattr(report_files, "certificate_files", lambda found, folder, drawn: {"certificate.json": b"{}"})
+    monkeypatch.setattr(report_files, "certificate_files", lambda found, drawn: {"certificate.json": b"{}"})
     asked = {}
 
     def put(found: Validation) -> dict:
@@ -125,7 +125,7 @@ def test_a_person_reads_load_cases_steps_every_criterion_and_one_sentence(stage,
         "[paper F table 2]",
     ):
         assert words in out
-    assert 'PASSED: "nov-250t" as described represents this crane' in out
+    assert 'PASSED: "nov-250t" as described represents the SYNTHETIC crane of these logs' in out
     assert "Deviation by load case" not in out
     assert out.splitlines()[-1] == "report, figures and certificate: --out FOLDER; tables of a step: --steps 4"
 

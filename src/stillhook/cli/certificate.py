@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from stillhook.cli.cranes import Json
-from stillhook.cli.show import print_json, print_table, progress_bar
+from stillhook.cli.running_text import wrapped
+from stillhook.cli.show import print_json, progress_bar
 
 if TYPE_CHECKING:
     from stillhook.validate.certificate import Certificate
@@ -37,8 +38,8 @@ def show(file: File, json: Json = False) -> None:
 def _show(found: Certificate) -> None:
     data, short = found.data, found.short
     mark = "SYNTHETIC " if data["synthetic"] and "SYNTHETIC" not in data["title"] else ""
-    print(f"{mark}{data['title']}")
-    print(data["verdict"])
+    wrapped(f"{mark}{data['title']}")
+    wrapped(data["verdict"])
     criteria, twin = data["criteria"], data["twin"]
     lengths = [d["duration"] for d in data["data"]]
     rows = [
@@ -51,12 +52,12 @@ def _show(found: Certificate) -> None:
     ]
     if short.envelope is not None:
         rows += [(f"validated: {name}", text) for name, text in short.envelope.says().items()]
-    width = max(len(name) for name, _ in rows)
     for name, text in rows:
-        print(f"{name:<{width}}  {text}")
-    cells = [line["cells"] for line in data["lines"]]
-    head = ("", "criterion", "found", "limit", "verdict")
-    print_table(head, [[c["key"], c["what"], c["found"], c["limit"], c["verdict"]] for c in cells], title="Verdict", left=5)
+        wrapped(f"{name}: {text}", "  ")
+    print("\nverdict")
+    for line in data["lines"]:
+        c = line["cells"]
+        wrapped(f"{c['verdict']:<10}{c['key']}  {c['what']}: {c['found']}, {c['limit']}", " " * 10)
 
 
 @app.command("check")
@@ -88,10 +89,12 @@ def check(
 def _say(found: Check) -> None:
     from stillhook.units import number
 
-    print(found.verdict)
+    wrapped(found.verdict)
+    if found.certificate.data["synthetic"]:
+        wrapped("SYNTHETIC: a certificate of simulated logs, of no real crane")
     for title, lines in (("changed", found.changed), ("missing", found.missing), ("verdict line", found.lines)):
         for line in lines:
-            print(f"{title}: {line}")
+            wrapped(f"{title}: {line}", "  ")
     if not found.computed:
         return
     if found.same_bytes:

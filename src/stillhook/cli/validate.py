@@ -2,26 +2,18 @@
 
 from __future__ import annotations
 
-import re
-import shutil
-import sys
-import textwrap
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from stillhook.cli.cranes import Json
+from stillhook.cli.running_text import wrapped
 from stillhook.cli.show import print_json, print_table, progress_bar
 
 if TYPE_CHECKING:
     from stillhook.validate.lines import Step, StepNumber
     from stillhook.validate.validation import Validation
-
-NARROW, WIDE = 60, 120
-"""Columns of running text: not fewer, not more."""
-GLUE = "\u00a0"
-"""Stands for a space at which no line is folded."""
 
 
 def register(app: typer.Typer) -> None:
@@ -98,14 +90,14 @@ def _print(found: Validation, *, tables: bool) -> None:
         _print_step(found, step, tables=tables)
     _print_verdict(found)
     print()
-    _wrapped(sentence(found))
+    wrapped(sentence(found))
 
 
 def _print_step(found: Validation, step: Step, *, tables: bool) -> None:
     from stillhook.validate.report_texts import columns_of_words, step_verdict
 
     print()
-    _wrapped(f"step {int(step.number)}, {step.title}: {step_verdict(found, step)}")
+    wrapped(f"step {int(step.number)}, {step.title}: {step_verdict(found, step)}")
     for text in step.statements:
         _item(text)
     for table in step.tables if tables else ():
@@ -121,12 +113,12 @@ def _print_verdict(found: Validation) -> None:
         if lines:
             print(f"\nverdict, step {int(step.number)}: {step.title}")
         for line in lines:
-            _wrapped(f"{verdict_word(line):<10}{line.key}  {line.said} [{line.source}]", " " * 10)
+            wrapped(f"{verdict_word(line):<10}{line.key}  {line.said} [{line.source}]", " " * 10)
     there = {line.verdict for line in found.lines}
     print()
     for verdict, text in MEANING.items():
         if verdict in there:
-            _wrapped(f"{verdict.value}: {text}")
+            wrapped(f"{verdict.value}: {text}")
     _print_no(found)
 
 
@@ -141,21 +133,11 @@ def _print_no(found: Validation) -> None:
         key, what, figure, between, limit, *_ = line_cells(found, line)
         found_is = f"{figure} ({between})" if between else figure
         asked = f"{limit} is asked" if line.measure is None or line.measure.value is not None else line.measure.note
-        _wrapped(f"{verdict_word(line):<10}{key}  {what}: {found_is}, {asked}", " " * 10)
+        wrapped(f"{verdict_word(line):<10}{key}  {what}: {found_is}, {asked}", " " * 10)
 
 
 def _item(text: str) -> None:
-    _wrapped(f"- {text}", "  ")
-
-
-def _wrapped(text: str, indent: str = "") -> None:
-    """Running text, folded to the terminal, no unit parted from its number; in a file or a pipe every line stays one."""
-    if sys.stdout.isatty():
-        width = min(max(shutil.get_terminal_size().columns - 1, NARROW), WIDE)
-        whole = re.sub(r"(?<=[0-9]) (?=[^0-9\s]{1,3}(?:[^\w]|$)|[LNkm][ /a-z])", GLUE, text)
-        whole = textwrap.fill(whole, width, subsequent_indent=indent, break_long_words=False, break_on_hyphens=False)
-        text = whole.replace(GLUE, " ")
-    print(text)
+    wrapped(f"- {text}", "  ")
 
 
 def _print_written(out: Path, written: tuple[str, ...]) -> None:
@@ -163,12 +145,12 @@ def _print_written(out: Path, written: tuple[str, ...]) -> None:
 
     pictures = [name for name in written if name.endswith(".png")]
     rest = [name for name in written if name not in pictures and name != REPORT]
-    _wrapped(f"written to {out}: {REPORT} (read this), {', '.join(rest)}, {len(pictures)} figures")
+    wrapped(f"written to {out}: {REPORT} (read this), {', '.join(rest)}, {len(pictures)} figures")
 
 
 def _print_missing(found: Validation, out: Path | None, criteria: str | None) -> None:
     """What there is not, and how to get it."""
     if out is None and found.whole:
-        _wrapped("report, figures and certificate: --out FOLDER; tables of a step: --steps 4")
+        wrapped("report, figures and certificate: --out FOLDER; tables of a step: --steps 4")
     elif criteria is not None and found.whole:
-        _wrapped("no certificate with --criteria: name the criteria in the campaign file, so that it can be checked later")
+        wrapped("no certificate with --criteria: name the criteria in the campaign file, so that it can be checked later")

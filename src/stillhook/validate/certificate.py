@@ -58,9 +58,9 @@ class Certificate:
         return certified_crane_toml(crane_from_toml(self.data["crane"]["toml"], CRANE), self.name)
 
 
-def certificate_of(validation: Validation, folder: str | Path) -> Certificate:
-    """The certificate of a validation that is to lie in this folder. Errors: ValidateError where not all steps were taken."""
-    data = json.loads(canonical(content_of(validation, Path(folder))))  # as a reader of the file will have it
+def certificate_of(validation: Validation) -> Certificate:
+    """The certificate of a validation. Errors: ValidateError where not all steps were taken."""
+    data = json.loads(canonical(content_of(validation)))  # as a reader of the file will have it
     return Certificate({**data, "digest": digest_of(data)})
 
 
@@ -69,8 +69,8 @@ def load_certificate(path: str | Path) -> Certificate:
     return Certificate(read_certificate(Path(path)))
 
 
-def certificate_files(validation: Validation, folder: str | Path, drawn: Mapping[str, bytes] | None = None) -> dict[str, bytes]:
-    """Name and content of the files of a certificate that are to lie in this folder: JSON, PDF, and where it passed the crane's file.
+def certificate_files(validation: Validation, drawn: Mapping[str, bytes] | None = None) -> dict[str, bytes]:
+    """Name and content of the files of a certificate: JSON, PDF, and where it passed the crane's file.
 
     drawn: the pictures of the validation (`stillhook.validate.figures.pictures`), where they are there already.
     A validation that was not passed gives a document that says so, and no crane. Errors: ValidateError where not all steps were taken.
@@ -78,6 +78,6 @@ def certificate_files(validation: Validation, folder: str | Path, drawn: Mapping
     from stillhook.validate.certificate_pdf import pdf
     from stillhook.validate.figures import pictures  # heavy
 
-    made, figures = certificate_of(validation, folder), pictures(validation) if drawn is None else drawn
+    made, figures = certificate_of(validation), pictures(validation) if drawn is None else drawn
     files = {made.name: made.text().encode(), Path(made.name).with_suffix(".pdf").name: pdf(made.data, figures)}
     return files | ({CRANE: made.crane_toml().encode()} if made.passed else {})

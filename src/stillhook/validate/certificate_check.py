@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import glob
 import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
@@ -77,10 +78,10 @@ def check(
 ) -> Check:  # fmt: skip
     """Whether the certificate in this file still holds.
 
-    Parameters: path and content of the file; campaign in place of the one that it names beside it; quick: hashes alone.
+    Parameters: path and content of the file; campaign: its file, where it is none of `_near`; quick: hashes alone.
     """
     data = certificate.data
-    file = Path(campaign) if campaign is not None else Path(path).parent / data["campaign"]["file"]
+    file = Path(campaign) if campaign is not None else _near(Path(path), data)
     code = tuple(_code(data["twin"]))
     if not file.is_file():
         hint = "Give it with --campaign." if campaign is None else "Check the path."
@@ -94,7 +95,7 @@ def check(
         found = validate(todo, progress=progress)
     except StillhookError as problem:
         return Check(certificate, changed, missing or (str(problem),))
-    again = certificate_of(found, Path(path).parent)
+    again = certificate_of(found)
     if campaign is not None:
         again = _named(again, data["campaign"]["file"])
     largest, where = max(_differences(data, again.data), default=(0.0, ""))
@@ -105,8 +106,17 @@ def check(
     )
 
 
+def _near(path: Path, data: Mapping[str, Any]) -> Path:
+    """The campaign file of a certificate: beside it, a folder above, or in a folder beside; the one of that hash, else the first."""
+    folder, name = path.resolve().parent, str(data["campaign"]["file"])
+    around = sorted(folder.parent.glob(f"*/{glob.escape(name)}"))
+    there = [p for p in (folder / name, folder.parent / name, *around) if p.is_file()]
+    same = (p for p in there if sha256_of(p) == data["campaign"]["sha256"])
+    return next(same, there[0] if there else folder / name)
+
+
 def _named(certificate: Certificate, file: str) -> Certificate:
-    """The certificate as if its campaign lay where the one that is checked says."""
+    """The certificate as if its campaign file had the name that the one that is checked says."""
     data = {**certificate.data, "campaign": {**certificate.data["campaign"], "file": file}}
     return Certificate({**data, "digest": digest_of(data)})
 
@@ -198,5 +208,3 @@ def _differences(a: Any, b: Any, where: str = "") -> Iterator[tuple[float, str]]
             yield from _differences(x, y, f"{where}[{i}]")
     elif isinstance(a, float | int) and isinstance(b, float | int) and a != b:
         yield abs(a - b) / max(abs(a), abs(b)), where
-
-

@@ -38,8 +38,8 @@ CELLS = ("key", "what", "found", "interval", "limit", "verdict", "data", "source
 """What people read of a verdict line; see `stillhook.validate.report_texts.LINE_HEAD`."""
 
 
-def content_of(validation: Validation, folder: Path) -> dict[str, Any]:
-    """What a validation certifies, or fails to; folder: where the certificate will lie, from which it names its campaign.
+def content_of(validation: Validation) -> dict[str, Any]:
+    """What a validation certifies, or fails to: nothing in it hangs on the folder of campaign or certificate.
 
     Errors: ValidateError where not all steps were taken.
     """
@@ -58,7 +58,7 @@ def content_of(validation: Validation, folder: Path) -> dict[str, Any]:
         "verdict": verdict,
         "crane": crane_part(campaign.crane),
         "twin": {"level": level.level, "variant": level.variant, "statement": level.statement, **versions()},
-        "campaign": campaign_part(campaign, seen_from(campaign.file, folder)),
+        "campaign": campaign_part(campaign),
         "criteria": plain(campaign.criteria.to_dict()),
         "lines": [_line(validation, line) for line in validation.lines],
         "steps": [_step(validation, step) for step in validation.steps],
@@ -75,13 +75,14 @@ def crane_part(crane: Crane) -> dict[str, Any]:
     return {"name": crane.name, "title": crane.title, "content": content(bare), "toml": crane_toml(bare)}
 
 
-def campaign_part(campaign: Campaign, file: str) -> dict[str, Any]:
-    """The campaign file, and the logs that it names, each with its hash; file: its name as the certificate has it."""
+def campaign_part(campaign: Campaign) -> dict[str, Any]:
+    """The campaign file by its name, and the logs that it names, each with its hash."""
     tests = [
         {"test": t.name, "kind": t.kind.value, "file": seen_from(t.log, campaign.file.parent), "sha256": sha256_of(t.log)}
         for t in campaign.tests
     ]
-    return {"file": file, "sha256": sha256_of(campaign.file), "delay": campaign.delay, "remarks": list(campaign.remarks), "logs": tests}
+    name, digest = campaign.file.name, sha256_of(campaign.file)
+    return {"file": name, "sha256": digest, "delay": campaign.delay, "remarks": list(campaign.remarks), "logs": tests}
 
 
 def versions() -> dict[str, Any]:

@@ -48,7 +48,7 @@ ALWAYS = (
 def verdict_of(validation: Validation, envelope: Mapping[str, Any] | None) -> tuple[bool, str]:
     """Whether anything is certified, and the verdict in a sentence. Criteria that nothing counts in, or that do without heave compensation,
     certify nothing, even where all of them are met."""
-    if validation.passed and not any(line.judged for line in validation.lines):
+    if not any(line.judged for line in validation.lines):
         return False, f"NOT PASSED: no criterion of {validation.campaign.criteria.label} counts on these data, so that nothing was shown."
     if validation.passed and envelope is None:
         return False, "NOT PASSED: no stretch with heave compensation could be compared, so that the twin is validated for nothing."

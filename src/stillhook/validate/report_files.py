@@ -51,7 +51,7 @@ def save_validation(validation: Validation, folder: str | Path, *, certificate: 
         content = {f"{stem}.png": data for stem, data in drawn.items()}
         content[REPORT] = report(validation, drawn).encode()
         if certificate and validation.whole:
-            content |= certificate_files(validation, out, drawn)
+            content |= certificate_files(validation, drawn)
         tuned = _tuned(validation)
         if tuned is not None:
             content[TUNED] = tuned.encode()

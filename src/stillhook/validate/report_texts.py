@@ -59,7 +59,8 @@ def sentence(validation: Validation) -> str:
     if not judged:
         return f"NOT JUDGED: {criteria} has no criterion that counts here.{part}"
     if validation.passed:
-        what = f'"{campaign.crane.name}" as described represents this crane, inside what was tested' if validation.whole else "no objection"
+        this = f"the {MARK} crane of these logs" if campaign.synthetic else "this crane"
+        what = f'"{campaign.crane.name}" as described represents {this}, inside what was tested' if validation.whole else "no objection"
         return f"PASSED: {what}: {_count(len(judged), 'criterion', 'criteria')} of {criteria} met.{part}"
     no = [line for line in judged if line.no]
     found = [f"{n} {v.value} ({_keys(line for line in no if line.verdict is v)})" for v, n in Counter(x.verdict for x in no).items()]
