@@ -173,6 +173,8 @@ def _friction_says(found: Implied, mine: list[Friction], scale: Estimate) -> str
     each = [1.0 + f.scale.value for f in mine]
     text = f"{number(1.0 + scale.value, 3)} times the twin's"
     text += f", {number(min(each), 3)} to {number(max(each), 3)} by test" if len(each) > 1 else ""
+    others = [f"{number(1.0 + f.scale.value, 3)} in {f.test}" for f in found.frictions if f not in mine]
+    text += f"; not judged, for it is no heave compensation: {', '.join(others)}" if others else ""
     part = {p.test: p for p in found.parts}
     standing = max(mine, key=lambda f: abs(f.standing_force) / max(part[f.test].weight, 1.0))
     if abs(standing.standing_force) > STANDS * max(part[standing.test].weight, 1.0):

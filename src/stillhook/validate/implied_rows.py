@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 from stillhook.units import KINDS, in_display, number
-from stillhook.validate.campaign import Campaign
+from stillhook.validate.campaign import Campaign, Kind
 from stillhook.validate.implied import Implied
 from stillhook.validate.implied_measures import by_name, in_ms
 from stillhook.validate.implied_regression import Estimate
@@ -69,9 +69,12 @@ def _hysteresis(found: Implied) -> float:
 
 def _forces(found: Implied) -> list[Row]:
     rows = [_row("load cell", c.weight, c.force, "force", c.error.value, c.test) for c in found.cells]
+    kinds = {p.test: p.kind for p in found.parts}
+    judged = any(kinds[f.test] is Kind.AHC for f in found.frictions)
     for f in found.frictions:
+        aside = ", not judged" if judged and kinds[f.test] is not Kind.AHC else ""
         scaled = Estimate(f.mean * (1.0 + f.scale.value), f.mean * f.scale.half)
-        rows.append(_row("friction at the motors", f.mean, scaled, "torque", f.scale.value, f.test))
+        rows.append(_row(f"friction at the motors{aside}", f.mean, scaled, "torque", f.scale.value, f.test))
     return rows
 
 

@@ -71,8 +71,8 @@ def _line(c: Criterion, found: list[Measure]) -> Line:
         verdict = Verdict.TOLD
     else:
         verdict = Verdict.PASS if met else Verdict.FAIL
-    why = "" if c.needed else ", which is not needed"
-    nothing = f"{c.what}: step {int(c.step)} found nothing to judge{why} ({c.asked} is asked)."
+    why = "" if c.needed else ", and it need not"
+    nothing = f"{c.what}: nothing of the kind is in these data{why} ({c.asked} is asked)."
     said = _said(c, worst, len(telling)) if worst is not None else nothing
     return Line(c.key, c.step, c.what, verdict, worst, c.asked, counts, c.source, said)
 

@@ -27,10 +27,11 @@ SHADE = "#f0e0c0"
 
 
 def figures(step: Step, campaign: Campaign, records: tuple[Record, ...]) -> dict[str, Figure]:
-    """Pictures of step 3 by name; none where no pump comes near its end."""
+    """Pictures of step 3 by name; where no pump comes to its end, one part that comes near it."""
     if not isinstance(step, LimitsStep) or not step.parts:
         return {}
-    shown = sorted(step.parts, key=lambda p: -int(p.saturated.sum()))[:MOST]
+    most = sorted(step.parts, key=lambda p: -int(p.saturated.sum()))
+    shown = [p for p in most if p.saturated.any() or (p.twin_saturated is not None and p.twin_saturated.any())][:MOST] or most[:1]
     out = {f"at-limits-{i + 1}": _over_time(p, campaign) for i, p in enumerate(shown)}
     if step.plateaus:
         out["limit-speeds"] = _speeds(step.plateaus, campaign)
