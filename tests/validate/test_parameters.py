@@ -11,6 +11,7 @@ import pytest
 from tests.validate.ahc_logs import TWIN, campaign
 from tests.validate.parameter_logs import checked, records
 
+from stillhook.engine.pack import drum_record
 from stillhook.library import changed
 from stillhook.scenario import Mode
 from stillhook.validate.campaign import Kind
@@ -193,6 +194,12 @@ def test_a_wrong_unit_of_the_load_cell_is_named_by_its_factor(factor, words):
 def test_a_load_cell_that_is_tared_of_its_hook_is_said():
     step = checked(records(spoil=lambda log: {**log, "F_w": log["F_w"] - 3e3 * 9.80665}))
     assert all("it is tared: the hook's 3 t are missing" in m.note for m in step.found("load_cell_error"))
+
+
+def test_a_load_cell_that_feels_the_wire_is_said_and_what_load_to_state():
+    per_metre = drum_record(TWIN).m_wire * 9.80665 * (1.0 - 1025.0 / 7850.0)  # in water
+    step = checked(records(spoil=lambda log: {**log, "F_w": log["F_w"] + per_metre * log["s_w"]}))
+    assert all("it feels the wire paid out as well" in m.note for m in step.found("load_cell_error"))
 
 
 def test_swapped_pressure_lines_are_named_by_friction_that_drives():

@@ -40,9 +40,9 @@ class Kind(StrEnum):
 
 @dataclass(frozen=True)
 class CraneTest:
-    """One test. load: payload on the hook without the hook [kg], None: from the load cell; s_w: wire out at the start [m], None: from the
-    log; mode: of the PLC, None: from the log; start, end: the part of the log that counts [s]; water: a submerged payload; modes: what
-    the numbers of the log's mode mean, by number."""
+    """One test. load: what the winch carries without the hook [kg], payload and wire out, for the twin's wire weighs nothing; None: from
+    the load cell; s_w: wire out at the start [m], None: from the log; mode: of the PLC, None: from the log; start, end: the part of the log
+    that counts [s]; water: a submerged payload; modes: what the numbers of the log's mode mean, by number."""
 
     name: str
     log: Path
@@ -99,7 +99,7 @@ def load_campaign(path: str | Path) -> Campaign:
         name = "1"
         log = "logs/1.csv"             # seen from this file
         kind = "ahc"                   # ahc, limits or dynamics
-        load = "82 t"                  # payload on the hook, without the hook
+        load = "82 t"                  # what the winch carries without the hook: payload, and weight of the wire out (winch load)
         s_w = "487 m"                  # wire out at the start, where the log has no s_w
         mode = "ssc"                   # where the log has no mode
         start = "0 s"                  # the part of the log that counts

@@ -23,6 +23,10 @@ UNITS = {
     "N": 1.0, "daN": 10.0, "kgf": G, "lbf": 4.4482216, "kN": 1e3, "kip": 4448.2216, "short tons": 8896.443, "t": 1e3 * G, "MN": 1e6,
 }  # fmt: skip
 """Units in which load cells are logged [N]."""
+AS_WIRE = (0.7, 1.2)
+"""Too much force over the weight of the wire paid out that is taken for it [-]: less in water, and loads are known to some per cent."""
+MUCH_WIRE = 0.03
+"""Weight of the wire paid out over that of hook and payload from which it is looked for [-]."""
 
 
 @dataclass(frozen=True)
@@ -55,16 +59,34 @@ def cells(parts: Sequence[Part]) -> tuple[Cell, ...]:
 
 
 def cell_says(found: Sequence[Cell], parts: Sequence[Part]) -> str:
-    """What the errors of the load cell point at, in one line; empty where no unit nor the hook would explain them."""
+    """What the errors of the load cell point at, in one line; empty where neither wire, unit nor hook would explain them."""
     heavy = [c for c in found if not c.light]
     if not heavy:
         return ""
     gain = math.exp(float(np.mean([math.log(max(abs(1.0 + c.error.value), 1e-9)) for c in heavy])))
     if all(c.error.value < -1.0 for c in heavy):
         return "it counts the load negative: set sign = -1 in its row of the mapping"
+    wire = _wire(heavy, parts)
+    if wire:
+        return wire
     if abs(gain - 1.0) > CLOSE:
         return _unit(gain, parts) or f"its gain is {number(gain, 3)}: check scale, unit and parts of line"
     return _tare(heavy, parts[0])
+
+
+def _wire(heavy: Sequence[Cell], parts: Sequence[Part]) -> str:
+    """Whether the cell feels the wire paid out as well: more force than stated in every test, by about the weight of its wire."""
+    out, m_wire = {p.test: p.segment.s_w for p in parts}, parts[0].params.hoist.drum.m_wire
+    weight = np.array([m_wire * out[c.test] * G for c in heavy])
+    more = np.array([c.force.value - c.weight for c in heavy])
+    if not (weight > MUCH_WIRE * np.array([c.weight for c in heavy])).any():
+        return ""
+    if ((more < AS_WIRE[0] * weight) | (more > AS_WIRE[1] * weight)).any():
+        return ""
+    return (
+        f"it feels the wire paid out as well, {show(float(weight.max()) / G, 'mass', 3)} at most: give as load what the winch carries "
+        "without the hook, the wire's weight with it"
+    )
 
 
 def _unit(gain: float, parts: Sequence[Part]) -> str:
