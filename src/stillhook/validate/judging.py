@@ -71,7 +71,7 @@ def _line(c: Criterion, found: list[Measure]) -> Line:
         verdict = Verdict.TOLD
     else:
         verdict = Verdict.PASS if met else Verdict.FAIL
-    why = "" if c.needed else ", and it need not"
+    why = "" if c.needed else ", and need not be"
     nothing = f"{c.what}: nothing of the kind is in these data{why} ({c.asked} is asked)."
     said = _said(c, worst, len(telling)) if worst is not None else nothing
     return Line(c.key, c.step, c.what, verdict, worst, c.asked, counts, c.source, said)
