@@ -103,7 +103,7 @@ def false_rows(found: list[dict[str, Any]]) -> Iterator[tuple[str, ...]]:
 
 def numbers(found: list[dict[str, Any]], key: str) -> np.ndarray:
     """Values of a line over campaigns."""
-    return np.array([one["figures"][key][1] for one in found if "figures" in one and len(one["figures"][key]) > 1], dtype=float)
+    return np.array([one["figures"][key][0] for one in found if key in one.get("figures", {})], dtype=float)
 
 
 def range_of(x: np.ndarray, theirs: float) -> tuple[str, str]:

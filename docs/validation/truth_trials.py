@@ -30,6 +30,8 @@ APART = range(200, 220)
 DEFECT_SEEDS = range(3)
 DIGITS = 4
 WORKERS = 2
+FIGURES = ("2b", "2b-s")
+"""Lines whose value and interval are kept."""
 
 
 class Trial(NamedTuple):
@@ -64,16 +66,14 @@ def outcome(trial: Trial) -> dict[str, Any]:
         try:
             found = validate(written.campaign)
             told = list(dict.fromkeys(t for step in found.steps for t in step.statements)) + found_on_the_way(found)
-            return {"truth": known, **_found(found), **({"statements": told} if defect else {})}
+            return {"truth": known, **_found(found), **({"statements": told} if defect and found.passed else {})}
         except StillhookError as refused:
             return {"truth": known, "refused": str(refused).replace(folder, "")}
 
 
 def _found(found: Validation) -> dict[str, Any]:
-    figures = {}
-    for line in found.lines:
-        m = line.measure
-        figures[line.key] = [line.verdict.value, *(_short(x) for x in (m.value, m.low, m.high))] if m is not None else [line.verdict.value]
+    measures = {line.key: line.measure for line in found.lines if line.key in FIGURES}
+    figures = {key: [_short(x) for x in (m.value, m.low, m.high)] for key, m in measures.items() if m is not None}
     tuned = found.step(StepNumber.DYNAMICS).data.get("tuned", {})
     short = {name: [_short(x) for x in (t["factor"], t["low"], t["high"])] for name, t in tuned.items()}
     no = {line.key: line.said for line in found.lines if line.no}

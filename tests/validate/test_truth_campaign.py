@@ -228,12 +228,12 @@ def test_a_sea_has_the_height_that_was_asked_for_and_never_comes_round():
 
 def test_truths_of_many_seeds_scatter_evenly_around_the_twin():
     truths = [setting(s).truth for s in range(200)]
-    for name, half in (("capacitance", 0.03), ("leakage", 0.05), ("inertia", 0.03)):
+    for name, half in (("capacitance", 0.03), ("leakage", 0.05), ("inertia", 0.03), ("friction", 0.08)):
         x = np.array([getattr(t, name) for t in truths])
         assert x.mean() == pytest.approx(1.0, abs=0.01)
         assert abs(x - 1.0).max() <= half
         assert x.std() > 0.4 * half
-    assert {getattr(t, n) for t in truths for n in ("friction", "gear", "K_1", "pump_limit")} == {1.0}
+    assert {getattr(t, n) for t in truths for n in ("gear", "K_1", "pump_limit")} == {1.0}
 
 
 def test_a_truth_apart_lies_ten_to_thirty_per_cent_off_and_else_where_it_was():

@@ -159,9 +159,10 @@ def test_the_shaft_accelerates_by_the_inertia_that_the_truth_names():
 
 
 @pytest.mark.parametrize("seed", range(6))
-def test_friction_has_the_mean_of_the_twin_and_another_shape(seed):
-    law = true_friction(CRANE, setting(seed).truth)
-    assert law.mean_truth == pytest.approx(law.mean_twin, rel=1e-9)
+def test_friction_is_its_scale_times_the_twins_on_the_mean_and_has_another_shape(seed):
+    truth = setting(seed).truth
+    law = true_friction(CRANE, truth)
+    assert law.mean_truth == pytest.approx(truth.friction * law.mean_twin, rel=1e-9)
     assert 0.03 < law.difference < 0.13
     assert all(x >= 0.0 for name, x in law.friction._asdict().items() if name != "uneven")
 

@@ -19,6 +19,8 @@ EVEN = {
     "pump_omega": 0.05, "pump_zeta": 0.06, "pump_speed": 0.003, "passive": 0.005, "cell_gain": 0.004,
 }  # fmt: skip
 """Half width of the even distribution around 1 of factors over the twin's numbers (assumed: see `Truth`)."""
+FRICTION = 0.08
+"""The same of the mean friction (assumed: oil, wear and sheaves of one crane against those of the crane that friction is from)."""
 RANGES = {
     "motor_hysteresis": (0.004, 0.015), "pump_late": (2e-3, 8e-3), "slip": (0.006, 0.012), "line_split": (0.35, 0.6),
     "line_omega": (120.0, 260.0), "line_drop": (0.8e5, 2.0e5), "tau_cell": (0.05, 0.15), "wire_zeta": (0.3, 0.6), "bristle": (0.5, 1.5),
@@ -64,6 +66,7 @@ def setting(seed: int, *, apart: bool = False) -> Setting:
     calibration = {name: Calibration(1.0 + half * float(rng.uniform(-1.0, 1.0))) for name, half in GAINS.items()}
     clock = Clock(drift=2e-5 * float(rng.uniform(-1.0, 1.0)), jitter=1e-3 * float(rng.uniform(0.5, 2.0)))
     delay = STATED_DELAY + 5e-3 * float(rng.uniform(-1.0, 1.0))
+    truth = replace(truth, friction=1.0 + FRICTION * float(rng.uniform(-1.0, 1.0)))
     if apart:
         truth = replace(truth, **{n: _apart(rng) for n in ("capacitance", "leakage", "inertia")})
     return Setting(truth, delay, clock, calibration)
