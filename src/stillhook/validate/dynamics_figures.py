@@ -12,7 +12,7 @@ from stillhook.validate.campaign import MARK, Campaign
 from stillhook.validate.dynamics import DynamicsStep
 from stillhook.validate.dynamics_runs import SIGNALS, Stretch
 from stillhook.validate.dynamics_tables import LETTERS
-from stillhook.validate.dynamics_unknowns import TUNED, UNKNOWNS
+from stillhook.validate.dynamics_unknowns import PLACE, TUNED, UNKNOWNS
 from stillhook.validate.lines import Step
 from stillhook.validate.record import FloatArray, Record
 from stillhook.validate.transients import Transient
@@ -137,7 +137,7 @@ def _tuned(step: DynamicsStep, campaign: Campaign) -> Figure:
         else:
             ax.annotate("cannot be told", (1.0, y), (8, 0), textcoords="offset points", va="center", fontsize="small", color=GREY)
     for u in (u for u in UNKNOWNS if u.name not in TUNED):
-        i = step.tuning.place(u.name)
+        i = PLACE[u.name]
         x, s = float(step.tuning.fit.theta[i]), 1.96 * float(step.tuning.fit.covariance[i, i]) ** 0.5
         ax.errorbar(
             np.exp(x), -len(rows), xerr=[[np.exp(x) - np.exp(x - s)], [np.exp(x + s) - np.exp(x)]], fmt="s", ms=4, color=GREY, capsize=3

@@ -7,10 +7,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from stillhook.crane import Crane
-from stillhook.validate.dynamics_fit import MOST, Tuning
+from stillhook.validate.dynamics_fit import Tuning
 from stillhook.validate.dynamics_runs import Stretch
 from stillhook.validate.dynamics_swings import Compared, Errors
-from stillhook.validate.dynamics_unknowns import C_H, C_LEAK, INERTIA
+from stillhook.validate.dynamics_unknowns import C_H, C_LEAK, INERTIA, MOST, PLACE
 from stillhook.validate.lines import Measure
 from stillhook.validate.transients import Transient
 
@@ -40,7 +40,7 @@ def found_of(tuning: Tuning, name: str, crane: Crane) -> Found:
     """The tuned number of this name, by Student's t with as many degrees of freedom as there are turns less one."""
     from scipy.stats import t as student
 
-    i, fit = tuning.place(name), tuning.fit
+    i, fit = PLACE[name], tuning.fit
     x = float(fit.theta[i])
     spread = math.hypot(math.sqrt(float(fit.covariance[i, i])), UNSEEN[name])
     half = float(student.ppf(LEVEL, fit.clusters - 1)) * spread if fit.clusters > 1 else math.inf

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -54,6 +54,12 @@ class Stretch:
     counted: NDArray[np.bool_]
     case: Scenario
 
+    @property
+    def u_m(self) -> FloatArray:
+        """Commands of the motors' displacement, one a PLC cycle."""
+        assert self.case.commands is not None
+        return self.case.commands.u_m
+
     def holds(self, turn: Transient) -> bool:
         """Whether a turn lies in this stretch as a whole."""
         inside = self.first <= turn.first and turn.last <= self.first + len(self.t)
@@ -68,10 +74,16 @@ def stretch_of(crane: Crane, record: Record, segment: Segment, first: int, last:
     s_w = filled(record.signals["s_w"][part])[0] if record.has("s_w") else segment.s_w
     at_rest = float(np.max(np.abs(u_p[: max(1, round(JOIN / record.step))]))) < MOVES
     case = Scenario(
-        name=record.test.name, load=f"{segment.load!r} kg", s_w=f"{max(float(s_w), 0.0)!r} m", mode=Mode.MANUAL, ramp="0 s",
-        warm_up="0 s", tip=_tip(record, part, t), commands=Commands(t, np.clip(u_p, -1.0, 1.0), np.clip(u_m, 0.0, 1.0)),
+        name=record.test.name, load=f"{segment.load!r} kg", s_w=f"{max(float(s_w), 0.0)!r} m", mode=Mode.MANUAL, ramp="0 s", warm_up="0 s",
+        tip=_tip(record, part, t), commands=_commands(crane, t, u_p, u_m),
     )  # fmt: skip
     return Stretch(record, segment, t, first, _measured(crane, record, part), t >= (0.0 if at_rest else SETTLE), case)
+
+
+def _commands(crane: Crane, t: FloatArray, u_p: FloatArray, u_m: FloatArray) -> Commands:
+    """The commands of every PLC cycle; those between the samples of a slower log lie on the line between them."""
+    cycles = np.arange(round(t[-1] / crane.control.t_cycle) + 1) * crane.control.t_cycle
+    return Commands(cycles, np.clip(np.interp(cycles, t, u_p), -1.0, 1.0), np.clip(np.interp(cycles, t, u_m), 0.0, 1.0))
 
 
 def motor_command(record: Record) -> str:
@@ -119,16 +131,25 @@ def steps_per_cycle(crane: Crane, stretch: Stretch) -> int:
     raise AssertionError
 
 
-def repeated(cranes: Sequence[Crane], stretches: Sequence[Stretch], n_sub: int) -> list[FloatArray]:
-    """The twin on every stretch for every crane, side by side: one array (cranes, n, SIGNALS) a stretch, on the stretch's samples; a run
-    that loses its numbers holds NaN from there on. n_sub: steps per PLC cycle."""
-    pairs = [(c, s.case) for s in stretches for c in cranes]
+def delayed(stretch: Stretch, by: float) -> Stretch:
+    """A stretch whose commands come later [s]; a part of a cycle is shared between two cycles, as the pumps' control would feel it."""
+    given = stretch.case.commands
+    if by == 0.0 or given is None:
+        return stretch
+    late = Commands(given.times, np.interp(given.times - by, given.times, given.u_p), given.u_m)
+    return replace(stretch, case=stretch.case.model_copy(update={"commands": late}))
+
+
+def repeated(cranes: Sequence[Crane], stretches: Sequence[Sequence[Stretch]], n_sub: int) -> list[FloatArray]:
+    """The twin for every crane, side by side: one array (cranes, n, SIGNALS) a stretch, on the stretch's samples; a run that loses its
+    numbers holds NaN from there on. stretches: for each the form that each crane runs; n_sub: steps per PLC cycle."""
+    pairs = [(c, s.case) for own in stretches for c, s in zip(cranes, own, strict=True)]
     results = run_cases([c for c, _ in pairs], [s for _, s in pairs], n_sub=n_sub, lanes=VL, every=1, threads=1)
     columns = [Signals._fields.index(name) for name in SIGNALS]
     out = []
-    for i, stretch in enumerate(stretches):
+    for i, own in enumerate(stretches):
         rows = results[i * len(cranes) : (i + 1) * len(cranes)]
-        out.append(np.stack([_on_samples(r.series, r.dt, columns, stretch.t) for r in rows]))
+        out.append(np.stack([_on_samples(r.series, r.dt, columns, own[0].t) for r in rows]))
     return out
 
 

@@ -5,15 +5,17 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 
+import numpy as np
+
 from stillhook.crane import Crane
 from stillhook.engine.pack import active_record
 from stillhook.physics.motor import motor_leakage
 from stillhook.physics.pump import pump_leakage
 from stillhook.units import show
-from stillhook.validate.dynamics_fit import LATE, OFFSETS, Tuning
+from stillhook.validate.dynamics_fit import Tuning
 from stillhook.validate.dynamics_found import Found
 from stillhook.validate.dynamics_swings import Compared, Errors
-from stillhook.validate.dynamics_unknowns import C_H, C_LEAK, INERTIA, TUNED, UNKNOWNS
+from stillhook.validate.dynamics_unknowns import C_H, C_LEAK, EXTRAS, INERTIA, PLACE, TUNED, UNKNOWNS
 from stillhook.validate.lines import Table
 
 LEAK_SPEED = 1000.0 * math.pi / 30.0
@@ -33,8 +35,10 @@ def amounts(crane: Crane) -> dict[str, tuple[float, str]]:
     return {C_H: (crane.active.line.V, "volume"), C_LEAK: (leakage(crane), "leakage"), INERTIA: (crane.inertia.J_m_eff, "inertia")}
 
 
-def statements_of(crane: Crane, found: Sequence[Found], tuning: Tuning, swings: Compared, said: Sequence[str]) -> tuple[str, ...]:
-    """Lines for the reader, the most important first."""
+def statements_of(
+    crane: Crane, found: Sequence[Found], tuning: Tuning, swings: Compared, elsewhere: bool, said: Sequence[str]
+) -> tuple[str, ...]:
+    """Lines for the reader, the most important first; elsewhere: other tests told of the leakage as well."""
     out = []
     own = amounts(crane)
     for f in found:
@@ -47,10 +51,32 @@ def statements_of(crane: Crane, found: Sequence[Found], tuning: Tuning, swings: 
             )
         else:
             out.append(f"{WORDS[f.name].capitalize()} {LETTERS[f.name]} cannot be told from these tests. {f.why}")
+    out.append(_figures(swings))
     fit = tuning.fit
     end = "converged" if fit.converged else "did NOT converge"
     out.append(f"The fit {end} after {fit.runs} runs of the twin and its neighbours ({fit.said}), on {fit.clusters} turns.")
+    if elsewhere:
+        out.append("The leakage rests on these turns and on the flow balance of the tests with heave compensation, where more of it flows.")
     return (*out, *said)
+
+
+def _figures(swings: Compared) -> str:
+    """Gradients, periods and misfit in one sentence."""
+    parts, cases = (
+        [],
+        {
+            "pressure gradients of line A": lambda tuned: swings.gradient("A", tuned),
+            "of line B": lambda tuned: swings.gradient("B", tuned),
+            "periods between peaks": swings.period,
+        },
+    )
+    for name, of in cases.items():
+        before, after = of(False).mean, of(True).mean
+        if before is not None and after is not None:
+            parts.append(f"{name} {100.0 * before:+.1f} % ({100.0 * after:+.1f} %)")
+    if not parts:
+        return "Twin and crane share no turn that shows a pressure gradient or a period."
+    return f"Twin against crane, as its file has it and (tuned): {', '.join(parts)}."
 
 
 def _oil(crane: Crane, name: str) -> str:
@@ -98,23 +124,20 @@ def _before_after(swings: Compared) -> Table:
             (f"rms of {name}, part of its own", *(f"{100.0 * m[name]:.1f} %" for m in (swings.misfit_before, swings.misfit_after)), "all")
         )
     return Table(
-        "Twin against crane, driven by the measured commands", ("twin over crane, less 1", "crane\nfile", "tuned", "places"), tuple(rows)
+        "Twin against crane, driven by the measured commands",
+        ("twin over crane, less 1", "crane\nfile", "tuned, and\nrest free", "places"),
+        tuple(rows),
     )
 
 
 def _beside(tuning: Tuning) -> Table:
     """Parameters that were left free so that they do not bias the three."""
+    theta, deviation = tuning.fit.theta, np.sqrt(np.diag(tuning.fit.covariance))
     rows = []
-    for i, name in enumerate(tuning.names):
-        if name in TUNED:
-            continue
-        x, s = float(tuning.fit.theta[i]), float(tuning.fit.covariance[i, i]) ** 0.5
-        if name in OFFSETS:
-            cells = (f"offset of {name}", f"{x:+.2f} bar", f"{1.96 * s:.2f} bar")
-        elif name in LATE:
-            cells = (f"lateness of {'the pressures' if name == 'p_delay' else 'omega_m'}", f"{1e3 * x:+.1f} ms", f"{1.96e3 * s:.1f} ms")
-        else:
-            meaning = next(u.meaning for u in UNKNOWNS if u.name == name)
-            cells = (meaning, f"{100.0 * math.expm1(x):+.1f} %", f"{196.0 * s:.1f} %")
-        rows.append(cells)
+    for u in (u for u in UNKNOWNS if u.name not in TUNED):
+        x, s = float(theta[PLACE[u.name]]), float(deviation[PLACE[u.name]])
+        rows.append((u.meaning, f"{100.0 * math.expm1(x):+.1f} %", f"{196.0 * s:.1f} %" if s < 0.5 else "open"))
+    for e in EXTRAS:
+        x, s = float(theta[PLACE[e.name]]) / e.scale, float(deviation[PLACE[e.name]]) / e.scale
+        rows.append((e.meaning, f"{x:+.2f} {e.unit}", f"{1.96 * s:.2f} {e.unit}"))
     return Table("Left free beside them, and no part of the verdict", ("", "found", "+-"), tuple(rows))

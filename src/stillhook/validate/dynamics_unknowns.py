@@ -8,9 +8,13 @@ from typing import NamedTuple
 
 from stillhook.crane import Crane, MotorSet, beside_wire
 
-C_H, C_LEAK, INERTIA = "C_h", "C_leak", "J_m_eff"
+C_H, C_LEAK, INERTIA, VISCOUS, SPEED_LEAKAGE = "C_h", "C_leak", "J_m_eff", "viscous", "speed_leakage"
 TUNED = (C_H, C_LEAK, INERTIA)
 """The three that are tuned: capacitance of both lines, leakage of the active pumps and motors, inertia at the shaft with a full drum."""
+
+
+MOST = math.log(2.5)
+"""A factor on what is tuned is looked for within exp(MOST) and its inverse."""
 
 
 class Unknown(NamedTuple):
@@ -22,6 +26,11 @@ class Unknown(NamedTuple):
     bend: Callable[[Crane, float], Crane]
     spread: float
     step: float = 2e-3
+
+    @property
+    def most(self) -> float:
+        """Bound of the logarithm either way: what is tuned within a factor of 2.5, the rest within three spreads."""
+        return MOST if math.isinf(self.spread) else max(MOST, 3.0 * self.spread)
 
 
 def _line(crane: Crane, x: float) -> Crane:
@@ -35,6 +44,11 @@ def _leakage(crane: Crane, x: float) -> Crane:
     motor = a.motor.model_copy(update={"C_1": a.motor.C_1 * x, "C_2": a.motor.C_2 * x})
     pump = a.pump.model_copy(update={"leak_scale": (1.0 if a.pump.leak_scale is None else a.pump.leak_scale) * x})
     return crane.model_copy(update={"active": a.model_copy(update={"motor": motor, "pump": pump})})
+
+
+def _speed_leakage(crane: Crane, x: float) -> Crane:
+    motor = crane.active.motor.model_copy(update={"C_2": crane.active.motor.C_2 * x})
+    return crane.model_copy(update={"active": crane.active.model_copy(update={"motor": motor})})
 
 
 def _inertia(crane: Crane, x: float) -> Crane:
@@ -72,7 +86,13 @@ def _breakaway(crane: Crane, x: float) -> Crane:
 
 
 def _viscous(crane: Crane, x: float) -> Crane:
-    return _friction(crane, {"Y_5": x}, {"X_1": x, "X_2": x})
+    return _friction(crane, {"Y_5": x}, {"X_1": x})
+
+
+def viscous_friction(crane: Crane) -> float:
+    """Friction of motors and transmission that goes with the speed, of all motors together [N m s/rad]."""
+    sets = [crane.active.motor] + ([crane.passive.motor] if crane.passive is not None else [])
+    return sum(m.count * (m.loss.X_1 + crane.friction.system.Y_5) for m in sets)
 
 
 def _pressure_loss(crane: Crane, x: float) -> Crane:
@@ -109,9 +129,10 @@ UNKNOWNS = (
     Unknown(C_H, "capacitance of both active lines", _line, math.inf),
     Unknown(C_LEAK, "leakage of the active pumps and motors", _leakage, math.inf),
     Unknown(INERTIA, "inertia at the motor shaft", _inertia, math.inf),
+    Unknown(SPEED_LEAKAGE, "rise of leakage with speed, and slip of the electric motors", _speed_leakage, 0.12, 0.01),
     Unknown("dry", "dry friction of motors and transmission", _dry, 1.0),
     Unknown("breakaway", "breakaway friction of the transmission", _breakaway, 1.0),
-    Unknown("viscous", "friction that grows with speed", _viscous, 1.0),
+    Unknown(VISCOUS, "friction that grows with speed", _viscous, 1.0),
     Unknown("pressure_loss", "motor loss that grows with pressure", _pressure_loss, 0.25),
     Unknown("bristle", "stiffness of the winch held by its friction", _bristle, 1.0, 0.01),
     Unknown("pump_flow", "flow of the pumps at a setting", _pump_flow, 0.01, 5e-4),
@@ -122,7 +143,62 @@ UNKNOWNS = (
 )
 """Factors on the crane: first the three that are tuned. Spreads: friction of one crane is known to a factor of e, the loss with pressure
 to 25 % (paper D: 10 % in place), the pumps' flow to 1 % (slip of the electric motors and tolerance of the displacement), the valves of
-the low side, which a crane file mostly assumes, to a factor of 1.6. All of them with the reference run fit into one block of lanes."""
+the low side, which a crane file mostly assumes, to a factor of 1.6."""
+
+
+class Extra(NamedTuple):
+    """What the twin has not, and a log shows: value 0 is the twin as it is. spread: deviation beforehand; low, high: bounds; unit in which
+    it is told, and the unit's value in SI."""
+
+    name: str
+    meaning: str
+    spread: float
+    low: float
+    high: float
+    unit: str
+    scale: float
+
+
+COMMAND_DELAY, INERTANCE, DROP, P_DELAY, SPEED_DELAY = "command_delay", "line_inertance", "line_drop", "p_delay", "omega_delay"
+OFFSETS = {"p_a": "p_a_offset", "p_b": "p_b_offset"}
+"""Signals whose sensor may have a constant error, and the parameter that says which."""
+DELAYS = {"p_a": P_DELAY, "p_b": P_DELAY, "omega_m": SPEED_DELAY}
+"""Signals whose sensor may be late, and the parameter that says by how much."""
+EXTRAS = (
+    Extra(COMMAND_DELAY, "dead time of the pumps' control", 0.01, -0.01, 0.04, "ms", 1e-3),
+    Extra(INERTANCE, "inertia of the oil in a line, part of J_m_eff", 0.03, 0.0, 0.2, "%", 0.01),
+    Extra(DROP, "pressure drop of a line at full pump flow", 2e5, 0.0, 20e5, "bar", 1e5),
+    Extra(OFFSETS["p_a"], "offset of p_a", 2e5, -20e5, 20e5, "bar", 1e5),
+    Extra(OFFSETS["p_b"], "offset of p_b", 2e5, -20e5, 20e5, "bar", 1e5),
+    Extra(P_DELAY, "lateness of the pressures", 0.01, -0.04, 0.04, "ms", 1e-3),
+    Extra(SPEED_DELAY, "lateness of omega_m", 0.05, -0.2, 0.2, "ms", 1e-3),
+)
+"""The pressure transmitters are taken to sit at the motors: what a line's oil takes to be moved is not seen by them, but swings along."""
+VARIES: Mapping[str, float] = {C_LEAK: 0.05, "dry": 0.05, "pump_flow": 1e-3}
+"""By how much a parameter may differ from turn to turn, as a deviation: leakage with the temperature of the oil (some 2 K), dry friction
+with the direction and the state of the flanks, the pumps' flow by a count of the command's 12 bits at a fifth of their stroke."""
+NAMES = (*(u.name for u in UNKNOWNS), *(e.name for e in EXTRAS))
+"""Every parameter of the fit, in its order."""
+PLACE = {name: i for i, name in enumerate(NAMES)}
+
+
+SLIP, SLIP_PRESSURE, SLIP_AT = 0.01, 250e5, 0.35
+"""Slip of the electric motors that drive the pumps at full flow and this pressure [-, Pa] (typical of their size), and pump setting at
+which it is compared with leakage."""
+
+
+def centre(crane: Crane, name: str) -> float:
+    """What the logarithm of an unknown is beforehand: 0, but for leakage that rises with speed.
+
+    The pumps slow with the power that they give. At a setting a that takes the flow of a conductance of slip a^2 Q / p, Q full flow: like
+    leakage that rises with speed, which the twin has.
+    """
+    if name != SPEED_LEAKAGE:
+        return 0.0
+    pump, motor = crane.active.pump, crane.active.motor
+    Q = pump.D_total * pump.omega_p
+    rise = motor.count * motor.C_2 * SLIP_AT * Q / motor.D_total
+    return math.log1p(SLIP * SLIP_AT**2 * Q / SLIP_PRESSURE / rise) if rise > 0.0 else 0.0
 
 
 def bent(crane: Crane, logs: Mapping[str, float]) -> Crane:
