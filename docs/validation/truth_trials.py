@@ -1,4 +1,4 @@
-"""Campaigns of a known truth through `stillhook validate`, kept in truth-trials.json: an hour's work that the page is made from.
+"""Campaigns of a known truth through `stillhook validate`, kept in truth-trials.json: half an hour's work that the page is made from.
 
     python docs/validation/truth_trials.py            run what is not in the file yet
     python docs/validation/truth_trials.py 20         run no more than the next 20 of them
@@ -26,8 +26,8 @@ from stillhook.validate.validation import Validation
 
 STORE = Path(__file__).resolve().parent / "truth-trials.json"
 SEEDS = range(100)
-APART = range(200, 220)
-DEFECT_SEEDS = range(3)
+APART = range(200, 210)
+DEFECT_SEEDS = range(2)
 DIGITS = 4
 WORKERS = 2
 FIGURES = ("2b", "2b-s")
