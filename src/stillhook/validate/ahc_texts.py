@@ -150,5 +150,6 @@ def _causes(explained: Sequence[Explained]) -> Iterable[Table]:
     )
     if rows:
         yield Table(
-            "What would explain the deviation, one cause at a time", ("cause", "change", "explains", "of e_c\nalone"), rows
-        )
+            "What would explain what is left of the deviation, one cause at a time (not judged; small causes cannot be told apart)",
+            ("cause", "change", "explains", "of e_c\nalone"), rows,
+        )  # fmt: skip

@@ -56,7 +56,7 @@ def said(criteria: Criteria, told: Sequence[Measure]) -> tuple[str, ...]:
                 unknown.setdefault(mine[0].note, []).append(c.what)
             else:
                 fine.append(_small(c.what))
-    agree = (f"Within limits: {'; '.join(fine)}.",) if fine else ()
+    agree = (f"Within limits: {'; '.join(fine) if broken else f'all {len(fine)} checks that the data allow'}.",) if fine else ()
     lacks = (f"{'; '.join([what[0], *(_small(w) for w in what[1:])])} cannot be told: {note}." for note, what in unknown.items())
     return (*(text for _, text in sorted(broken, key=lambda b: -b[0])), *agree, *lacks)
 
