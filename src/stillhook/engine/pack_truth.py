@@ -137,14 +137,18 @@ def simulate_truth(
 ) -> xarray.Dataset:
     """Run the truth plant; the Dataset is that of `stillhook.engine.simulate.simulate` with a row every PLC cycle.
 
+    step: by default SERIES_STEP, or shorter where the truth's fastest mode asks for it.
+
     Errors: ScenarioError, SpecError (step too long; no passive circuit), SimulationError.
     """
     check(crane, case)
     packed, drive = pack_truth(crane, case, truth), Drive(crane, case)
     n_sub = steps_per_cycle(crane, step, SERIES_STEP)
+    name, rate = max(fastest_rates(packed).items(), key=lambda i: i[1])
+    if step is None:
+        n_sub = max(n_sub, math.ceil(rate * drive.t_cycle / RK4_LIMIT))
     h = drive.t_cycle / n_sub
     check_step(packed, h)
-    name, rate = max(fastest_rates(packed).items(), key=lambda i: i[1])
     if rate * h > RK4_LIMIT:
         raise SpecError(f"step {h * 1e3:.3g} ms is too long for this truth: {name} has {rate:.0f} 1/s (allowed {RK4_LIMIT / h:.0f}).")
     block = Block([(packed, drive)], lanes=1, n_sub=n_sub, every=1)
