@@ -6,7 +6,6 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from stillhook.crane import Crane
 from stillhook.validate.dynamics_fit import Tuning
 from stillhook.validate.dynamics_runs import Stretch
 from stillhook.validate.dynamics_swings import Compared, Errors
@@ -22,6 +21,11 @@ of the motors' displacement scale what is found, and the twin's one volume a lin
 WIDEST: Mapping[str, float] = {C_H: 0.2, C_LEAK: 0.4, INERTIA: 0.2}
 """Half width of the interval of the logarithm beyond which the data cannot tell a number."""
 LEVEL = 0.975
+MOST_LEFT = 0.25
+"""Part of a signal's own deviation that a tuned twin may leave; beyond it is no twin of this winch, and its numbers mean nothing. Another
+friction law, lines with two ends and sensors leave 0.02 to 0.07."""
+MORE = "Make more and quicker turns without load, and log all signals."
+JUDGED = ("p_a", "p_b", "omega_m")
 
 
 @dataclass(frozen=True)
@@ -36,21 +40,29 @@ class Found:
     why: str = ""
 
 
-def found_of(tuning: Tuning, name: str, crane: Crane) -> Found:
-    """The tuned number of this name, by Student's t with as many degrees of freedom as there are turns less one."""
+def found_of(tuning: Tuning, name: str, misfit: Mapping[str, float]) -> Found:
+    """The tuned number of this name, by Student's t with as many degrees of freedom as there are turns less one.
+
+    misfit: what the tuned twin leaves of each signal, over the signal's own deviation.
+    """
     from scipy.stats import t as student
 
     i, fit = PLACE[name], tuning.fit
     x = float(fit.theta[i])
     spread = math.hypot(math.sqrt(float(fit.covariance[i, i])), UNSEEN[name])
     half = float(student.ppf(LEVEL, fit.clusters - 1)) * spread if fit.clusters > 1 else math.inf
+    worst = max((s for s in misfit if s in JUDGED), key=lambda s: misfit[s], default="")
     why = ""
-    if not fit.converged:
-        why = f"The fit did not converge after {fit.runs} runs ({fit.said})."
+    if worst and misfit[worst] > MOST_LEFT:
+        left = f"The tuned twin leaves {100.0 * misfit[worst]:.0f} % of {worst}"
+        why = f"{left}: another machine, or signals that do not belong together. Check the mapping."
+    elif not fit.converged:
+        why = f"The fit did not converge after {fit.runs} runs ({fit.said}). {MORE}"
     elif min(x - float(tuning.low[i]), float(tuning.high[i]) - x) < 0.01 * MOST:
-        why = f"The fit runs into its bound at {math.exp(x):.3g} times the crane file: the twin cannot repeat this test."
+        bound = f"The fit runs into its bound at {math.exp(x):.3g} times the crane file"
+        why = f"{bound}: the twin cannot repeat this test. Check crane file and mapping."
     elif half > WIDEST[name]:
-        why = f"The turns leave it open by a factor of {math.exp(half):.3g} either way."
+        why = f"The turns leave it open by a factor of {math.exp(half):.3g} either way. {MORE}"
     edge = min(half, 5.0)
     return Found(name, math.exp(x), math.exp(x - edge), math.exp(x + edge), not why, why)
 
@@ -68,13 +80,13 @@ def measures_of(
         out.append(_error(f"swing_period_error{end}", swings.period(tuned), ""))
         out.append(_error(f"swing_damping_error{end}", swings.damping(tuned), ""))
         misfit = swings.misfit_after if tuned else swings.misfit_before
-        out += [Measure(f"dynamics_misfit{end}", misfit[n], test=n, data=data) for n in ("p_a", "p_b", "omega_m") if n in misfit]
+        out += [Measure(f"dynamics_misfit{end}", misfit[n], test=n, data=data) for n in JUDGED if n in misfit]
     return tuple(out)
 
 
 def _change(f: Found, data: str) -> Measure:
     if not f.known:
-        return Measure(ERROR[f.name], None, data=data, note=f"{f.why} Make more and quicker turns without load, and log all signals.")
+        return Measure(ERROR[f.name], None, data=data, note=f.why)
     return Measure(ERROR[f.name], f.factor - 1.0, low=f.low - 1.0, high=f.high - 1.0, data=data, note="tuned over the crane file's, less 1")
 
 
