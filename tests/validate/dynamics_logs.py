@@ -1,0 +1,72 @@
+"""Records of a winch that turns quickly without load, for tests of step 4: simulated, with the noise of a PLC's log."""
+
+import datetime
+import functools
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from stillhook import Scenario, load_crane, simulate
+from stillhook.crane import Crane
+from stillhook.io.log_types import Log
+from stillhook.scenario import Mode, Operator
+from stillhook.validate.campaign import Campaign, CraneTest, Kind
+from stillhook.validate.criteria import load_criteria
+from stillhook.validate.dynamics_unknowns import bent
+from stillhook.validate.record import Record, Segment
+
+STEP = 0.01  # s, the PLC's cycle
+TWIN = load_crane("nov-250t")
+NOISE = {"p_a": 0.5e5, "p_b": 0.5e5, "omega_m": 0.1, "alpha_p": 5e-4, "v_w": 1e-3}
+NAMES = ("s_w", "v_w", "omega_m", "p_a", "p_b", "u_p", "u_m", "alpha_p", "alpha_m")
+SPEEDS = (25.0, -25.0, 35.0, -35.0)  # m/min: a third and a half of full speed, both ways
+
+
+def turns(ramp: float) -> Operator:
+    """From rest to each speed within `ramp` seconds, held, and back."""
+    profile, t = [("0 s", "0 m/min"), ("2 s", "0 m/min")], 2.0
+    for v in SPEEDS:
+        for dt, x in ((ramp, v), (4.0, v), (ramp, 0.0), (3.0, 0.0)):
+            t += dt
+            profile.append((f"{t:.2f} s", f"{x} m/min"))
+    return Operator(profile=profile)
+
+
+@functools.cache
+def signals(logs: tuple[tuple[str, float], ...] = (), ramp: float = 0.3, load: float = 0.0, s_w: float = 15.0) -> dict[str, np.ndarray]:
+    """What a crane logs whose numbers lie off the twin's by exp(logs), without noise."""
+    duration = 2.0 + len(SPEEDS) * (2.0 * ramp + 7.0)
+    case = Scenario(
+        load=f"{load} kg", s_w=f"{s_w} m", mode="manual", duration=f"{duration:.2f} s", warm_up="0 s", ramp="0 s", operator=turns(ramp)
+    )
+    run = simulate(bent(TWIN, dict(logs)), case, every="10 ms")
+    return {name: run[name].values for name in NAMES}
+
+
+def record(log: dict[str, np.ndarray], *, seed: int = 1, load: float = 0.0, without: tuple[str, ...] = (), every: int = 1) -> Record:
+    """A log as a record, noisy; every: only each so many samples."""
+    rng = np.random.default_rng(seed)
+    noisy = {name: x + NOISE.get(name, 0.0) * rng.standard_normal(len(x)) for name, x in log.items() if name not in without}
+    noisy = {name: x[::every] for name, x in noisy.items()}
+    n, step = len(noisy["s_w"]), STEP * every
+    t = np.arange(n) * step
+    test = CraneTest("turns", Path("turns.csv"), Kind.DYNAMICS, load, Mode.MANUAL, None, None, None, -np.inf, np.inf)
+    s_w = noisy["s_w"]
+    segment = Segment(
+        test="turns", first=0, last=n, start=0.0, duration=float(t[-1]), load=load, s_w=float(s_w[0]), s_w_min=float(s_w.min()),
+        s_w_max=float(s_w.max()), s_tip_pp=0.0, period=float("nan"), mode=Mode.MANUAL,
+    )  # fmt: skip
+    return Record(test, Log("turns.csv", t, noisy, {}, (), (), 1.0 / step, n), t, step, noisy, (segment,), ())
+
+
+def changed(r: Record, **new: np.ndarray) -> Record:
+    """A record with some signals replaced."""
+    return replace(r, signals={**r.signals, **new})
+
+
+def campaign(*records: Record, twin: Crane = TWIN) -> Campaign:
+    """A campaign of these records."""
+    tests = tuple(r.test for r in records)
+    day = datetime.date(2026, 11, 21)
+    return Campaign("staged", day, Path("campaign.toml"), twin, twin.name, load_criteria("paper-f"), 0.0, tests, True, ())

@@ -1,0 +1,33 @@
+"""Step 4 on the truth plant: another friction law, lines with two ends, oil that warms, sensors that are late and out of calibration."""
+
+import tomllib
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from stillhook.validate.campaign import Kind, load_campaign
+from stillhook.validate.dynamics import DynamicsStep, check_dynamics
+from stillhook.validate.reading import read_records
+from stillhook.validate.truth.plan import sea_trials
+from stillhook.validate.truth.writer import write_campaign
+
+CLOSE = {"C_h": 0.05, "C_leak": 0.05, "J_m_eff": 0.05}
+"""Asked for by the issue."""
+NAMES = {"C_h": "capacitance", "C_leak": "leakage", "J_m_eff": "inertia"}
+
+
+@pytest.mark.parametrize(("seed", "apart"), [(2, False), (24, True)])
+def test_tuned_numbers_are_the_truths_within_five_per_cent_and_their_intervals_hold_them(seed: int, apart: bool, tmp_path: Path) -> None:
+    """Near its twin, and 10 to 30 % off it. Turns alone; of 26 campaigns with all tests the leakage was off by 2 % (rms), at most by 5 %."""
+    plan = sea_trials()
+    plan = replace(plan, tests=tuple(t for t in plan.tests if t.kind is Kind.DYNAMICS))
+    written = write_campaign(tmp_path / "c", plan=plan, seed=seed, apart=apart)
+    truth = tomllib.loads(written.truth.read_text(encoding="utf-8"))["crane"]
+    campaign = load_campaign(written.campaign)
+    step = check_dynamics(campaign, read_records(campaign, lambda share: None), lambda share: None)
+    assert isinstance(step, DynamicsStep)
+    for found in step.tuned:
+        true = truth[NAMES[found.name]]["value"]
+        assert abs(found.factor / true - 1.0) < CLOSE[found.name]
+        assert found.low < true < found.high
