@@ -257,4 +257,4 @@ def test_a_step_that_the_truth_cannot_follow_is_refused_by_name():
     stiff = replace(PLAIN, line_omega=5000.0)
     assert fastest_rates(pack_truth(CRANE, case(), stiff))["oil between both ends of a line"] > 5000.0
     with pytest.raises(SpecError, match=r"step 2 ms is too long for this truth: oil between both ends of a line"):
-        simulate_truth(CRANE, case(), stiff)
+        simulate_truth(CRANE, case(), stiff, step="2 ms")
