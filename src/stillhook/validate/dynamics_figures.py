@@ -150,7 +150,11 @@ def _tuned(step: DynamicsStep, campaign: Campaign) -> Figure:
     low, high = ax.get_xlim()
     low, high = min(low, 0.9), max(high, 1.1)
     ax.set_xlim(low / 1.02, high * 1.06)
-    ticks = [x for x in (0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.1, 1.2, 1.3, 1.4, 1.5, 1.7, 2.0, 2.5) if low <= x <= high]
+    fine, coarse = (
+        (0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.1, 1.2, 1.3, 1.4, 1.5, 1.7, 2.0),
+        (0.1, 0.2, 0.3, 0.5, 0.7, 1.0, 1.4, 2.0, 3.0, 5.0, 10.0),
+    )
+    ticks = [x for x in (fine if high < 2.0 * low else coarse) if low <= x <= high]
     ax.set_xticks(ticks, [f"{x:g}" for x in ticks])
     ax.set_xticks([], minor=True)
     ax.grid(alpha=0.3, axis="x")
