@@ -9,6 +9,7 @@ from tests.validate.staged_certificate import drawn, staged, write
 from stillhook import load_crane
 from stillhook.cli import run as command
 from stillhook.library import crane_toml
+from stillhook.library.certificate import canonical, digest_of
 from stillhook.validate import certificate_check, certificate_content, certificate_files, load_certificate, truth
 from stillhook.validate import figures as pictures_of
 from stillhook.validate.certificate_check import check
@@ -135,12 +136,31 @@ def test_a_verdict_line_that_comes_out_otherwise_is_named(file, found):
     assert "pass -> fail" in again.lines[0]
 
 
+def test_an_envelope_that_was_widened_by_hand_is_named_even_where_the_digest_was_made_anew(file):
+    data = json.loads(file.read_text(encoding="utf-8"))
+    data.pop("digest")
+    data["envelope"]["load"][1] *= 1.2
+    file.write_text(canonical({**data, "digest": digest_of(data)}), encoding="utf-8")
+    again = checked(file)
+    assert not again.holds
+    assert [line for line in again.lines if line.startswith("envelope, load: ")] == list(again.lines)
+
+
 def test_numbers_that_differ_below_any_limit_leave_it_standing_and_are_told(file, found):
     found["e_c_pp_deviation"] = 0.021 * (1.0 + 1e-7)
     again = checked(file)
     assert again.holds
     assert not again.same_bytes
     assert again.largest == pytest.approx(1e-7, rel=0.2)
+
+
+def test_a_mode_that_was_added_to_the_envelope_by_hand_is_named(file):
+    data = json.loads(file.read_text(encoding="utf-8"))
+    data["envelope"]["modes"] = ["hs", "ns", "ssc"]
+    file.write_text(canonical({**data, "digest": digest_of(data)}), encoding="utf-8")
+    again = checked(file)
+    assert not again.holds
+    assert again.lines == ("envelope, modes: hs, ns, ssc -> ns, ssc",)
 
 
 @pytest.mark.parametrize("name", ["logs/1.csv", "ours.toml", "campaign.toml"])

@@ -92,7 +92,7 @@ def _say(found: Check) -> None:
     wrapped(found.verdict)
     if found.certificate.data["synthetic"]:
         wrapped("SYNTHETIC: a certificate of simulated logs, of no real crane")
-    for title, lines in (("changed", found.changed), ("missing", found.missing), ("verdict line", found.lines)):
+    for title, lines in (("changed", found.changed), ("missing", found.missing), ("otherwise", found.lines)):
         for line in lines:
             wrapped(f"{title}: {line}", "  ")
     if not found.computed:

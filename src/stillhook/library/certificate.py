@@ -22,6 +22,15 @@ LARGEST = 50_000_000
 DIGITS = 10
 """Significant digits of a number in a certificate."""
 _GIVE = "Give the certificate.json that stillhook validate wrote."
+_LOG = {"test": str, "file": str, "sha256": str}
+_LINE = {"key": str, "verdict": str, "said": str, "cells": {"key": str, "what": str, "found": str, "limit": str, "verdict": str}}
+_TWIN = {"statement": str, "version": str, "code": str, "method": str, "level": int, "variant": int, "libraries": {}}
+_WHOLE: dict[str, Any] = {
+    "title": str, "date": str, "verdict": str, "synthetic": bool, "passed": bool, "twin": _TWIN,
+    "campaign": {"file": str, "sha256": str, "logs": [_LOG]}, "crane": {"name": str, "title": str, "content": {}, "toml": str},
+    "criteria": {"name": str, "version": str, "digest": str}, "lines": [_LINE], "data": [{"duration": float | int}],
+}  # fmt: skip
+"""What is read of a certificate, by type."""
 _KINDS = {"load": "mass", "s_w": "length", "s_tip_pp": "length", "period": "time"}
 
 
@@ -66,7 +75,23 @@ def read_certificate(path: Path) -> dict[str, Any]:
         told = ""
     if data.get("digest") != told:
         raise ValidateError(f"{path.name}: was changed after it was written: its digest does not fit. Use the original, or validate again.")
+    lack = _lacking(data, _WHOLE)
+    if lack:
+        raise ValidateError(f"{path.name}: not a whole certificate ({lack} is missing or of another kind). Validate again.")
     return data
+
+
+def _lacking(x: Any, wanted: Any, place: str = "") -> str:
+    """The first place at which data are not of the kind that is wanted; empty where all are."""
+    if isinstance(wanted, dict):
+        if not isinstance(x, dict):
+            return place
+        return next((lack for k, w in wanted.items() if (lack := _lacking(x.get(k), w, f"{place}.{k}".lstrip(".")))), "")
+    if isinstance(wanted, list):
+        if not isinstance(x, list):
+            return place
+        return next((lack for i, y in enumerate(x) if (lack := _lacking(y, wanted[0], f"{place}[{i}]"))), "")
+    return "" if isinstance(x, wanted) else place
 
 
 def read_certified(path: Path) -> Certified:
@@ -84,7 +109,7 @@ def certified_of(data: Mapping[str, Any], label: str) -> Certified:
             passed=data["passed"], synthetic=data["synthetic"], level=data["twin"]["level"], variant=data["twin"]["variant"],
             version=data["twin"]["version"], code=data["twin"]["code"], content=data["crane"]["content"], envelope=envelope,
         )  # fmt: skip
-    except (KeyError, TypeError, AttributeError, ValidationError) as problem:
+    except (KeyError, TypeError, ValueError, AttributeError, ValidationError) as problem:
         reason = " ".join(str(problem).split())[:120]
         raise ValidateError(f"{label}: not a whole certificate ({reason}). Validate again.") from None
 

@@ -14,7 +14,7 @@ from stillhook.errors import StillhookError
 from stillhook.library import crane_from_toml
 from stillhook.library.certificate import digest_of
 from stillhook.library.write import items
-from stillhook.units import came, show
+from stillhook.units import came, number, show
 from stillhook.validate.campaign import Campaign, load_campaign
 from stillhook.validate.certificate import Certificate, certificate_of
 from stillhook.validate.certificate_content import crane_part, sha256_of, versions
@@ -22,6 +22,8 @@ from stillhook.validate.certificate_pdf import pdf
 from stillhook.validate.figures import pictures
 from stillhook.validate.validation import validate
 
+ROUNDED = 1e-3
+"""Relative difference of an end of the envelope that other libraries or processors explain."""
 MOST_SHOWN = 12
 """Differences of one kind that are told one by one."""
 
@@ -29,9 +31,9 @@ MOST_SHOWN = 12
 @dataclass(frozen=True)
 class Check:
     """What a check found. changed: inputs that are other than they were, a line each; missing: inputs that are not there, or cannot be used
-    any more; lines: verdict lines that come out otherwise; computed: whether they were computed again; same_bytes: whether the JSON came
-    out as it is; same_pdf: the same of the PDF beside it, None where there is none; largest: largest relative difference of two numbers,
-    and where it is."""
+    any more; lines: verdict lines and ends of the envelope that come out otherwise; computed: whether they were computed again;
+    same_bytes: whether the JSON came out as it is; same_pdf: the same of the PDF beside it, None where there is none; largest: largest
+    relative difference of two numbers, and where it is."""
 
     certificate: Certificate
     changed: tuple[str, ...]
@@ -45,7 +47,7 @@ class Check:
 
     @property
     def holds(self) -> bool:
-        """Passed, nothing that it rests on has changed, and what was computed again has the same verdict lines."""
+        """Passed, nothing that it rests on has changed, and what was computed again has the same verdict lines and envelope."""
         return self.certificate.passed and not (self.changed or self.missing or self.lines)
 
     @property
@@ -59,7 +61,7 @@ class Check:
             how = "computed again" if self.computed else "by its hashes; not computed again"
             return f"HOLDS: nothing that it rests on has changed ({how})."
         if self.lines:
-            return "DOES NOT HOLD: the verdict comes out otherwise."
+            return "DOES NOT HOLD: what was computed again comes out otherwise."
         again = " The verdict lines come out the same: stillhook validate gives a new certificate." if self.computed else ""
         return f"DOES NOT HOLD: what it rests on has changed.{again}"
 
@@ -102,8 +104,9 @@ def check(
     beside = Path(path).with_suffix(".pdf")
     same_pdf = beside.read_bytes() == pdf(again.data, pictures(found)) if beside.is_file() else None
     return Check(
-        certificate, changed, (), tuple(_lines(data, again.data)), True, again.text() == certificate.text(), same_pdf, largest, where
-    )
+        certificate, changed, (), (*_lines(data, again.data), *_envelope(data, again.data)), True, again.text() == certificate.text(),
+        same_pdf, largest, where,
+    )  # fmt: skip
 
 
 def _near(path: Path, data: Mapping[str, Any]) -> Path:
@@ -195,6 +198,25 @@ def _lines(told: Mapping[str, Any], now: Mapping[str, Any]) -> Iterator[str]:
         x, y = (side[key]["verdict"] if key in side else "none" for side in (before, after))
         if x != y:
             yield f"{key}: {x} -> {y}: {after[key]['said'] if key in after else before[key]['said']}"
+
+
+def _envelope(told: Mapping[str, Any], now: Mapping[str, Any]) -> Iterator[str]:
+    """Ranges of the envelope that come out otherwise by more than `ROUNDED`; where nothing is passed any more, the lines say so."""
+    before, after = (part["envelope"] or {} for part in (told, now))
+    if not after:
+        return
+    for name in sorted({*before, *after}):
+        x, y = (side.get(name) for side in (before, after))
+        if name == "modes" or x is None or y is None:
+            same = x == y
+        else:
+            same = all(math.isclose(a, b, rel_tol=ROUNDED, abs_tol=1e-9) for a, b in zip(x, y, strict=True))
+        if not same:
+            yield f"envelope, {name}: {_ends(x)} -> {_ends(y)}"
+
+
+def _ends(ends: Any) -> str:
+    return "none" if ends is None else " to ".join(number(x, 6) for x in ends) if isinstance(ends[0], float | int) else ", ".join(ends)
 
 
 def _differences(a: Any, b: Any, where: str = "") -> Iterator[tuple[float, str]]:
