@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 
 from stillhook import load_crane
 from stillhook.cli import run as command
+from stillhook.errors import ValidateError
 from stillhook.io.log_types import Log
 from stillhook.scenario import Mode
 from stillhook.validate import figures as pictures
@@ -233,6 +234,33 @@ def test_a_crane_file_in_the_folder_of_the_results_is_not_written_over(stage, tm
     assert command(["validate", "campaign.toml", "--out", str(tmp_path)]) == 2
     assert 'crane.toml" there is not from an earlier validation, and could be lost. Choose another folder.' in capsys.readouterr().err
     assert (tmp_path / "crane.toml").read_text() == "mine"
+
+
+def test_a_crane_file_beside_the_numbers_of_another_command_is_not_taken_away(stage, tmp_path, capsys):
+    stage(staged())
+    (tmp_path / "crane.toml").write_text("mine")
+    (tmp_path / "summary.json").write_text('{"runs": []}')
+    assert command(["validate", "campaign.toml", "--out", str(tmp_path)]) == 2
+    assert "is not from an earlier validation" in capsys.readouterr().err
+    assert (tmp_path / "crane.toml").read_text() == "mine"
+
+
+def test_a_folder_in_the_way_of_a_figure_is_told_before_anything_is_written(stage, tmp_path, capsys):
+    stage(staged())
+    (tmp_path / "out" / "step-5-error-over-time.png").mkdir(parents=True)
+    assert command(["validate", "campaign.toml", "--out", str(tmp_path / "out")]) == 2
+    assert '"step-5-error-over-time.png" there is a folder in the way of a figure' in capsys.readouterr().err
+    assert len(list((tmp_path / "out").iterdir())) == 1
+
+
+def test_a_file_on_which_the_crane_is_built_is_not_written_over(tmp_path):
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "tuned-crane.toml").write_text('base = "nov-250t"\n')
+    (tmp_path / "out" / "summary.json").write_text('{"criteria": {}, "whole": true, "verdict": ""}')
+    (tmp_path / "ours.toml").write_text('base = "out/tuned-crane.toml"\n')
+    campaign = replace(staged().campaign, file=tmp_path / "campaign.toml", crane_name="ours.toml")
+    with pytest.raises(ValidateError, match=r'"tuned-crane.toml" there belongs to the campaign'):
+        report_files.check_out(campaign, tmp_path / "out")
 
 
 def test_an_interrupted_validation_leaves_no_file(stage, capsys, tmp_path, monkeypatch):

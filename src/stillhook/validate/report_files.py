@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import json
+from collections.abc import Iterator
 from pathlib import Path
 
 from stillhook.errors import ValidateError
 from stillhook.io.results import save_json
 from stillhook.library import crane_toml
+from stillhook.library.files import parsed, toml_text
 from stillhook.units import came
 from stillhook.validate.campaign import Campaign
 from stillhook.validate.certificate import CERTIFICATE, CRANE, NOT_PASSED, certificate_files
@@ -29,13 +32,35 @@ def check_out(campaign: Campaign, folder: str | Path) -> None:
     out = Path(folder)
     names = (REPORT, NUMBERS, SEGMENTS, *SOMETIMES)
     check_folder(out, names)
-    foreign = [name for name in SOMETIMES if (out / name).exists() and not (out / NUMBERS).exists()]
+    if folders := [path for path in out.glob(PICTURES) if path.is_dir()]:
+        raise ValidateError(f"{out}: {came(folders[0].name)} there is a folder in the way of a figure. Choose another folder.")
+    foreign = [name for name in SOMETIMES if (out / name).exists() and not _ours(out)]
     if foreign:
         raise ValidateError(f"{out}: {came(foreign[0])} there is not from an earlier validation, and could be lost. Choose another folder.")
-    inputs = {path.resolve() for path in (campaign.file, campaign.file.parent / campaign.crane_name, *(t.log for t in campaign.tests))}
+    crane = campaign.file.parent / campaign.crane_name
+    inputs = {path.resolve() for path in (campaign.file, *_crane_files(crane), *(t.log for t in campaign.tests))}
     for name in names:
         if (out / name).resolve() in inputs:
             raise ValidateError(f"{out}: {came(name)} there belongs to the campaign, and would be written over. Choose another folder.")
+
+
+def _ours(out: Path) -> bool:
+    """Whether the numbers in a folder are those of a validation; other commands write a file of that name too."""
+    try:
+        found = json.loads((out / NUMBERS).read_bytes())
+    except (OSError, ValueError, RecursionError):
+        return False
+    return isinstance(found, dict) and {"criteria", "whole", "verdict"} <= found.keys()
+
+
+def _crane_files(crane: Path) -> Iterator[Path]:
+    """A crane's file, and those that it builds on."""
+    while crane.is_file():
+        yield crane
+        base = parsed(toml_text(crane), crane.name).get("base")
+        if not isinstance(base, str):
+            return
+        crane = crane.parent / base
 
 
 def save_validation(validation: Validation, folder: str | Path, *, certificate: bool = True) -> tuple[str, ...]:
@@ -79,7 +104,7 @@ def _taken(validation: Validation, number: StepNumber) -> Step | None:
 
 def _clear(out: Path, written: tuple[str, ...]) -> None:
     """Take away what an earlier validation has left in this folder and the present one does not write."""
-    if not (out / NUMBERS).is_file():
+    if not _ours(out):
         return
     for path in (*(out / name for name in SOMETIMES), *out.glob(PICTURES)):
         if path.name not in written:
