@@ -136,6 +136,7 @@ def test_a_set_without_a_base_gives_everything_itself(tmp_path):
         ('key = "3-pump"\nat_most = "nan %"', "at_most"),
         ('key = "3-pump"\nat_most = nan', "at_most"),
         ('key = "3-pump"\nat_most = inf', "at_most"),
+        (f'key = "3-pump"\nat_most = "{"9" * 400} %"', "at_most"),
         ('key = "2a"\nwithin = "-5 cm"', "negative"),
         ('key = "x"\nstep = 5\nwhat = "W"\nmeasure = "e_c_pp_deviation"\nat_most = "5 cm"\nsource = "ours"', "reason: missing"),
         ('key = "2b"\nwhat = ""', "give a text"),

@@ -197,6 +197,13 @@ def test_what_is_missing_or_in_another_unit_is_named_in_one_line(tmp_path, rows,
     assert told in refusal(tmp_path, ahc(), rows=signals(**rows))
 
 
+def test_stamps_that_jump_far_ahead_are_refused_before_they_fill_the_memory(tmp_path):
+    frame = ahc()
+    t = frame["Time"].to_numpy()
+    told = refusal(tmp_path, changed(frame, "Time", np.where(t > 70.0, t + 1e6, t)))
+    assert "and a test may take 3e+04 s. Check the time stamps, or take a part with start and end." in told
+
+
 def test_a_limits_test_needs_some_sign_of_motion_and_no_tip(tmp_path):
     rows = signals(s_tip=None, v_tip=None, a_tip=None, s_w=None, v_w=None, e_c_measured=None)
     assert len(read(tmp_path, manual(), kind="limits", test='load = "0 t"', rows=rows).segments) == 1

@@ -19,13 +19,14 @@ from stillhook.io.log_types import Signal
 from stillhook.library import load_crane
 from stillhook.library.files import parsed, toml_text
 from stillhook.scenario import Mode, Water
-from stillhook.units import show
+from stillhook.units import came, show
 from stillhook.validate.criteria import Criteria, load_criteria
 from stillhook.validate.modes import OWN_MODES, modes_of, with_modes
 
 TOP = ("title", "date", "crane", "criteria", "delay", "signals", "modes", "test", "synthetic", "remarks")
 TEST = ("name", "log", "kind", "load", "mode", "s_w", "water", "signals", "start", "end")
 MARK = "SYNTHETIC"
+TIP_AND_WIRE = ("s_tip", "s_w", "e_c_measured")
 LONGEST_DELAY = 10.0  # s, as in a scenario's sensors
 
 
@@ -189,11 +190,22 @@ def _test(
     if not start < end:
         raise test.wrong("end", f"must come after start {start:g} s.")
     own = mapping_from(row["signals"], f'test "{name}": signals') if "signals" in row else mapping
+    _two_columns(own, f'test "{name}": ')
     own, meaning = with_modes(own, modes)
     return CraneTest(
         name=name, log=test.file("log", folder), kind=Kind(kind), load=load, mode=_mode(test, Kind(kind)), s_w=s_w,
         water=_water(test, load, crane), mapping=own, start=start, end=end, modes=meaning,
     )  # fmt: skip
+
+
+def _two_columns(mapping: Mapping[str, Signal] | None, place: str) -> None:
+    """Refuse wire out or the PLC's error taken for the tip: the winch would compensate without any error."""
+    rows = [mapping[name] for name in TIP_AND_WIRE if name in mapping] if mapping is not None else []
+    for i, b in enumerate(rows):
+        for a in rows[:i]:
+            if a.column == b.column:
+                both = f"{place}signals: {a.name} and {b.name} are both column {came(a.column)}."
+                raise ValidateError(f"{both} Give each its own, or leave one out.")
 
 
 def _mode(test: Fields, kind: Kind) -> Mode | None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import functools
 import hashlib
 import json
-import math
 import re
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, replace
@@ -23,6 +22,8 @@ from stillhook.validate.measures import MEASURES, SETTINGS
 
 TOP = ("base", "name", "version", "source", "drop", "settings", "criterion")
 OURS = "ours"
+MOST = 1e12
+"""Limits beyond this size are slips of the pen."""
 
 
 class Limit(StrEnum):
@@ -266,9 +267,9 @@ def _figure(row: Fields, key: str, quantity: str) -> tuple[float, str]:
     value = row.table[key]
     if quantity:
         return parse(value, quantity, f"{row.place}{key}"), " ".join(str(value).split())
-    if isinstance(value, str) and _PERCENT.fullmatch(value.strip()):
+    if isinstance(value, str) and _PERCENT.fullmatch(value.strip()) and abs(float(value.strip()[:-1])) < MOST:
         return float(value.strip()[:-1]) / 100.0, " ".join(value.split())
-    if isinstance(value, (int, float)) and not isinstance(value, bool) and abs(value) < math.inf:
+    if isinstance(value, (int, float)) and not isinstance(value, bool) and abs(value) < MOST:
         return float(value), f"{value:g}"
     raise row.wrong(key, 'give a number, or a text such as "3 %".')
 

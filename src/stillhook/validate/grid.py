@@ -35,6 +35,8 @@ BEYOND = 12.0
 """Times the median distance from the median of five samples: noise reaches 6."""
 FASTEST = 3.0
 """Acceleration that neither tip nor wire exceeds [m/s^2]: what it bends within five samples is no spike."""
+LONGEST = 3_000_000
+"""Samples of a test on the grid, 8 h at 10 ms: more do not fit the memory of a small computer."""
 HELD = ("mode",)
 """Signals that jump: the value before holds until the next sample."""
 
@@ -58,7 +60,7 @@ class Grid:
 def even(log: Log, test: CraneTest, t_cycle: float) -> Grid:
     """The part of a log that counts, every PLC cycle t_cycle [s], or every few of them where the log is slower.
 
-    Errors: ValidateError where the log holds nothing between start and end of the test.
+    Errors: ValidateError where the log holds nothing between start and end of the test, or more time than LONGEST samples.
     """
     at = log.t if log.at is None else log.at
     use = np.flatnonzero((at >= test.start) & (at <= test.end))
@@ -67,6 +69,11 @@ def even(log: Log, test: CraneTest, t_cycle: float) -> Grid:
         raise ValidateError(f'test "{test.name}": {said}: {log.source} goes from 0 s to {log.duration:.4g} s and holds nothing there.')
     t, spacing = at[use], 1.0 / log.rate
     step = t_cycle * max(1, round(spacing / t_cycle))
+    if (t[-1] - t[0]) / step > LONGEST:
+        raise ValidateError(
+            f'test "{test.name}": {log.source} holds {len(use)} samples in {t[-1] - t[0]:.4g} s, and a test may take '
+            f"{LONGEST * step:.4g} s. Check the time stamps, or take a part with start and end."
+        )
     longest = max(BRIDGED, HOLE * max(spacing, log.every))
     grid = t[0] + step * np.arange(int(np.floor((t[-1] - t[0]) / step + 1e-6)) + 1)
     signals, doubtful, spikes = {}, {}, {}

@@ -59,7 +59,8 @@ def _needed(signals: Mapping[str, FloatArray], test: CraneTest) -> None:
         raise ValidateError(f"{place}nothing in {test.log.name} shows how the winch moves. Map s_w, v_w or omega_m.")
     for name in ("s_tip", "s_w") if test.kind is Kind.AHC else ():
         if not np.isfinite(signals[name]).any():
-            raise ValidateError(f"{place}{name} in {test.log.name} holds no value that can be used (see what was left out). Mend it.")
+            none = f"{place}{name} in {test.log.name} holds no value that can be used"
+            raise ValidateError(f"{none}: it stands still, or is missing throughout. Map another column.")
 
 
 def _in_range(s_w: FloatArray, test: CraneTest, crane: Crane) -> None:
