@@ -87,7 +87,10 @@ class Commands:
 
 
 def _column(values: ArrayLike, name: str, place: str) -> FloatArray:
-    column = np.array(values, dtype=np.float64)
+    try:
+        column = np.array(values, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise ScenarioError(f"{place}: {name} are not numbers. Give one number a sample.") from None
     if column.ndim != 1 or not np.isfinite(column).all():
         raise ScenarioError(f"{place}: {name} are not one finite number a sample. Leave the gaps out, or fill them.")
     return column

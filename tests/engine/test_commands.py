@@ -44,9 +44,10 @@ def test_commands_survive_the_way_into_a_result_and_back() -> None:
         (([0.0, 0.0], [0.1, 0.2], [1.0, 1.0]), "Commands: times do not increase. Sort them and remove doubles."),
         (([0.0, 1.0], [0.1], [1.0, 1.0]), "Commands: 2 times, 1 u_p and 2 u_m. Give one of each for every time."),
         (([0.0, np.nan], [0.1, 0.2], [1.0, 1.0]), "Commands: times are not one finite number a sample. Leave the gaps out, or fill them."),
+        (([0.0, 1.0], ["a", "b"], [1.0, 1.0]), "Commands: u_p are not numbers. Give one number a sample."),
     ],
 )
-def test_a_record_of_commands_that_cannot_be_obeyed_is_refused(columns: tuple[list[float], ...], said: str) -> None:
+def test_a_record_of_commands_that_cannot_be_obeyed_is_refused(columns: tuple[list[float | str], ...], said: str) -> None:
     with pytest.raises(ScenarioError) as error:
         Commands(*columns)
     assert str(error.value) == said

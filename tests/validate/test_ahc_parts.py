@@ -170,6 +170,12 @@ def test_a_part_that_was_logged_more_slowly_counts_by_its_seconds():
     assert spectra.f[-1] == pytest.approx(0.5 / (10.0 * STEP))
 
 
+def test_an_error_that_stands_still_has_no_shape():
+    e = irregular(1)
+    found, _ = shape([(np.full(len(e), 1e-3), e, STEP)])
+    assert np.isnan([found.correlation, found.distance]).all()
+
+
 def test_parts_shorter_than_a_minute_have_no_spectrum():
     e = irregular(6)[:5000]
     found, spectra = shape([(e, e, STEP)])

@@ -5,9 +5,10 @@ import math
 
 import pytest
 
-from stillhook.errors import StillhookError
+from stillhook.errors import StillhookError, ValidateError
 from stillhook.scenario import Mode
 from stillhook.validate.campaign import Kind, load_campaign
+from stillhook.validate.validation import validate
 
 TOP = 'title = "Trials"\ndate = 2026-11-21\ncrane = "nov-250t"\n'
 SIGNALS = '[signals]\ntime = { column = "Time", unit = "s" }\ns_w = { column = "w", unit = "m" }\nmode = { column = "State" }\n'
@@ -128,3 +129,21 @@ def test_a_file_that_is_not_there_or_no_toml_is_told(tmp_path):
         loaded(tmp_path, "crane = \n")
     with pytest.raises(StillhookError, match=r"c\.toml: empty"):
         loaded(tmp_path, "")
+
+
+@pytest.mark.parametrize(
+    ("given", "told"),
+    [
+        ((5, None), "campaign = 5: give the path"),
+        (("c.toml", 0), "steps = 0: give a list of some of 0, 1"),
+        (("c.toml", [9]), "steps = [9]: give a list"),
+        (("c.toml", []), "steps = []: give a list"),
+        (("c.toml", "0"), 'steps = "0": give a list'),
+    ],
+)
+def test_python_is_told_what_it_may_give(tmp_path, given, told):
+    loaded(tmp_path, f"{TOP}{SIGNALS}{TEST}")
+    campaign, steps = given
+    with pytest.raises(ValidateError) as caught:
+        validate(tmp_path / campaign if isinstance(campaign, str) else campaign, steps=steps)
+    assert str(caught.value).startswith(told)

@@ -95,6 +95,8 @@ def _spectra(pairs: Pairs) -> Spectra | None:
 def _compared(x: Spectra) -> tuple[float, float, float]:
     band = (x.f >= BAND[0]) & (x.f <= BAND[1])
     m, s = float(x.measured[band].sum()), float(x.simulated[band].sum())
+    if not m > 0.0:  # an error that stands still has no shape
+        return math.nan, math.nan, math.nan
     strong = band & (x.measured > FLOOR * x.measured[band].max())
     apart = 10.0 * np.log10(np.maximum(x.simulated[strong], 1e-30) / x.measured[strong])
     return math.sqrt(s / m), m / float(x.measured[1:].sum()), float(np.sqrt(np.mean(apart**2)))

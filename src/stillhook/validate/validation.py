@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from stillhook.engine.run import Meter
+from stillhook.errors import ValidateError
+from stillhook.units import came
 from stillhook.validate.ahc import check_ahc
 from stillhook.validate.campaign import Campaign, load_campaign
 from stillhook.validate.controller import check_controller
@@ -68,8 +70,10 @@ def validate(campaign: str | Path | Campaign, *, steps: Iterable[int] | None = N
     Errors: StillhookError of one line, for a campaign or log that cannot be read or trusted.
     Source: Moslatt 2020 paper F, section "Verification of the Digital Twin" and table 2.
     """
+    if not isinstance(campaign, str | Path | Campaign):
+        raise ValidateError(f"campaign = {came(campaign)}: give the path of a campaign file, or what load_campaign returned.")
     todo = campaign if isinstance(campaign, Campaign) else load_campaign(campaign)
-    numbers = tuple(sorted({StepNumber(n) for n in steps})) if steps is not None else tuple(StepNumber)
+    numbers = _numbers(steps)
     meter = Meter(READING + sum(WEIGHT[n] for n in numbers), progress)
     meter.tell()
     records = read_records(todo, meter.part(READING))
@@ -80,3 +84,12 @@ def validate(campaign: str | Path | Campaign, *, steps: Iterable[int] | None = N
         reached(1.0)
     measures = tuple(m for step in taken for m in step.measures)
     return Validation(todo, records, tuple(taken), judge(todo.criteria, measures, numbers))
+
+
+def _numbers(steps: object) -> tuple[StepNumber, ...]:
+    """The steps to be taken, in order. Errors: ValidateError where one is no step, or there is none."""
+    known = [int(n) for n in StepNumber]
+    given = known if steps is None else list(steps) if isinstance(steps, Iterable) and not isinstance(steps, str) else []
+    if not given or any(n not in known for n in given):
+        raise ValidateError(f"steps = {came(steps)}: give a list of some of {', '.join(map(str, known))}, such as [0, 2].")
+    return tuple(sorted({StepNumber(n) for n in given}))
