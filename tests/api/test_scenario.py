@@ -14,7 +14,7 @@ from stillhook.scenario import FrictionModel, Operator, PowerLoss, Sensors, Wate
 
 BASE = {"load": "80 t", "s_w": "100 m"}
 CRANE = load_crane("nov-250t")
-FIELDS = "name, load, s_w, tip, mode, modes, duration, ramp, warm_up, water, operator, sensors, power_loss, friction, gas_held"
+FIELDS = "name, load, s_w, tip, mode, modes, duration, ramp, warm_up, water, operator, sensors, power_loss, friction, gas_held, commands"
 MODES = "'manual', 'level-1', 'level-2', 'ns', 'hs', 'ssc' or 'ssc-cubic'"
 
 
