@@ -10,13 +10,12 @@ from typing import Any
 
 from stillhook.crane import Crane, Motor, Plant, Source
 from stillhook.engine.pack import drum_record
-from stillhook.errors import IdentifyError, StillhookError
-from stillhook.io.fields import Fields, no_log_twice, no_name_twice
+from stillhook.errors import IdentifyError
+from stillhook.io.fields import Fields, described, no_log_twice, no_name_twice
 from stillhook.io.log_mapping import mapping_from
 from stillhook.io.log_types import Signal
 from stillhook.library import load_crane
 from stillhook.library.evidence import Evidence
-from stillhook.library.files import parsed, toml_text
 from stillhook.physics.drum import layer_diameter, layers_filled
 from stillhook.physics.scalar import G
 from stillhook.units import came, show
@@ -103,13 +102,7 @@ def load_campaign(path: str | Path) -> Campaign:
 
     Errors: StillhookError, one line that names file, field, what came and what is allowed.
     """
-    file = Path(path)
-    data = parsed(toml_text(file), file.name)
-    try:
-        return _campaign(data, file)
-    except StillhookError as e:
-        text = str(e)
-        raise type(e)(text if text.startswith(file.name) else f"{file.name}: {text}") from None
+    return described(path, _campaign)
 
 
 def _campaign(data: Mapping[str, Any], file: Path) -> Campaign:

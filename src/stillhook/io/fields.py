@@ -2,13 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any, Protocol, TypeVar
 
 from stillhook.errors import StillhookError
-from stillhook.library.files import nearest
+from stillhook.library.files import nearest, parsed, toml_text
 from stillhook.units import came, parse
+
+Described = TypeVar("Described")
+
+
+def described(path: str | Path, read: Callable[[Mapping[str, Any], Path], Described]) -> Described:
+    """What `read` makes of a TOML file, given its table and its path. Errors: StillhookError whose line begins with the file's name."""
+    file = Path(path)
+    data = parsed(toml_text(file), file.name)
+    try:
+        return read(data, file)
+    except StillhookError as e:
+        text = str(e)
+        raise type(e)(text if text.startswith(file.name) else f"{file.name}: {text}") from None
 
 
 class Fields:

@@ -13,11 +13,10 @@ from typing import Any
 from stillhook.crane import Crane
 from stillhook.engine.pack import drum_record
 from stillhook.errors import StillhookError, ValidateError
-from stillhook.io.fields import Fields, no_log_twice, no_name_twice
+from stillhook.io.fields import Fields, described, no_log_twice, no_name_twice
 from stillhook.io.log_mapping import mapping_from
 from stillhook.io.log_types import Signal
 from stillhook.library import load_crane
-from stillhook.library.files import parsed, toml_text
 from stillhook.scenario import Mode, Water
 from stillhook.units import came, show
 from stillhook.validate.criteria import Criteria, load_criteria
@@ -109,13 +108,7 @@ def load_campaign(path: str | Path) -> Campaign:
 
     Errors: StillhookError, one line that names file, field, what came and what is allowed.
     """
-    file = Path(path)
-    data = parsed(toml_text(file), file.name)
-    try:
-        return _campaign(data, file)
-    except StillhookError as e:
-        text = str(e)
-        raise type(e)(text if text.startswith(file.name) else f"{file.name}: {text}") from None
+    return described(path, _campaign)
 
 
 def _campaign(data: Mapping[str, Any], file: Path) -> Campaign:

@@ -13,8 +13,6 @@ from stillhook.validate.implied_regression import Estimate, FloatArray, fit
 
 APART = parse("10 bar", "pressure")
 """Difference of the lines from which the lower one stands on boost and flushing alone [Pa]."""
-NEGATIVE = parse("-2 bar", "pressure")
-"""No pressure can be lower [Pa]: what a transmitter's zero may be off by below vacuum."""
 
 
 @dataclass(frozen=True)
