@@ -38,3 +38,11 @@ class ValidateError(StillhookError):
 
 class IdentifyError(StillhookError):
     """Data that cannot tell what is asked of them."""
+
+
+class SeaError(StillhookError):
+    """A wave text, spectrum file, vessel file or tip position that cannot be used."""
+
+
+class LiftError(StillhookError):
+    """A lift file, payload or winch programme that does not describe a lift, or one that this crane cannot be asked."""

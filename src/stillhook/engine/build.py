@@ -40,7 +40,7 @@ def kernel_hash() -> str:
     return digest.hexdigest()[:16]
 
 
-RESULT_FOLDERS = (*KERNEL_FOLDERS, "sea", "library")
+RESULT_FOLDERS = (*KERNEL_FOLDERS, "sea", "lift", "library")
 RESULT_FILES = ("certified.py", "commands.py", "crane.py", "metrics.py", "scenario.py", "variables.py")
 
 
