@@ -1,8 +1,13 @@
-"""Winch modes that lifts need, above the PLC's AHC loop: which joystick speed, mode and tension the PLC works with in this cycle."""
+"""Winch modes that lifts need, above the PLC's AHC loop: which joystick speed, mode and tension the PLC works with in this cycle.
+
+Laws of our own (the thesis names such modes in section 2.6 and prints none). What each mode does, what it waits for and what ends it
+is told in docs/explanation/winch-modes.md. Signs: speeds and s_op hoisting positive, s_w wire paid out.
+"""
 
 from typing import NamedTuple
 
-from stillhook.physics.scalar import scalar
+from stillhook.control.plc import MANUAL, low_pass
+from stillhook.physics.scalar import clip, fmax, scalar
 
 STAGE_MANUAL, STAGE_AHC, STAGE_TENSION, STAGE_SPLASH, STAGE_LANDING = 0.0, 1.0, 2.0, 3.0, 4.0
 UNTIL_TIME, UNTIL_DEPTH, UNTIL_WIRE, UNTIL_LANDED, UNTIL_TENSION = 0.0, 1.0, 2.0, 3.0, 4.0
@@ -10,8 +15,8 @@ UNTIL_TIME, UNTIL_DEPTH, UNTIL_WIRE, UNTIL_LANDED, UNTIL_TENSION = 0.0, 1.0, 2.0
 
 class Stage(NamedTuple):
     """One stage of a winch programme: mode one of STAGE_*; v wire speed, hoisting positive [m/s]; F_set tension that is held or slackened
-    to [N]; until one of UNTIL_*; value what ends it: time in the stage [s], wire paid out [m] (a depth is turned into wire out when
-    packed), tension [N]; timeout [s] after which the programme is stuck."""
+    to [N]; until one of UNTIL_*; value what ends it: time since its entry or touch-down [s], wire paid out [m] (a depth is turned into
+    wire out when packed), tension [N]; timeout [s] after which the programme is stuck; last 1 in the programme's last stage, else 0."""
 
     mode: float
     v: float
@@ -19,24 +24,29 @@ class Stage(NamedTuple):
     until: float
     value: float
     timeout: float
+    last: float
 
 
 class LiftSettings(NamedTuple):
-    """t_cycle [s]; a_max ramp of the joystick [m/s^2]; v_max highest speed that tension control asks for [m/s]; omega_T bandwidth of
-    tension control [rad/s]; tau_slow time constant of the mean tension [s]; omega_s return to the slow position [rad/s]; F_landed part of
-    the suspended tension below which the load has landed [-]; F_least tension that compensation and tension control need to start [N];
-    F_most highest tension that may be set [N]; EA [N] and L_0 [m] of the wire, from which the PLC knows its stiffness;
-    code mode code of the controller while compensating."""
+    """t_cycle [s]; a_max ramp of the joystick [m/s^2]; v_max highest speed that tension control adds [m/s]; v_enter tip speed below which
+    compensation may start [m/s]; omega_T bandwidth of tension control on a load that stands [rad/s]; v_soft speed that splash mode adds
+    per deviation of the tension as large as its mean [m/s]; omega_s return to the slow position [rad/s]; tau_F low-pass of the load cell
+    [s]; tau_slow time constant of the mean tension [s]; t_fade time in which a law grows to its full size [s]; F_landed part of the
+    suspended tension below which the load has landed [-]; F_least tension that compensation and tension control need to start [N];
+    EA [N] and L_0 [m] of the wire, from which the PLC knows its stiffness; code mode code of the controller while compensating."""
 
     t_cycle: float
     a_max: float
     v_max: float
+    v_enter: float
     omega_T: float
-    tau_slow: float
+    v_soft: float
     omega_s: float
+    tau_F: float
+    tau_slow: float
+    t_fade: float
     F_landed: float
     F_least: float
-    F_most: float
     EA: float
     L_0: float
     code: float
@@ -52,16 +62,22 @@ class Watch(NamedTuple):
 
 
 class Supervisor(NamedTuple):
-    """Memory: stage number; t_0 when it began [s]; entered 1 once its entry condition held; v_op ramped joystick [m/s] and s_op its
-    integral [m]; F_slow mean tension [N]; F_hung tension before landing [N]; s_ref slow position [m]; landed 1 after touch-down;
-    done 1 when the programme is over; stuck 1 when a stage timed out."""
+    """Memory: stage number from 0; t_0 when it began, anew at its entry and at touch-down [s]; entered 1 once its entry condition held;
+    mode ordered last; v_joy ramped joystick, v_op with what a law adds [m/s], s_op its integral [m]; F_1 and F_2 tension filtered once
+    and twice, F_slow its mean, F_ref set value of tension control on its way, F_hung mean before touch-down [N]; s_ref slow position [m];
+    landed 1 after touch-down in this stage; done 1 when the programme is over; stuck 1 when a stage timed out."""
 
     stage: float
     t_0: float
     entered: float
+    mode: float
+    v_joy: float
     v_op: float
     s_op: float
+    F_1: float
+    F_2: float
     F_slow: float
+    F_ref: float
     F_hung: float
     s_ref: float
     landed: float
@@ -81,6 +97,111 @@ class Orders(NamedTuple):
 
 
 @scalar
+def supervisor_at_rest(t, s_w, F):
+    """Memory before the first cycle: t [s], wire out s_w [m], everything hanging still on the tension F [N]."""
+    return Supervisor(0.0, t, 0.0, MANUAL, 0.0, 0.0, 0.0, F, F, F, F, F, s_w, 0.0, 0.0, 0.0)
+
+
+@scalar
+def tension_speed(F, F_ref, k, omega_T):
+    """Wire speed, hoisting positive [m/s], that takes the tension F to F_ref [N] at the rate omega_T [rad/s] if the wire's far end stands.
+
+    dF/dt = k v_w on a standing load; k stiffness of the wire out [N/m]. On a load that hangs free it only brakes what moves.
+    """
+    return -omega_T * (F - F_ref) / k
+
+
+@scalar
+def soft_speed(F, F_slow, F_least, v_soft):
+    """Wire speed, hoisting positive [m/s], by which splash mode gives way: v_soft per deviation of F as large as the mean F_slow [N].
+
+    The winch is then a damper of F_slow / v_soft to all that changes faster than the mean. A gain by the wire's stiffness, as tension
+    control has, would be ten times too stiff for it: 60 m of wire stretch by centimetres under the force of a wave.
+    """
+    return -v_soft * (F - F_slow) / fmax(F_slow, F_least)
+
+
+@scalar
+def may_enter(y, m, F_1, F_slow, stage, s):
+    """Entry condition of the stage's mode: manual none; the others weight on the wire; compensation starts as the tip turns (or goes on);
+    landing a load that hangs at its mean tension."""
+    loaded = F_1 >= s.F_least
+    calm = m.mode > MANUAL or abs(y.v_tip) <= s.v_enter
+    hangs = F_1 >= 0.5 * (1.0 + s.F_landed) * F_slow
+    ok = loaded
+    if stage.mode == STAGE_MANUAL:
+        ok = True
+    if stage.mode == STAGE_AHC or stage.mode == STAGE_TENSION:
+        ok = loaded and calm
+    if stage.mode == STAGE_LANDING:
+        ok = loaded and calm and hangs
+    return ok
+
+
+@scalar
+def reached(y, F_1, since, landed, stage):
+    """Whether what ends the stage has come: wire and tension count in the direction in which the stage moves them."""
+    rising = stage.v > 0.0 or (stage.mode == STAGE_TENSION and stage.F_set >= stage.value)
+    there = y.s_w <= stage.value if stage.v > 0.0 else y.s_w >= stage.value
+    if stage.until == UNTIL_TIME:
+        there = since >= stage.value and (stage.mode != STAGE_LANDING or landed > 0.0)
+    if stage.until == UNTIL_LANDED:
+        there = landed > 0.0
+    if stage.until == UNTIL_TENSION:
+        there = F_1 >= stage.value if rising else F_1 <= stage.value
+    return there
+
+
+@scalar
 def supervise(y, m, stage, s):
-    """One PLC cycle of the lift modes: what was read and remembered, and the stage in force, give orders and the new memory."""
-    raise NotImplementedError
+    """One PLC cycle of the lift modes: what was read and remembered, and the stage in force, give orders and the new memory.
+
+    A stage waits for its entry condition in the mode that was on before, joystick at rest. The programme that is done or stuck rests with
+    the joystick and keeps the law of its last stage. Speeds are continuous: the joystick ramps, a law starts from nothing.
+    """
+    F_1 = low_pass(m.F_1, y.F, s.tau_F, s.t_cycle)
+    F_2 = low_pass(m.F_2, F_1, s.tau_F, s.t_cycle)
+    F_slow = low_pass(m.F_slow, y.F, s.tau_slow, s.t_cycle)
+
+    now_in = m.entered > 0.0 or may_enter(y, m, F_1, F_slow, stage, s)
+    feels = now_in and (stage.mode == STAGE_LANDING or stage.until == UNTIL_LANDED)
+    down = m.landed > 0.0 or (feels and F_1 < s.F_landed * F_slow)
+    landed = 1.0 if down else 0.0
+    started = (now_in and m.entered == 0.0) or (down and m.landed == 0.0)
+    t_0 = y.t if started else m.t_0
+    since = y.t - t_0
+
+    splash = now_in and stage.mode == STAGE_SPLASH
+    tension = now_in and (stage.mode == STAGE_TENSION or (stage.mode == STAGE_LANDING and down))
+    resting = not now_in or tension or m.done > 0.0 or m.stuck > 0.0
+    v = 0.0 if resting else stage.v
+    v_joy = m.v_joy + clip(v - m.v_joy, -s.a_max * s.t_cycle, s.a_max * s.t_cycle)
+
+    grown = since / (since + s.t_fade)
+    F_ref = low_pass(m.F_ref, stage.F_set, s.t_fade, s.t_cycle) if tension else F_1
+    s_ref = m.s_ref - v_joy * s.t_cycle if splash else y.s_w
+    k = s.EA / (s.L_0 + fmax(y.s_w, 0.0))
+    soft = grown * soft_speed(F_2, F_slow, s.F_least, s.v_soft) + s.omega_s * (y.s_w - s_ref)
+    law = tension_speed(F_1, F_ref, k, s.omega_T) if tension else 0.0
+    law = clip(soft if splash else law, -s.v_max, s.v_max)
+    v_op = v_joy + law
+    s_op = m.s_op + 0.5 * s.t_cycle * (m.v_op + v_op)
+
+    base = MANUAL if stage.mode == STAGE_MANUAL or stage.mode == STAGE_SPLASH else s.code
+    mode = base if now_in else m.mode
+    hold = 1.0 if tension or splash else 0.0
+    F_hold = F_ref if tension else F_slow
+    orders = Orders(mode, v_op, s_op, hold, F_hold)
+
+    running = m.done == 0.0 and m.stuck == 0.0
+    ends = running and now_in and reached(y, F_1, since, landed, stage)
+    over = ends and stage.last > 0.0
+    late = running and not ends and since > stage.timeout
+    done = 1.0 if over else m.done
+    stuck = 1.0 if late else m.stuck
+    entered = 1.0 if now_in else 0.0
+    F_hung = m.F_hung if down else F_slow
+    if ends and not over:
+        fresh = Supervisor(m.stage + 1.0, y.t, 0.0, mode, v_op, v_op, s_op, F_1, F_2, F_slow, F_1, F_hung, y.s_w, 0.0, done, stuck)
+        return orders, fresh
+    return orders, Supervisor(m.stage, t_0, entered, mode, v_joy, v_op, s_op, F_1, F_2, F_slow, F_ref, F_hung, s_ref, landed, done, stuck)
