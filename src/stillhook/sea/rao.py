@@ -15,6 +15,7 @@ from stillhook.units import came
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
+Places = NDArray[np.intp]
 
 DOFS = ("surge", "sway", "heave", "roll", "pitch", "yaw")
 TURN = 2.0 * np.pi
@@ -29,7 +30,8 @@ class Rao:
     from the bow: 0 following, pi/2 coming from starboard, pi head sea, 3 pi/2 coming from port.
     omega (n,) [rad/s] ascending; beta (m,) [rad] ascending in [0, 2 pi), all round (readers mirror half tables explicitly);
     H (6, m, n): surge, sway, heave [m/m], roll, pitch, yaw [rad/m] (pitch positive: bow down; roll positive: port side up).
-    origin: where the reference point is in the ship, in words; source: file and format; notes: what the reader did and what deserves a look.
+    origin: where the reference point is in the ship, in words; source: file and format; notes: what the reader did and what deserves
+    a look.
 
     Errors: SeaError for arrays of other shapes, numbers that are not finite, frequencies or headings out of order.
     """
@@ -82,7 +84,7 @@ class Rao:
         """H at frequencies (k,) [rad/s] and at every heading of the table, (6, m, k): for many headings at once, with `heading_weights`."""
         return self._at_headings(np.atleast_1d(np.asarray(omega, dtype=np.float64)), np.arange(len(self.beta)))
 
-    def heading_weights(self, beta: ArrayLike) -> tuple[NDArray[np.intp], NDArray[np.intp], FloatArray]:
+    def heading_weights(self, beta: ArrayLike) -> tuple[Places, Places, FloatArray]:
         """Headings (j,) [rad], any turn, as places in the table: lower neighbour, upper neighbour, share of the upper; each (j,)."""
         turned = np.mod(np.atleast_1d(np.asarray(beta, dtype=np.float64)), TURN)
         if not np.isfinite(turned).all():
@@ -95,7 +97,7 @@ class Rao:
         return np.asarray(low % m), np.asarray(high), np.asarray(share)
 
     def vertical(self, omega: ArrayLike, beta: ArrayLike, x: float, y: float) -> ComplexArray:
-        """Vertical motion of the point (x, y) [m] per metre of wave, eta_3 + y eta_4 - x eta_5 [m/m]: shape (k,), or (j, k) for headings (j,).
+        """Vertical motion of the point (x, y) [m] per metre of wave, eta_3 + y eta_4 - x eta_5: shape (k,), or (j, k) for headings (j,).
 
         x forward and y to port of the reference point; the wave's phase stays that at the reference point.
         """
@@ -111,7 +113,7 @@ class Rao:
         curves: Any = PchipInterpolator(self.omega, np.stack([values.real, values.imag], axis=-1), axis=0)
         return np.asarray(curves.c, dtype=np.float64)
 
-    def _at_headings(self, omega: FloatArray, places: NDArray[np.intp]) -> ComplexArray:
+    def _at_headings(self, omega: FloatArray, places: Places) -> ComplexArray:
         """H at frequencies (k,) and some headings of the table, (6, len(places), k)."""
         first, last = self.omega[0], self.omega[-1]
         inside = np.clip(omega, first, last)
@@ -126,7 +128,7 @@ class Rao:
             H[..., below] = self._long_waves(omega[below], places)
         return np.ascontiguousarray(H)
 
-    def _long_waves(self, omega: FloatArray, places: NDArray[np.intp]) -> ComplexArray:
+    def _long_waves(self, omega: FloatArray, places: Places) -> ComplexArray:
         beta = self.beta[places]
         k_0, k = deep_wavenumber(self.omega[0]), deep_wavenumber(omega)
         per_k = np.array([1.0, 1.0, 1.0, k_0, k_0, k_0])[:, None]
