@@ -6,17 +6,24 @@ import os
 from pathlib import Path
 
 from stillhook.errors import SeaError
+from stillhook.io.rao_csv import read_rao_csv
 from stillhook.io.rao_re1 import read_re1
 from stillhook.sea.rao import Rao
 from stillhook.units import came
 
+FORMS = "ShipX/VERES .re1 and CSV with declared conventions (stillhook vessel show --help)"
 LARGEST_FILE = 200_000_000  # bytes
 
 
 def read_vessel(path: str | os.PathLike[str]) -> Rao:
-    """The motion transfer functions in a file: ShipX/VERES `.re1`."""
+    """The motion transfer functions in a file: ShipX/VERES `.re1`, or CSV with declared conventions."""
     file = Path(path)
-    return read_re1(file, _text(file))
+    text = _text(file)
+    if "TRANSFER FUNCTION" in text[:1000].upper():
+        return read_re1(file, text)
+    if text.startswith("#") or "omega [rad/s]" in text[:1000]:
+        return read_rao_csv(file, text)
+    raise SeaError(f"{file.name}: is no vessel file that is known. Read are {FORMS}.")
 
 
 def _text(file: Path) -> str:

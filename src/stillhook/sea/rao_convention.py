@@ -144,3 +144,16 @@ def _mirrored(beta: FloatArray, H: ComplexArray, source: str) -> tuple[FloatArra
     both = np.concatenate([H, PORT_STARBOARD[:, None, None] * H[:, other]], axis=1)
     order = np.argsort(whole)
     return whole[order], both[:, order]
+
+
+def one_side(rao: Rao) -> tuple[FloatArray, ComplexArray]:
+    """Headings from 0 to 180 deg and their motions, of a ship that is the same to port and starboard: the inverse of a mirrored table.
+
+    Errors: SeaError where the two sides differ, or 0 and 180 deg are not both in the table.
+    """
+    half = rao.beta < np.pi + SAME_HEADING
+    beta, H = rao.beta[half], rao.H[:, half]
+    whole, both = _mirrored(beta, H, rao.name)
+    if len(whole) != len(rao.beta) or not np.allclose(whole, rao.beta) or not np.allclose(both, rao.H, rtol=1e-6, atol=1e-6 / LEVER):
+        raise SeaError(f"{rao.name}: port and starboard are not mirror images. Write headings all round.")
+    return beta, H
