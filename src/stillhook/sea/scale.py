@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from stillhook.errors import MotionError
+from stillhook.sea.irregular import IrregularTip
 from stillhook.sea.motion import Motion, Profile, Ramped, Sine, Still, Sum
 from stillhook.sea.recorded import Recorded
 
@@ -25,6 +26,8 @@ def scaled(motion: Motion, factor: float) -> Motion:
             return Ramped.from_si(scaled(motion.motion, factor), motion.t_ramp)
         case Recorded():
             return Recorded(motion.times, motion.heights * factor, source=motion.source, report=f"{motion.report} Scaled by {factor:.6g}.")
+        case IrregularTip():
+            return motion.times(factor)
         case Still():
             raise MotionError('A tip that stands still has no size to be scaled. Give a motion such as "sine 2.8 m 12 s".')
     raise MotionError(f"{type(motion).__name__}: no rule for making this motion larger. Give sines, a profile or a record.")

@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from stillhook.errors import MotionError
+from stillhook.sea.irregular import IrregularTip
 from stillhook.sea.motion import Motion, Profile, Ramped, Sine, Still, Sum
 from stillhook.sea.recorded import Recorded
 from stillhook.units import came, parse
@@ -92,9 +93,11 @@ def motion_from_dict(data: Mapping[str, Any]) -> Motion:
                 return Ramped.from_si(motion_from_dict(data["motion"]), data["t_ramp"])
             case "recorded":
                 return Recorded.from_dict(dict(data))
+            case "irregular":
+                return IrregularTip.from_dict(dict(data))
     except (KeyError, TypeError, ValueError) as problem:
         raise MotionError(
             f"stored motion: type {came(data.get('type'))} lacks or misstates {came(str(problem))}. Simulate again."
         ) from problem
-    types = ", ".join(cls.kind for cls in (Still, Sine, Sum, Profile, Ramped, Recorded))
+    types = ", ".join(cls.kind for cls in (Still, Sine, Sum, Profile, Ramped, Recorded, IrregularTip))
     raise MotionError(f"stored motion: type {came(data.get('type'))} is not one of {types}.")

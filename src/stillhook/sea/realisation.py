@@ -1,0 +1,196 @@
+"""One piece of a random sea: waves with their phases, from which tip motion and water motion follow together."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from enum import StrEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stillhook.errors import SeaError
+from stillhook.sea.irregular import SHORTEST_REPEAT, ComplexArray, IrregularTip
+from stillhook.sea.rao import Rao
+from stillhook.sea.ship_motion import STANDARD_GRAVITY
+from stillhook.sea.spectrum import Sea, WaveSpectrum
+
+FloatArray = NDArray[np.float64]
+
+SHORTEST_WAVE = 2.0
+"""Period down to which every sea is realised [s], or a quarter of its peak period where that is shorter: shorter waves (6 m) move no
+vessel and pass along a load without lifting it; beyond four peak frequencies lies 0.5 % of the variance of a wind sea."""
+FINEST = 1e-3  # rad/s: the spectrum is averaged over each harmonic's band in steps no coarser than this
+MOST_HARMONICS = 200_000
+
+
+class Amplitudes(StrEnum):
+    """How amplitudes are drawn. FIXED: sqrt(2 S d_omega), phases alone are random, so that every seed has the variance of the spectrum.
+    RAYLEIGH: amplitudes random as well, so that variances scatter between seeds as in records of that length (exactly Gaussian)."""
+
+    FIXED = "fixed"
+    RAYLEIGH = "rayleigh"
+
+
+@dataclass(frozen=True, eq=False)
+class Realisation:
+    """Waves of a sea on an even grid of frequencies: everything repeats exactly after `repeat` [s].
+
+    harmonic (n,) rising numbers k, omega_k = 2 pi k/repeat; beta (m,) directions of travel [rad]; a (m, n) complex amplitudes [m] at the
+    vessel's reference point, elevation Re sum a exp(i (omega t - k (x cos beta + y sin beta))). depth of the water [m], inf for deep.
+    """
+
+    repeat: float
+    harmonic: NDArray[np.int64] = field(repr=False)
+    beta: FloatArray = field(repr=False)
+    a: ComplexArray = field(repr=False)
+    depth: float = math.inf
+    source: str = ""
+    report: str = ""
+
+    @property
+    def omega(self) -> FloatArray:
+        """Angular frequencies [rad/s] (n,), rising."""
+        return np.asarray(2.0 * math.pi / self.repeat * self.harmonic, dtype=np.float64)
+
+    @property
+    def wave_number(self) -> FloatArray:
+        """Wave numbers [1/m] (n,)."""
+        return wave_number(self.omega, self.depth)
+
+    def elevation(self, x: float, y: float) -> ComplexArray:
+        """Complex amplitudes of the surface at (x, y) [m] from the reference point, forward and to port, (n,)."""
+        lag = np.outer(x * np.cos(self.beta) + y * np.sin(self.beta), self.wave_number)
+        total: ComplexArray = np.sum(self.a * np.exp(-1j * lag), axis=0)
+        return total
+
+    def motion(self, rao: Rao) -> ComplexArray:
+        """Complex amplitudes of surge, sway, heave [m], roll, pitch, yaw [rad], (6, n)."""
+        omega = self.omega
+        total = np.zeros((6, len(omega)), dtype=np.complex128)
+        for beta, a in zip(self.beta, self.a, strict=True):
+            total += rao.at(omega, float(beta)) * a
+        return total
+
+    def spread(self, c: ComplexArray) -> ComplexArray:
+        """Amplitudes of these harmonics among all of them, from the mean (0) on."""
+        whole = np.zeros(int(self.harmonic[-1]) + 1, dtype=np.complex128)
+        whole[self.harmonic] = c
+        return whole
+
+
+def realise(
+    sea: Sea, repeat: float, seed: int = 0, *, amplitudes: Amplitudes | str = Amplitudes.FIXED, depth: float = math.inf
+) -> Realisation:
+    """One realisation of a sea, the same for the same seed (NumPy's PCG64).
+
+    Parameters: repeat [s], the period after which it repeats: the length of the run; seed 0 or more; amplitudes, see `Amplitudes`; depth of
+    the water [m]. Harmonics are 2 pi/repeat apart; each takes the variance of its band, averaged over the spectrum. In a short-crested sea
+    every direction has waves of its own at every harmonic, so the height of the sea at one place scatters with any amplitudes.
+    Errors: SeaError for a repeat too short for the sea, a seed or depth that is none.
+    """
+    drawn = _amplitudes(amplitudes)
+    if not (isinstance(seed, int) and not isinstance(seed, bool) and seed >= 0):
+        raise SeaError(f"seed {seed!r}: give a whole number of 0 or more.")
+    if not (math.isfinite(repeat) and repeat >= SHORTEST_REPEAT):
+        raise SeaError(f"repeat {repeat:g} s is shorter than {SHORTEST_REPEAT:g} s. Give the length of the run.")
+    if not depth > 0.0:
+        raise SeaError(f"depth {depth:g} m is not more than 0 m. Leave it out for deep water.")
+    d_omega = 2.0 * math.pi / repeat
+    first, last = _band(sea, d_omega)
+    harmonic = np.arange(first, last + 1)
+    rng = np.random.default_rng(seed)
+    beta: list[float] = []
+    a: list[ComplexArray] = []
+    for train in sea.trains:
+        variance = _variances(train.spectrum, harmonic, d_omega)
+        for direction, weight in zip(*train.directions(), strict=True):
+            beta.append(float(direction))
+            a.append(_draw(weight * variance, rng, drawn))
+    held = sum(float(np.sum(_variances(t.spectrum, harmonic, d_omega))) for t in sea.trains)
+    report = (
+        f"Seed {seed}, {drawn.value} amplitudes, {len(harmonic)} harmonics of {repeat:.6g} s up to a period of {repeat / last:.3g} s, "
+        f"{held / sea.moment(0):.2%} of the variance of the sea."
+    )
+    return Realisation(repeat, harmonic, np.array(beta), np.array(a), depth, sea.describe(), report)
+
+
+def regular(amplitude: float, period: float, beta: float, *, cycles: int = 1, phase: float = 0.0, depth: float = math.inf) -> Realisation:
+    """One regular wave of amplitude [m], period [s] and direction of travel [rad], with a crest at the reference point at t = 0 for phase
+    0 [rad]; it repeats (and is known) over `cycles` periods. Errors: SeaError for a wave that cannot be."""
+    if not (0.0 < amplitude <= 50.0 and 0.1 <= period <= 3600.0 and cycles >= 1):
+        raise SeaError(f"regular wave of {amplitude:g} m, {period:g} s, {cycles} cycles: give 0 to 50 m, 0.1 to 3600 s, 1 cycle or more.")
+    a = np.array([[amplitude * np.exp(1j * phase)]])
+    source = f"regular wave {amplitude:.6g} m {period:.6g} s"
+    return Realisation(cycles * period, np.array([cycles]), np.array([beta]), a, depth, source)
+
+
+def tip_motion(waves: Realisation, rao: Rao, x: float, y: float) -> IrregularTip:
+    """Vertical motion of the crane tip above (x, y) [m] from the RAO's reference point, forward and to port, by these waves (linear).
+
+    Coherent with `wave_field.water` of the same waves. Source: z = eta_3 + y eta_4 - x eta_5.
+    """
+    c = np.zeros(len(waves.harmonic), dtype=np.complex128)
+    for beta, a in zip(waves.beta, waves.a, strict=True):
+        c += rao.vertical(waves.omega, float(beta), x, y) * a
+    return IrregularTip(
+        waves.spread(c), waves.repeat, source=waves.source, report=f"{rao.name} at x {x:g} m, y {y:g} m. {waves.report}".strip()
+    )
+
+
+def wave_number(omega: FloatArray, depth: float = math.inf) -> FloatArray:
+    r"""Wave number k [1/m] of linear waves, :math:`\omega^2 = g k \tanh(k d)`; omega [rad/s] (n,), depth d [m], inf for deep water."""
+    deep = omega**2 / STANDARD_GRAVITY
+    if not math.isfinite(depth):
+        return deep
+    k = np.maximum(deep, omega / math.sqrt(STANDARD_GRAVITY * depth))
+    for _ in range(30):
+        t = np.tanh(k * depth)
+        step = (k * t - deep) / (t + k * depth * (1.0 - t**2))
+        k = k - step
+        if np.all(np.abs(step) <= 1e-14 * k):
+            break
+    return k
+
+
+def _amplitudes(value: Amplitudes | str) -> Amplitudes:
+    try:
+        return Amplitudes(value)
+    except ValueError:
+        raise SeaError(f'amplitudes = "{value}": it is not one of {", ".join(Amplitudes)}.') from None
+
+
+def _band(sea: Sea, d_omega: float) -> tuple[int, int]:
+    """First and last harmonic that the sea is realised on."""
+    lowest, highest = math.inf, 0.0
+    for train in sea.trains:
+        spectrum = train.spectrum
+        if spectrum.moment(0) > 0.0:
+            lowest = min(lowest, float(spectrum.grid()[0]))
+            highest = max(highest, min(spectrum.omega_cut, 2.0 * math.pi * max(1.0 / SHORTEST_WAVE, 4.0 / spectrum.T_p)))
+    if highest == 0.0:
+        raise SeaError(f'{sea.describe()}: there are no waves to realise. A tip at rest is the motion "still".')
+    first, last = max(1, math.floor(lowest / d_omega + 0.5)), math.ceil(highest / d_omega - 0.5)
+    if last - first < 10:
+        raise SeaError(
+            f"repeat {2.0 * math.pi / d_omega:g} s leaves {max(0, last - first + 1)} harmonics for the sea, too few to be random. "
+            "Give ten wave periods or more."
+        )
+    if last > MOST_HARMONICS:
+        raise SeaError(f"repeat {2.0 * math.pi / d_omega:g} s asks for {last} harmonics, more than {MOST_HARMONICS}. Give a shorter one.")
+    return first, last
+
+
+def _variances(spectrum: WaveSpectrum, harmonic: NDArray[np.int64], d_omega: float) -> FloatArray:
+    """Variance in the band of each harmonic, half a step to either side [m^2]."""
+    parts = max(1, math.ceil(d_omega / FINEST))
+    offsets = (np.arange(parts) + 0.5) / parts - 0.5
+    omega = d_omega * (harmonic[:, None] + offsets[None, :])
+    return np.asarray(spectrum.density(omega.ravel()).reshape(omega.shape).mean(axis=1) * d_omega, dtype=np.float64)
+
+
+def _draw(variance: FloatArray, rng: np.random.Generator, drawn: Amplitudes) -> ComplexArray:
+    if drawn is Amplitudes.FIXED:
+        return np.asarray(np.sqrt(2.0 * variance) * np.exp(2j * math.pi * rng.random(len(variance))), dtype=np.complex128)
+    re, im = rng.standard_normal((2, len(variance)))
+    return np.asarray(np.sqrt(variance) * (re + 1j * im), dtype=np.complex128)
