@@ -8,7 +8,7 @@ from pydantic import Field, SerializeAsAny
 
 from stillhook import units as u
 from stillhook.lift.payload import Payload
-from stillhook.lift.programme import Stage
+from stillhook.lift.programme import Stage, WinchSettings
 from stillhook.scenario import RHO_SEA, FrictionModel, Mode, Number, Record, Sensors
 from stillhook.sea.kinematics import WaveField
 from stillhook.sea.motion import Motion, Still
@@ -47,6 +47,7 @@ class Lowering(Record):
     depth: u.Length = Field(gt=0, description="water depth")
     z_0: u.Length = Field(description="height of the payload's underside above still water at the start")
     programme: tuple[Stage, ...]
+    winch: WinchSettings = Field(default_factory=WinchSettings)
     controller: Mode = Mode.SSC
     duration: u.Time = Field(gt=0)
     ramp: u.Time = Field(default=10.0, ge=0)

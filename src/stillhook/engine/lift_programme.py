@@ -1,0 +1,175 @@
+"""The winch programme and its settings as the kernels read them, and the wire that must be out for the payload to hang at a height."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stillhook.control import lift_modes as modes
+from stillhook.control.lift_modes import LiftSettings
+from stillhook.crane import Crane
+from stillhook.engine.pack import MODE_CODE, drum_record
+from stillhook.errors import LiftError
+from stillhook.lift.lowering import Lowering
+from stillhook.lift.programme import Stage, StageMode, stage_names
+from stillhook.physics.drum import LAST_TURNS, wire_usable
+from stillhook.physics.scalar import G
+from stillhook.scenario import Mode
+from stillhook.units import show
+
+Array = NDArray[np.float64]
+
+STAGE_CODE = {
+    StageMode.MANUAL: modes.STAGE_MANUAL,
+    StageMode.AHC: modes.STAGE_AHC,
+    StageMode.TENSION: modes.STAGE_TENSION,
+    StageMode.SPLASH: modes.STAGE_SPLASH,
+    StageMode.LANDING: modes.STAGE_LANDING,
+}
+END_CODE = {
+    "time": modes.UNTIL_TIME,
+    "depth": modes.UNTIL_DEPTH,
+    "wire": modes.UNTIL_WIRE,
+    "landed": modes.UNTIL_LANDED,
+    "tension": modes.UNTIL_TENSION,
+}
+HOOK_SHARE = 0.5
+"""Part of the empty hook's weight below which the wire counts as slack, for the entry into compensation."""
+
+
+class Hanging(NamedTuple):
+    """The payload hanging still: s_w unstretched wire paid out [m]; F_hook tension above the hook, F_tip tension at the crane tip [N];
+    stretch of all wire from the drum to the hook [m]; wet wire below the surface [m]."""
+
+    s_w: float
+    F_hook: float
+    F_tip: float
+    stretch: float
+    wet: float
+
+
+class Programme(NamedTuple):
+    """rows (n, fields of control.lift_modes.Stage); settings; names of the stages."""
+
+    rows: Array
+    settings: LiftSettings
+    names: tuple[str, ...]
+
+
+def wire_strength(crane: Crane) -> tuple[float, float]:
+    """EA = f E A [N] and the steel's cross-section f A [m^2]."""
+    steel = crane.wire.fill * math.pi / 4.0 * crane.wire.d**2
+    return crane.wire.E * steel, steel
+
+
+def hanging(crane: Crane, lift: Lowering, z: float) -> Hanging:
+    r"""Statics with the payload's underside at z above still water (negative: below) and a free load [m].
+
+    Weight of the payload less its buoyancy at that submergence, of the hook (its own buoyancy left out), and of the wire from tip to hook,
+    which below the surface loses the buoyancy of its steel. The wire between drum and tip lies on the boom: it stretches and weighs
+    nothing.
+
+    .. math:: e = \frac{F_{tip} L_0}{E A} + \int_0^\ell \frac{F(s)}{E A} ds, \qquad s_w = \ell - e
+    """
+    load = lift.payload
+    h = min(max(-z, 0.0), load.height)
+    V = float(np.interp(h, [level.h for level in load.levels], [level.V for level in load.levels])) if load.levels else 0.0
+    F_hook = (load.mass - lift.rho * V + crane.hook_mass) * G
+    EA, steel = wire_strength(crane)
+    top = z + load.height + lift.rigging.height
+    length, wet = lift.h_tip - top, max(-top, 0.0)
+    dry, q = length - wet, crane.wire.mass_per_length * G
+    q_wet = q - lift.rho * steel * G
+    F_surface = F_hook + q_wet * wet
+    F_tip = F_surface + q * dry
+    stretch = (F_tip * crane.wire.L_0 + 0.5 * (F_hook + F_surface) * wet + 0.5 * (F_surface + F_tip) * dry) / EA
+    return Hanging(length - stretch, F_hook, F_tip, stretch, wet)
+
+
+def pack_programme(crane: Crane, lift: Lowering) -> Programme:
+    """Rows of stages and the settings of the winch modes.
+
+    Errors: LiftError for a programme that this crane or this water cannot be asked: no stages, depths below the seabed or above the tip,
+    more wire than the drum gives, tensions above the SWL, a controller that does not compensate.
+    """
+    if not lift.programme:
+        raise LiftError('programme: no stages. Give at least one, such as { mode = "ahc", lower = "12 m/min", depth = "50 m" }.')
+    if lift.controller is Mode.MANUAL:
+        raise LiftError('controller = "manual": it does not compensate. Give the controller of the compensated stages, such as "ssc".')
+    names = stage_names(lift.programme)
+    rows = [
+        _row(crane, lift, stage, f'stage "{name}"', last=i == len(names))
+        for i, (name, stage) in enumerate(zip(names, lift.programme, strict=True), 1)
+    ]
+    return Programme(np.array(rows, dtype=np.float64), settings(crane, lift), names)
+
+
+def settings(crane: Crane, lift: Lowering) -> LiftSettings:
+    """Settings of the winch modes: the lift's own, and what the crane's PLC has already."""
+    w, c = lift.winch, crane.control
+    EA, _ = wire_strength(crane)
+    return LiftSettings(
+        t_cycle=c.t_cycle,
+        a_max=w.ramp,
+        v_max=w.v_max,
+        v_enter=w.v_enter,
+        omega_T=w.omega_T,
+        v_soft=w.v_soft,
+        omega_s=w.omega_s,
+        tau_F=c.tau_F,
+        tau_slow=w.tau_slow,
+        t_fade=c.t_bumpless,
+        F_landed=w.F_landed,
+        F_least=HOOK_SHARE * crane.hook_mass * G if w.F_least is None else w.F_least,
+        EA=EA,
+        L_0=crane.wire.L_0,
+        code=MODE_CODE[lift.controller],
+    )
+
+
+def _row(crane: Crane, lift: Lowering, stage: Stage, where: str, *, last: bool) -> modes.Stage:
+    for name in ("hold", "tension"):
+        F = getattr(stage, name)
+        if F is not None and F > crane.SWL * G:
+            raise LiftError(
+                f'{where}: {name} = {show(F, "force")}: above the {show(crane.SWL * G, "force")} of the SWL of "{crane.name}". Give less.'
+            )
+    end = stage.end
+    value = {"time": stage.time, "wire": stage.wire, "tension": stage.tension, "landed": 0.0}.get(end)
+    if end == "depth":
+        value = _wire_for(crane, lift, stage, where)
+    assert value is not None
+    usable = float(wire_usable(drum_record(crane)))
+    if end in ("wire", "depth") and not 0.0 <= value <= usable:
+        raise LiftError(
+            f'{where}: {end} asks for {show(value, "length")} of wire out, and "{crane.name}" has 0 m to {show(usable, "length")} '
+            f"({LAST_TURNS:.0f} turns kept). Lower less, or choose another crane."
+        )
+    return modes.Stage(
+        mode=STAGE_CODE[stage.mode],
+        v=-stage.lower,
+        F_set=stage.hold or 0.0,
+        until=END_CODE[end],
+        value=value,
+        timeout=stage.timeout,
+        last=1.0 if last else 0.0,
+    )
+
+
+def _wire_for(crane: Crane, lift: Lowering, stage: Stage, where: str) -> float:
+    """Wire out with which the payload hangs at the stage's depth [m]."""
+    depth = stage.depth
+    assert depth is not None
+    if depth > lift.depth:
+        raise LiftError(
+            f"{where}: depth = {show(depth, 'length')} lies below the seabed at {show(lift.depth, 'length')}. "
+            "End it above the bottom, or with landed = true."
+        )
+    room = lift.h_tip - lift.payload.height - lift.rigging.height
+    if -depth > room:
+        raise LiftError(
+            f"{where}: depth = {show(depth, 'length')} lifts the underside {show(-depth, 'length')} above the water, and between tip, "
+            f"rigging and payload there are {show(room, 'length')}. Lift less high."
+        )
+    return hanging(crane, lift, -depth).s_w
