@@ -2,21 +2,22 @@
 
 from typing import NamedTuple
 
-from stillhook.physics.scalar import scalar
+from stillhook.physics.scalar import clip, fmax, fmin, scalar
 
-LEVELS = 17
-"""Even levels of submergence, underside touching (0) to top covered, at which a payload's numbers are given."""
+LEVELS = 33
+"""Even levels of submergence, from the underside touching (0) to `reach`, at which a payload's numbers are given."""
 
 
 class Payload(NamedTuple):
-    """m mass in air [kg]; W weight in air [N]; H height [m]; rho water [kg/m^3]; C_lin linear drag [N s/m];
+    """m mass in air [kg]; W weight in air [N]; H height [m]; rho water [kg/m^3]; g gravity [m/s^2]; C_lin linear drag when covered [N s/m];
     seabed: depth of it [m], k_soil [N/m], c_soil [N s/m], gap_0 height over which the bottom is felt [m], bottom_A, bottom_B parts by which
-    added mass and drag grow at touch-down [-]."""
+    added mass and drag grow at touch-down [-]; reach submergence of the last level [m], H or more; i_dh = (LEVELS - 1) / reach [1/m]."""
 
     m: float
     W: float
     H: float
     rho: float
+    g: float
     C_lin: float
     depth: float
     k_soil: float
@@ -24,6 +25,8 @@ class Payload(NamedTuple):
     gap_0: float
     bottom_A: float
     bottom_B: float
+    reach: float
+    i_dh: float
 
 
 class Wetted(NamedTuple):
@@ -37,7 +40,8 @@ class Wetted(NamedTuple):
 
 
 class Water(NamedTuple):
-    """Water at the load: eta surface [m], eta_dot [m/s]; w, a vertical speed [m/s] and acceleration [m/s^2] of the water, up positive."""
+    """Water at the load: eta surface [m], eta_dot [m/s]; w, a vertical speed [m/s] and acceleration [m/s^2] of the water at the height
+    `middle`, up positive."""
 
     eta: float
     eta_dot: float
@@ -59,10 +63,118 @@ class WaterForce(NamedTuple):
 @scalar
 def submergence(z, eta, H):
     """How deep the payload's underside lies below the surface, held to 0 .. H [m]; z height of the underside above still water [m]."""
-    raise NotImplementedError
+    return clip(eta - z, 0.0, H)
+
+
+@scalar
+def middle(z, load):
+    """Height of the middle of the wet part above still water, at which the water's motion is taken [m]; never above it."""
+    return fmin(z + 0.5 * fmin(fmax(-z, 0.0), load.H), 0.0)
+
+
+@scalar
+def wetted(f, lo, hi, load):
+    """Numbers at a part f = 0 .. 1 of the way from level `lo` to the next level `hi`.
+
+    V and B go straight; A33 is the cubic through the values and slopes of both levels, dA33 exactly its slope.
+    """
+    d = (hi.A33 - lo.A33) * load.i_dh
+    A33 = lo.A33 + f * (hi.A33 - lo.A33) + f * (1.0 - f) * ((1.0 - f) * (lo.dA33 - d) - f * (hi.dA33 - d)) / load.i_dh
+    dA33 = d + (1.0 - f) * (1.0 - 3.0 * f) * (lo.dA33 - d) + f * (3.0 * f - 2.0) * (hi.dA33 - d)
+    return Wetted(lo.V + f * (hi.V - lo.V), A33, dA33, lo.B + f * (hi.B - lo.B))
+
+
+@scalar
+def felt(z, load):
+    """Nearness of the seabed: 0 at gap_0 above it and higher, 1 at touch-down and below [-]."""
+    q = clip(1.0 - (z + load.depth) / load.gap_0, 0.0, 1.0)
+    return q * q
+
+
+@scalar
+def felt_slope(z, load):
+    """Slope of `felt` over height [1/m], 0 or negative."""
+    q = 1.0 - (z + load.depth) / load.gap_0
+    return -2.0 * q / load.gap_0 if q > 0.0 and q < 1.0 else 0.0
+
+
+@scalar
+def surface_momentum(h, h_dot, dA33, H):
+    r"""Upward force of the momentum that the water takes on or gives back as its share of the motion changes [N].
+
+    .. math:: F = \dot A_{33}\,\dot h \;(\dot A_{33} > 0,\ h < H),\qquad F = \tfrac12 A_{33}'\,\dot h^2 \;(h \ge H)
+
+    While the payload pierces the surface, water that joins it is brought to speed by force (slamming; C_s = 2 A33' / (rho A_p)); half of
+    that work is in the added mass, the other half is gone with the spray. Water that leaves keeps its motion and pulls no more:
+    no slamming on exit. Once covered, no water joins or leaves and Kirchhoff's energy 1/2 A33 h_dot^2 is kept: half the force, both ways.
+
+    Parameters: h submergence, not held [m]; h_dot its rate [m/s]; dA33 [kg/m]; H height [m].
+    Source: von Karman 1929 (momentum); DNV-RP-N103 4.3 slamming (check against your edition); Lamb, Hydrodynamics, art. 137 (covered).
+    """
+    rate = dA33 * h_dot
+    return fmax(rate, 0.0) * h_dot if h < H else 0.5 * rate * h_dot
+
+
+@scalar
+def surface_slope(h, dA33, load):
+    """dA33 where the added mass follows the surface: none above it and beyond the last level [kg/m]."""
+    return dA33 if h > 0.0 and h < load.reach else 0.0
+
+
+@scalar
+def soil_force(z, v, load):
+    """Push of the seabed, never a pull [N].
+
+    A spring, and a damper that comes in over the settlement W / k_soil so that the touch has no step.
+    """
+    p = -(z + load.depth)
+    return fmax(load.k_soil * p - load.c_soil * v * fmin(load.k_soil * p / load.W, 1.0), 0.0) if p > 0.0 else 0.0
 
 
 @scalar
 def water_force(z, v, wet, water, load):
-    """Forces of water and seabed on a payload with its underside at z [m] moving up at v [m/s]; see `WaterForce`."""
-    raise NotImplementedError
+    r"""Forces of water and seabed on a payload with its underside at z [m] moving up at v [m/s]; see `WaterForce`.
+
+    .. math:: F = \rho g V + (\rho V + m_a) a_w + B'|w - v|(w - v) + C_{lin}(w - v)\,h/H + F_{slam} + F_{bottom},\quad
+        m_a = A_{33}(1 + b_A f),\ B' = B(1 + b_B f)
+
+    f = `felt`. The equation of motion is (m + m_a) dv/dt = F - W + sling. Buoyancy goes with the surface as it is; with rho V a_w that is
+    the Froude-Krylov force for waves long against the payload. Over the bottom no water joins or leaves, so Kirchhoff's
+    -1/2 dm_a/dz v^2 cushions the payload; `bottom` is that and the soil's push.
+
+    Parameters: wet `wetted` at submergence(z, water.eta, load.reach); water at `middle`.
+    Source: DNV-RP-N103 sections 3 to 5 (check against your edition). Left out: memory of free-surface waves, air pockets, draining.
+    """
+    h, h_dot, u = water.eta - z, water.eta_dot - v, water.w - v
+    f = felt(z, load)
+    m_a = wet.A33 * (1.0 + load.bottom_A * f)
+    B = wet.B * (1.0 + load.bottom_B * f)
+    covered = clip(h / load.H, 0.0, 1.0)
+    slope = surface_slope(h, wet.dA33, load) * (1.0 + load.bottom_A * f)
+    cushion = -0.5 * wet.A33 * load.bottom_A * felt_slope(z, load) * u * u
+    return WaterForce(
+        load.rho * load.g * wet.V,
+        (load.rho * wet.V + m_a) * water.a,
+        (B * abs(u) + load.C_lin * covered) * u,
+        surface_momentum(h, h_dot, slope, load.H),
+        cushion + soil_force(z, v, load),
+        m_a,
+    )
+
+
+@scalar
+def mass_rate(z, v, wet, water, load):
+    """Rate of the added mass m_a of `water_force` [kg/s].
+
+    For the audit: d/dt 1/2 (m + m_a) v^2 = v (all forces but -m_a dv/dt) + 1/2 mass_rate v^2.
+    """
+    f = felt(z, load)
+    slope = surface_slope(water.eta - z, wet.dA33, load) * (1.0 + load.bottom_A * f)
+    return slope * (water.eta_dot - v) + wet.A33 * load.bottom_A * felt_slope(z, load) * v
+
+
+@scalar
+def spray_loss(z, v, wet, water, load):
+    """Power that goes with the spray on entry and with the water that stays behind on exit, never negative [W]."""
+    h, h_dot = water.eta - z, water.eta_dot - v
+    return 0.5 * abs(surface_slope(h, wet.dA33, load) * h_dot) * h_dot * h_dot if h < load.H else 0.0
