@@ -93,17 +93,20 @@ def read_rao_csv(path: Path, text: str) -> Rao:
     return to_rao(convention, name=name, omega=omega, heading=heading, H=grid, source=source, origin=origin, notes=notes)
 
 
-def write_rao_csv(rao: Rao, path: str | os.PathLike[str], *, source: str, mirror: bool = False) -> Path:
+def write_rao_csv(
+    rao: Rao, path: str | os.PathLike[str], *, source: str, notes: Sequence[str] = (), mirror: bool = False
+) -> Path:
     """Write a vessel in Stillhook's own convention, with six digits; the file appears under its name only when it is complete.
 
-    source: one line on where the numbers are from. mirror: write one side, 0 to 180 deg, of a ship that is the same on the other.
+    source: one line on where the numbers are from; notes: lines that stay with the vessel (those of rao stay behind: a reader makes its
+    own). mirror: write one side, 0 to 180 deg, of a ship that is the same on the other.
     Errors: SeaError where the sides are not the same.
     """
     beta, H = one_side(rao) if mirror else (rao.beta, rao.H)
     sides = "port-starboard" if mirror else "none"
     said = [("name", rao.name), ("axes", "x forward, y port, z up"), ("time", "exp(+i omega t)")]
     said += [("heading", "waves travel to, counter-clockwise from bow"), ("mirror", sides), ("origin", rao.origin), ("source", source)]
-    said += [("note", note) for note in rao.notes]
+    said += [("note", note) for note in notes]
     head = [f"{FIRST} {VERSION}", *(f"# {key}: {' '.join(value.split())}" for key, value in said)]
     columns = [f"{dof} {part} [{_unit(dof, 'rad')}]" for dof in DOFS for part in ("re", "im")]
     body = [",".join(("omega [rad/s]", "heading [deg]", *columns))]
