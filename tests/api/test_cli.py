@@ -172,7 +172,7 @@ class TestShape:
             assert "Example: stillhook" in " ".join(capsys.readouterr().out.split()), command
 
     def test_cranes_are_listed_and_shown_with_sources(self, capsys):
-        assert [c["name"] for c in answer(capsys, "cranes")] == ["nov-100t-pure-active", "nov-150t", "nov-250t"]
+        assert [c["name"] for c in answer(capsys, "cranes")] == ["deep-250t", "nov-100t-pure-active", "nov-150t", "nov-250t"]
         fields = answer(capsys, "crane", "nov-250t")["fields"]
         assert all(f["source"] and f["kind"] for f in fields.values())
 

@@ -296,11 +296,11 @@ def test_files_that_are_no_crane_files_say_why(tmp_path: Path) -> None:
 
 def test_a_name_that_is_no_crane_lists_the_cranes() -> None:
     assert refusal("nov-250") == (
-        'No crane "nov-250": the library has nov-100t-pure-active, nov-150t, nov-250t; did you mean "nov-250t"? '
+        'No crane "nov-250": the library has deep-250t, nov-100t-pure-active, nov-150t, nov-250t; did you mean "nov-250t"? '
         "A file's name ends in .toml."
     )
-    assert "the library has nov-100t-pure-active" in refusal("")
-    assert "Crane = 5: give a name (nov-100t-pure-active" in refusal(5)
+    assert "the library has deep-250t, nov-100t-pure-active" in refusal("")
+    assert "Crane = 5: give a name (deep-250t" in refusal(5)
     assert "Crane = nothing: give a name" in refusal(None)
     assert refusal("../cranes/nov-250t")
 

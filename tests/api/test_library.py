@@ -119,7 +119,7 @@ def test_the_winch_holds_its_safe_working_load(name: str) -> None:
 
 
 def test_names_on_the_shelves() -> None:
-    assert cranes() == ("nov-100t-pure-active", "nov-150t", "nov-250t")
+    assert cranes() == ("deep-250t", "nov-100t-pure-active", "nov-150t", "nov-250t")
     assert motors() == ("A6VM170", "A6VM215", "A6VM215-crane-2-second-loop", "A6VM280")
     assert frictions() == ("L4593", "crane-1", "crane-2", "crane-2-second-loop", "nov-250t")
     assert leak_tables() == ("A4VSG355",)
