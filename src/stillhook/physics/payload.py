@@ -99,20 +99,18 @@ def felt_slope(z, load):
 
 
 @scalar
-def surface_momentum(h, h_dot, dA33, H):
-    r"""Upward force of the momentum that the water takes on or gives back as its share of the motion changes [N].
+def surface_momentum(h_dot, dA33):
+    r"""Upward force of the momentum that water near the surface takes on as its share of the motion grows [N].
 
-    .. math:: F = \dot A_{33}\,\dot h \;(\dot A_{33} > 0,\ h < H),\qquad F = \tfrac12 A_{33}'\,\dot h^2 \;(h \ge H)
+    .. math:: F = \max(A_{33}'\,\dot h, 0)\,\dot h
 
-    While the payload pierces the surface, water that joins it is brought to speed by force (slamming; C_s = 2 A33' / (rho A_p)); half of
-    that work is in the added mass, the other half is gone with the spray. Water that leaves keeps its motion and pulls no more:
-    no slamming on exit. Once covered, no water joins or leaves and Kirchhoff's energy 1/2 A33 h_dot^2 is kept: half the force, both ways.
+    On entry that is slamming, with C_s = 2 A33' / (rho A_p). Half of its work is in the added mass, the other half goes with the spray.
+    Water that leaves keeps its motion and pulls no more: no such force on exit; the energy 1/2 A33 h_dot^2 that it had stays behind.
 
-    Parameters: h submergence, not held [m]; h_dot its rate [m/s]; dA33 [kg/m]; H height [m].
-    Source: von Karman 1929 (momentum); DNV-RP-N103 4.3 slamming (check against your edition); Lamb, Hydrodynamics, art. 137 (covered).
+    Parameters: h_dot rate of the submergence [m/s]; dA33 slope of the added mass over submergence [kg/m].
+    Source: von Karman 1929 (momentum of the water); DNV-RP-N103, slamming (check against your edition).
     """
-    rate = dA33 * h_dot
-    return fmax(rate, 0.0) * h_dot if h < H else 0.5 * rate * h_dot
+    return fmax(dA33 * h_dot, 0.0) * h_dot
 
 
 @scalar
@@ -156,7 +154,7 @@ def water_force(z, v, wet, water, load):
         load.rho * load.g * wet.V,
         (load.rho * wet.V + m_a) * water.a,
         (B * abs(u) + load.C_lin * covered) * u,
-        surface_momentum(h, h_dot, slope, load.H),
+        surface_momentum(h_dot, slope),
         cushion + soil_force(z, v, load),
         m_a,
     )
@@ -164,7 +162,7 @@ def water_force(z, v, wet, water, load):
 
 @scalar
 def mass_rate(z, v, wet, water, load):
-    """Rate of the added mass m_a of `water_force` [kg/s].
+    """Rate of the added mass m_a of `water_force` as the payload moves and the surface with it [kg/s].
 
     For the audit: d/dt 1/2 (m + m_a) v^2 = v (all forces but -m_a dv/dt) + 1/2 mass_rate v^2.
     """
@@ -177,4 +175,5 @@ def mass_rate(z, v, wet, water, load):
 def spray_loss(z, v, wet, water, load):
     """Power that goes with the spray on entry and with the water that stays behind on exit, never negative [W]."""
     h, h_dot = water.eta - z, water.eta_dot - v
-    return 0.5 * abs(surface_slope(h, wet.dA33, load) * h_dot) * h_dot * h_dot if h < load.H else 0.0
+    slope = surface_slope(h, wet.dA33, load) * (1.0 + load.bottom_A * felt(z, load))
+    return 0.5 * abs(slope * h_dot) * h_dot * h_dot
