@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import os
+from dataclasses import replace
 from pathlib import Path
 
 from stillhook.errors import SeaError
 from stillhook.io.rao_csv import read_rao_csv
 from stillhook.io.rao_re1 import read_re1
+from stillhook.sea.long_wave import long_wave_test, remarks, wrong_line
 from stillhook.sea.rao import Rao
 from stillhook.units import came
 
@@ -16,6 +18,19 @@ LARGEST_FILE = 200_000_000  # bytes
 
 
 def read_vessel(path: str | os.PathLike[str]) -> Rao:
+    """The vessel in a file, tested against what every floating body does in long waves (`sea.long_wave`); what deserves a look is in its
+    notes.
+
+    Errors: SeaError of one line for a file that cannot be read, or whose motions are no floating body's in the convention it declares.
+    """
+    rao = read_untested(path)
+    tests = long_wave_test(rao)
+    if line := wrong_line(rao, tests):
+        raise SeaError(line)
+    return replace(rao, notes=(*rao.notes, *remarks(rao, tests)))
+
+
+def read_untested(path: str | os.PathLike[str]) -> Rao:
     """The motion transfer functions in a file: ShipX/VERES `.re1`, or CSV with declared conventions."""
     file = Path(path)
     text = _text(file)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from stillhook.errors import SeaError
-from stillhook.sea.long_wave import deep_wavenumber, long_wave_limits
+from stillhook.sea.long_wave import long_wave_limits, long_wave_scales, wavenumber
 from stillhook.units import came
 
 FloatArray = NDArray[np.float64]
@@ -31,7 +31,7 @@ class Rao:
     omega (n,) [rad/s] ascending; beta (m,) [rad] ascending in [0, 2 pi), all round (readers mirror half tables explicitly);
     H (6, m, n): surge, sway, heave [m/m], roll, pitch, yaw [rad/m] (pitch positive: bow down; roll positive: port side up).
     origin: where the reference point is in the ship, in words; source: file and format; notes: what the reader did and what deserves
-    a look.
+    a look; depth of the water [m] that the table is for.
 
     Errors: SeaError for arrays of other shapes, numbers that are not finite, frequencies or headings out of order.
     """
@@ -43,6 +43,7 @@ class Rao:
     source: str = ""
     notes: tuple[str, ...] = ()
     origin: str = ""
+    depth: float = np.inf
 
     def __post_init__(self) -> None:
         omega, beta = np.array(self.omega, dtype=np.float64), np.array(self.beta, dtype=np.float64)
@@ -57,6 +58,8 @@ class Rao:
             raise SeaError(f"{where}: a frequency, heading or transfer function is not a finite number. Mend the table.")
         if omega[0] <= 0.0 or (np.diff(omega) <= 0.0).any():
             raise SeaError(f"{where}: frequencies must be above 0 and ascend, each once. Sort the table.")
+        if not self.depth > 0.0:
+            raise SeaError(f"{where}: depth {self.depth:g} m is not above 0. Give the depth of the water, or none where it is deep.")
         if beta[0] < 0.0 or beta[-1] >= TURN or (np.diff(beta) <= 0.0).any():
             raise SeaError(f"{where}: headings must ascend from 0 up to below 360 deg, each once. Sort the table.")
         for name, array in (("omega", omega), ("beta", beta), ("H", H)):
@@ -129,11 +132,8 @@ class Rao:
         return np.ascontiguousarray(H)
 
     def _long_waves(self, omega: FloatArray, places: Places) -> ComplexArray:
-        beta = self.beta[places]
-        k_0, k = deep_wavenumber(self.omega[0]), deep_wavenumber(omega)
-        per_k = np.array([1.0, 1.0, 1.0, k_0, k_0, k_0])[:, None]
-        limit = long_wave_limits(beta)
-        deviation = self.H[:, places, 0] / per_k - limit
-        scaled = limit[..., None] + deviation[..., None] * (k / k_0)
-        scaled[3:] *= k
-        return np.asarray(scaled)
+        first = self.omega[:1]
+        limit = long_wave_limits(self.beta[places])
+        deviation = self.H[:, places, 0] / long_wave_scales(first, self.depth) - limit
+        fade = wavenumber(omega, self.depth) / wavenumber(first, self.depth)
+        return np.asarray((limit[..., None] + deviation[..., None] * fade) * long_wave_scales(omega, self.depth)[:, None])

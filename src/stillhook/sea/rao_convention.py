@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stillhook.errors import SeaError
+from stillhook.sea.long_wave import LEVER
 from stillhook.sea.rao import DOFS, TURN, ComplexArray, FloatArray, Rao
 
 PORT_STARBOARD = np.array([1.0, -1.0, 1.0, -1.0, 1.0, -1.0])
@@ -19,7 +20,6 @@ PORT_STARBOARD = np.array([1.0, -1.0, 1.0, -1.0, 1.0, -1.0])
 SAME_HEADING = 1e-6  # rad: headings nearer than this are one
 SYMMETRIC = 0.02
 """Sway [m/m] and roll and yaw [rad/m times 50 m] in head and following sea above which a half table is no half of a symmetric ship."""
-LEVER = 50.0  # m: makes a rotation comparable with a displacement at the ship's end
 
 
 @dataclass(frozen=True)
@@ -87,6 +87,7 @@ def to_rao(
     source: str,
     origin: str,
     notes: tuple[str, ...] = (),
+    depth: float = np.inf,
 ) -> Rao:
     """A table in some convention as a Rao.
 
@@ -113,7 +114,7 @@ def to_rao(
             f"{source}: no heading within {np.degrees(gap):.4g} deg of another, up to {WIDEST_GAP} deg is read. "
             "Give headings all round, or one side and say that the ship is the same on the other (mirror: port-starboard)."
         )
-    return Rao(name, omega, beta, H, source=source, notes=notes, origin=origin)
+    return Rao(name, omega, beta, H, source=source, notes=notes, origin=origin, depth=depth)
 
 
 WIDEST_GAP = 45  # deg: beyond it motions between two headings are guesses
