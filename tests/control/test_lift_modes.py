@@ -1,5 +1,6 @@
 """What the winch modes of a lift order, cycle by cycle, on loads simple enough to reckon by hand."""
 
+import itertools
 import math
 from collections.abc import Callable
 
@@ -27,8 +28,8 @@ from stillhook.control.plc import MANUAL, SSC
 
 CYCLE = 0.01
 SET = LiftSettings(
-    t_cycle=CYCLE, a_max=0.2, v_max=0.5, v_enter=0.1, omega_T=0.5, v_soft=0.3, omega_s=0.1, tau_F=0.5, tau_slow=20.0, t_fade=2.0,
-    F_landed=0.7, F_least=15e3, EA=8.4e8, L_0=60.0, code=SSC,
+    t_cycle=CYCLE, a_max=0.2, v_max=0.5, v_enter=0.1, omega_T=0.5, v_soft=0.3, omega_s=0.1, tau_F=0.5, tau_slow=20.0,
+    tau_hung=200.0, t_fade=2.0, F_landed=0.5e6, F_least=15e3, EA=8.4e8, L_0=60.0, q_dry=0.0, q_wet=0.0, h_tip=30.0, code=SSC,
 )  # fmt: skip
 F_0 = 1.0e6
 ROUNDING = 1e-9
@@ -46,14 +47,15 @@ def hangs(t: float, s_w: float) -> float:
 
 
 def run(
-    stages: list[Stage], duration: float, *, force: Force = hangs, v_tip: Force = lambda t, s_w: 0.0, s_w: float = 100.0
+    stages: list[Stage], duration: float, *, force: Force = hangs, v_tip: Force = lambda t, s_w: 0.0, s_w: float = 100.0,
+    settings: LiftSettings = SET,
 ) -> list[tuple[Watch, Orders, Supervisor]]:
     """The winch does exactly what is asked of it; `force` is the tension over time and wire out."""
-    m, rows = supervisor_at_rest(0.0, s_w, force(0.0, s_w)), []
+    m, rows = supervisor_at_rest(Watch(0.0, s_w, force(0.0, s_w), 0.0), settings), []
     for k in range(round(duration / CYCLE)):
         t = k * CYCLE
         y = Watch(t, s_w, force(t, s_w), v_tip(t, s_w))
-        orders, m = supervise(y, m, stages[int(m.stage)], SET)
+        orders, m = supervise(y, m, stages[int(m.stage)], settings)
         rows.append((y, orders, m))
         s_w -= orders.v_op * CYCLE
     return rows
@@ -62,7 +64,7 @@ def run(
 def test_the_joystick_ramps_and_its_integral_is_the_wire_asked_for():
     rows = run([stage(STAGE_AHC, v=-0.3)], 10.0)
     speeds = [o.v_op for _, o, _ in rows]
-    assert max(abs(b - a) for a, b in zip(speeds, speeds[1:], strict=False)) <= SET.a_max * CYCLE + ROUNDING
+    assert max(abs(b - a) for a, b in itertools.pairwise(speeds)) <= SET.a_max * CYCLE + ROUNDING
     assert speeds[-1] == pytest.approx(-0.3)
     # A ramp of 1.5 s and the rest at full speed: 0.3 (10 - 0.75) m, less half a cycle's speed at the first sample.
     assert rows[-1][1].s_op == pytest.approx(-0.3 * (10.0 - 0.75), abs=0.3 * 2 * CYCLE)
@@ -80,7 +82,8 @@ def test_a_stage_ends_where_its_wire_is_out_and_the_next_begins():
     assert turn.s_w == pytest.approx(101.0, abs=0.2 * 2 * CYCLE)
     done = next(y for y, _, m in rows if m.done)
     assert done.t - turn.t == pytest.approx(5.0, abs=3 * CYCLE)
-    assert rows[-1][1].v_op == 0.0 and rows[-1][1].mode == SSC  # a programme that is done goes on compensating
+    assert rows[-1][1].v_op == 0.0
+    assert rows[-1][1].mode == SSC
 
 
 def test_hoisting_ends_where_the_wire_has_come_in():
@@ -89,7 +92,7 @@ def test_hoisting_ends_where_the_wire_has_come_in():
 
 
 def test_compensation_waits_for_the_tip_to_turn():
-    v_tip = lambda t, s_w: math.cos(2.0 * math.pi * t / 8.0)  # noqa: E731
+    v_tip = lambda t, s_w: math.cos(2.0 * math.pi * t / 8.0)
     rows = run([stage(STAGE_AHC, v=-0.1)], 8.0, v_tip=v_tip)
     first = next(y for y, o, _ in rows if o.mode == SSC)
     assert abs(first.v_tip) <= SET.v_enter
@@ -116,7 +119,9 @@ def test_a_slack_wire_is_waited_for_and_in_the_end_the_programme_is_stuck(mode):
 def test_a_stage_whose_end_never_comes_is_stuck_with_the_joystick_at_rest():
     it = stage(STAGE_AHC, v=-0.2, until=UNTIL_LANDED)._replace(timeout=5.0)
     rows = run([it], 10.0)
-    assert rows[-1][2].stuck == 1.0 and rows[-1][1].v_op == 0.0 and rows[-1][1].mode == SSC
+    assert rows[-1][2].stuck == 1.0
+    assert rows[-1][1].v_op == 0.0
+    assert rows[-1][1].mode == SSC
 
 
 def stands(k: float, s_w_0: float) -> Force:
@@ -130,11 +135,11 @@ def test_constant_tension_takes_a_standing_load_to_its_set_value_from_either_sid
         rows = run([stage(STAGE_TENSION, F_set=F_set)], 60.0, force=stands(k, 1000.0), s_w=1000.0)
         assert rows[-1][0].F == pytest.approx(F_set, rel=1e-3)
         late = [y.F for y, _, _ in rows[2000:]]
-        assert all(abs(b - F_set) <= abs(a - F_set) + 1.0 for a, b in zip(late, late[1:], strict=False))
+        assert all(abs(b - F_set) <= abs(a - F_set) + 1.0 for a, b in itertools.pairwise(late))
         speeds = [o.v_op for _, o, _ in rows]
         assert max(map(abs, speeds)) <= SET.v_max
         # bumpless: from rest, no faster than the set value moves (t_fade) through the filter allows
-        assert max(abs(b - a) for a, b in zip(speeds, speeds[1:], strict=False)) < 0.02
+        assert max(abs(b - a) for a, b in itertools.pairwise(speeds)) < 0.02
         assert all(o.hold == 1.0 and o.mode == SSC for _, o, _ in rows)
 
 
@@ -148,10 +153,10 @@ def test_tension_control_ends_where_the_tension_is_reached():
 
 def test_landing_keeps_its_speed_until_the_load_stands_and_then_holds_the_set_tension():
     bottom, k = 1001.0, SET.EA / (SET.L_0 + 1000.0)
-    force = lambda t, s_w: F_0 if s_w < bottom else max(F_0 - k * (s_w - bottom), 0.0)  # noqa: E731
+    force = lambda t, s_w: F_0 if s_w < bottom else max(F_0 - k * (s_w - bottom), 0.0)
     rows = run([stage(STAGE_LANDING, v=-0.1, F_set=0.4 * F_0, until=UNTIL_TIME, value=30.0)], 120.0, force=force, s_w=1000.0)
     down = next(y for y, _, m in rows if m.landed)
-    assert down.F < 0.75 * F_0  # the load has let go of its share, and the filter's lag at most
+    assert 0.4 * F_0 < down.F < 0.5 * F_0  # half the weight has gone, and the filter's lag
     before = [o for y, o, _ in rows if 2.0 < y.t < down.t]
     assert all(o.v_op == pytest.approx(-0.1) and o.hold == 0.0 for o in before)
     done = next(y for y, _, m in rows if m.done)
@@ -160,7 +165,7 @@ def test_landing_keeps_its_speed_until_the_load_stands_and_then_holds_the_set_te
 
 
 def test_a_load_that_swings_a_little_has_not_landed():
-    force = lambda t, s_w: F_0 * (1.0 + 0.25 * math.sin(2.0 * math.pi * t / 8.0))  # noqa: E731
+    force = lambda t, s_w: F_0 * (1.0 + 0.25 * math.sin(2.0 * math.pi * t / 8.0))
     rows = run([stage(STAGE_LANDING, v=-0.1, F_set=0.4 * F_0, until=UNTIL_LANDED)], 60.0, force=force)
     assert not any(m.landed for _, _, m in rows)
 
@@ -171,7 +176,7 @@ def test_a_landing_so_slow_that_the_mean_follows_is_still_noticed():
 
 
 def test_splash_mode_gives_way_to_the_force_of_a_wave_and_keeps_its_slow_position():
-    force = lambda t, s_w: F_0 * (1.0 + 0.3 * math.sin(2.0 * math.pi * t / 8.0))  # noqa: E731
+    force = lambda t, s_w: F_0 * (1.0 + 0.3 * math.sin(2.0 * math.pi * t / 8.0))
     rows = run([stage(STAGE_SPLASH, v=-0.1)], 240.0, force=force)
     late = rows[16000:]
     speeds = [o.v_op + 0.1 for _, o, _ in late]
@@ -187,10 +192,26 @@ def test_splash_mode_gives_way_to_the_force_of_a_wave_and_keeps_its_slow_positio
 
 
 def test_speeds_go_on_without_a_step_from_law_to_law():
-    force = lambda t, s_w: F_0 * (1.0 + 0.3 * math.sin(2.0 * math.pi * t / 8.0))  # noqa: E731
+    force = lambda t, s_w: F_0 * (1.0 + 0.3 * math.sin(2.0 * math.pi * t / 8.0))
     modes = (STAGE_SPLASH, STAGE_AHC, STAGE_TENSION, STAGE_MANUAL, STAGE_SPLASH)
     stages = [stage(mode, v=-0.2, F_set=0.9 * F_0, value=13.0, last=float(i == 4)) for i, mode in enumerate(modes)]
     rows = run(stages, 80.0, force=force, s_w=1000.0)
     assert rows[-1][2].done
-    steps = [abs(b[1].v_op - a[1].v_op) for a, b in zip(rows, rows[1:], strict=False)]
+    steps = [abs(b[1].v_op - a[1].v_op) for a, b in itertools.pairwise(rows)]
     assert max(steps) < 0.02  # of 0.5 m/s that a law may ask for; a switch without fading steps by 0.1 m/s and more
+
+
+def test_a_light_load_on_a_long_wire_is_felt_as_it_lands():
+    """3,000 m of wire weigh as much as 100 t: of the tension at the tip the load is a sixth, and that is what goes."""
+    q, W = 313.0, 0.2e6
+    heavy = SET._replace(q_dry=350.0, q_wet=q, F_landed=0.5 * W)
+    k, bottom = SET.EA / (SET.L_0 + 3000.0), 3001.0
+    wire = lambda s_w: 350.0 * 30.0 + q * (s_w - 30.0)
+    force = lambda t, s_w: wire(s_w) + (W if s_w < bottom else max(W - k * (s_w - bottom), 0.0))
+    it = stage(STAGE_LANDING, v=-0.1, F_set=0.3 * W, until=UNTIL_TIME, value=30.0)
+    rows = run([it], 90.0, force=force, s_w=3000.0, settings=heavy)
+    down = next(y for y, _, m in rows if m.landed)
+    assert down.s_w == pytest.approx(bottom + 0.5 * W / k, abs=0.1)
+    assert rows[-1][2].done
+    assert rows[-1][0].F - wire(rows[-1][0].s_w) == pytest.approx(0.3 * W, rel=0.03)
+    assert rows[-1][1].F_hold == pytest.approx(rows[-1][0].F, rel=0.01)  # the passive circuit carries the wire as well

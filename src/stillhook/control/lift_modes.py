@@ -1,13 +1,14 @@
 """Winch modes that lifts need, above the PLC's AHC loop: which joystick speed, mode and tension the PLC works with in this cycle.
 
 Laws of our own (the thesis names such modes in section 2.6 and prints none). What each mode does, what it waits for and what ends it
-is told in docs/explanation/winch-modes.md. Signs: speeds and s_op hoisting positive, s_w wire paid out.
+is told in docs/explanation/winch-modes.md. Signs: speeds and s_op hoisting positive, s_w wire paid out. Tensions are those at the hook,
+as the crane's load indicator gives them: load cell less the weight of the wire that hangs (in 3,000 m it weighs as much as the load).
 """
 
 from typing import NamedTuple
 
 from stillhook.control.plc import MANUAL, low_pass
-from stillhook.physics.scalar import clip, fmax, scalar
+from stillhook.physics.scalar import clip, fmax, fmin, scalar
 
 STAGE_MANUAL, STAGE_AHC, STAGE_TENSION, STAGE_SPLASH, STAGE_LANDING = 0.0, 1.0, 2.0, 3.0, 4.0
 UNTIL_TIME, UNTIL_DEPTH, UNTIL_WIRE, UNTIL_LANDED, UNTIL_TENSION = 0.0, 1.0, 2.0, 3.0, 4.0
@@ -15,8 +16,9 @@ UNTIL_TIME, UNTIL_DEPTH, UNTIL_WIRE, UNTIL_LANDED, UNTIL_TENSION = 0.0, 1.0, 2.0
 
 class Stage(NamedTuple):
     """One stage of a winch programme: mode one of STAGE_*; v wire speed, hoisting positive [m/s]; F_set tension that is held or slackened
-    to [N]; until one of UNTIL_*; value what ends it: time since its entry or touch-down [s], wire paid out [m] (a depth is turned into
-    wire out when packed), tension [N]; timeout [s] after which the programme is stuck; last 1 in the programme's last stage, else 0."""
+    to, at the hook [N]; until one of UNTIL_*; value what ends it: time since its entry or touch-down [s], wire paid out [m] (a depth is
+    turned into wire out when packed), tension at the hook [N]; timeout [s] after which the programme is stuck; last 1 in the programme's
+    last stage, else 0."""
 
     mode: float
     v: float
@@ -31,9 +33,10 @@ class LiftSettings(NamedTuple):
     """t_cycle [s]; a_max ramp of the joystick [m/s^2]; v_max highest speed that tension control adds [m/s]; v_enter tip speed below which
     compensation may start [m/s]; omega_T bandwidth of tension control on a load that stands [rad/s]; v_soft speed that splash mode adds
     per deviation of the tension as large as its mean [m/s]; omega_s return to the slow position [rad/s]; tau_F low-pass of the load cell
-    [s]; tau_slow time constant of the mean tension [s]; t_fade time in which a law grows to its full size [s]; F_landed part of the
-    suspended tension below which the load has landed [-]; F_least tension that compensation and tension control need to start [N];
-    EA [N] and L_0 [m] of the wire, from which the PLC knows its stiffness; code mode code of the controller while compensating."""
+    [s]; tau_slow time constant of the mean tension, tau_hung that of the tension before touch-down [s]; t_fade time in which a law grows
+    to its full size [s]; F_landed fall of the tension by which touch-down is known [N]; F_least tension that compensation and tension
+    control need to start [N]; EA [N] and L_0 [m] of the wire, from which the PLC knows its stiffness; q_dry and q_wet weight of the wire in
+    air and in water [N/m], h_tip crane tip above the water [m]; code mode code of the controller while compensating."""
 
     t_cycle: float
     a_max: float
@@ -44,11 +47,15 @@ class LiftSettings(NamedTuple):
     omega_s: float
     tau_F: float
     tau_slow: float
+    tau_hung: float
     t_fade: float
     F_landed: float
     F_least: float
     EA: float
     L_0: float
+    q_dry: float
+    q_wet: float
+    h_tip: float
     code: float
 
 
@@ -87,7 +94,7 @@ class Supervisor(NamedTuple):
 
 class Orders(NamedTuple):
     """What the PLC works with in this cycle: mode code; v_op [m/s], s_op [m]; hold 1 where the passive circuit carries F_hold [N] in place
-    of the measured weight."""
+    of the measured weight (at the load cell)."""
 
     mode: float
     v_op: float
@@ -97,9 +104,16 @@ class Orders(NamedTuple):
 
 
 @scalar
-def supervisor_at_rest(t, s_w, F):
-    """Memory before the first cycle: t [s], wire out s_w [m], everything hanging still on the tension F [N]."""
-    return Supervisor(0.0, t, 0.0, MANUAL, 0.0, 0.0, 0.0, F, F, F, F, F, s_w, 0.0, 0.0, 0.0)
+def wire_weight(s_w, s):
+    """Weight of the wire that hangs from the tip [N]; what is reckoned from wire out leaves out its stretch, a few parts in a thousand."""
+    return s.q_dry * fmin(fmax(s_w, 0.0), s.h_tip) + s.q_wet * fmax(s_w - s.h_tip, 0.0)
+
+
+@scalar
+def supervisor_at_rest(y, s):
+    """Memory before the first cycle, everything hanging still as it is read."""
+    F = y.F - wire_weight(y.s_w, s)
+    return Supervisor(0.0, y.t, 0.0, MANUAL, 0.0, 0.0, 0.0, F, F, F, F, F, y.s_w, 0.0, 0.0, 0.0)
 
 
 @scalar
@@ -127,7 +141,7 @@ def may_enter(y, m, F_1, F_slow, stage, s):
     landing a load that hangs at its mean tension."""
     loaded = F_1 >= s.F_least
     calm = m.mode > MANUAL or abs(y.v_tip) <= s.v_enter
-    hangs = F_1 >= 0.5 * (1.0 + s.F_landed) * F_slow
+    hangs = F_1 >= F_slow - 0.5 * s.F_landed
     ok = loaded
     if stage.mode == STAGE_MANUAL:
         ok = True
@@ -159,13 +173,17 @@ def supervise(y, m, stage, s):
     A stage waits for its entry condition in the mode that was on before, joystick at rest. The programme that is done or stuck rests with
     the joystick and keeps the law of its last stage. Speeds are continuous: the joystick ramps, a law starts from nothing.
     """
-    F_1 = low_pass(m.F_1, y.F, s.tau_F, s.t_cycle)
+    F_wire = wire_weight(y.s_w, s)
+    F = y.F - F_wire
+    F_1 = low_pass(m.F_1, F, s.tau_F, s.t_cycle)
     F_2 = low_pass(m.F_2, F_1, s.tau_F, s.t_cycle)
-    F_slow = low_pass(m.F_slow, y.F, s.tau_slow, s.t_cycle)
+    F_slow = low_pass(m.F_slow, F, s.tau_slow, s.t_cycle)
 
     now_in = m.entered > 0.0 or may_enter(y, m, F_1, F_slow, stage, s)
     feels = now_in and (stage.mode == STAGE_LANDING or stage.until == UNTIL_LANDED)
-    down = m.landed > 0.0 or (feels and F_1 < s.F_landed * F_slow)
+    F_hung = low_pass(m.F_hung, F, s.tau_hung, s.t_cycle) if feels and m.entered > 0.0 else F_slow
+    F_hung = m.F_hung if m.landed > 0.0 else F_hung
+    down = m.landed > 0.0 or (feels and F_1 < F_hung - s.F_landed)
     landed = 1.0 if down else 0.0
     started = (now_in and m.entered == 0.0) or (down and m.landed == 0.0)
     t_0 = y.t if started else m.t_0
@@ -190,7 +208,7 @@ def supervise(y, m, stage, s):
     base = MANUAL if stage.mode == STAGE_MANUAL or stage.mode == STAGE_SPLASH else s.code
     mode = base if now_in else m.mode
     hold = 1.0 if tension or splash else 0.0
-    F_hold = F_ref if tension else F_slow
+    F_hold = F_wire + (F_ref if tension else F_slow)
     orders = Orders(mode, v_op, s_op, hold, F_hold)
 
     running = m.done == 0.0 and m.stuck == 0.0
@@ -200,7 +218,6 @@ def supervise(y, m, stage, s):
     done = 1.0 if over else m.done
     stuck = 1.0 if late else m.stuck
     entered = 1.0 if now_in else 0.0
-    F_hung = m.F_hung if down else F_slow
     if ends and not over:
         fresh = Supervisor(m.stage + 1.0, y.t, 0.0, mode, v_op, v_op, s_op, F_1, F_2, F_slow, F_1, F_hung, y.s_w, 0.0, done, stuck)
         return orders, fresh

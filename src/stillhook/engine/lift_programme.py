@@ -73,9 +73,7 @@ def hanging(crane: Crane, lift: Lowering, z: float) -> Hanging:
     .. math:: e = \frac{F_{tip} L_0}{E A} + \int_0^\ell \frac{F(s)}{E A} ds, \qquad s_w = \ell - e
     """
     load = lift.payload
-    h = min(max(-z, 0.0), load.height)
-    V = float(np.interp(h, [level.h for level in load.levels], [level.V for level in load.levels])) if load.levels else 0.0
-    F_hook = (load.mass - lift.rho * V + crane.hook_mass) * G
+    F_hook = payload_weight(lift, z) + crane.hook_mass * G
     EA, steel = wire_strength(crane)
     top = z + load.height + lift.rigging.height
     length, wet = lift.h_tip - top, max(-top, 0.0)
@@ -85,6 +83,14 @@ def hanging(crane: Crane, lift: Lowering, z: float) -> Hanging:
     F_tip = F_surface + q * dry
     stretch = (F_tip * crane.wire.L_0 + 0.5 * (F_hook + F_surface) * wet + 0.5 * (F_surface + F_tip) * dry) / EA
     return Hanging(length - stretch, F_hook, F_tip, stretch, wet)
+
+
+def payload_weight(lift: Lowering, z: float) -> float:
+    """Weight of the payload less its buoyancy with the underside at z above still water [N]."""
+    load = lift.payload
+    h = min(max(-z, 0.0), load.height)
+    V = float(np.interp(h, [level.h for level in load.levels], [level.V for level in load.levels])) if load.levels else 0.0
+    return (load.mass - lift.rho * V) * G
 
 
 def pack_programme(crane: Crane, lift: Lowering) -> Programme:
@@ -108,7 +114,8 @@ def pack_programme(crane: Crane, lift: Lowering) -> Programme:
 def settings(crane: Crane, lift: Lowering) -> LiftSettings:
     """Settings of the winch modes: the lift's own, and what the crane's PLC has already."""
     w, c = lift.winch, crane.control
-    EA, _ = wire_strength(crane)
+    EA, steel = wire_strength(crane)
+    q = crane.wire.mass_per_length * G
     return LiftSettings(
         t_cycle=c.t_cycle,
         a_max=w.ramp,
@@ -119,11 +126,15 @@ def settings(crane: Crane, lift: Lowering) -> LiftSettings:
         omega_s=w.omega_s,
         tau_F=c.tau_F,
         tau_slow=w.tau_slow,
+        tau_hung=w.tau_hung,
         t_fade=c.t_bumpless,
-        F_landed=w.F_landed,
+        F_landed=w.landed * max(payload_weight(lift, -math.inf), 0.0),
         F_least=HOOK_SHARE * crane.hook_mass * G if w.F_least is None else w.F_least,
         EA=EA,
         L_0=crane.wire.L_0,
+        q_dry=q,
+        q_wet=q - lift.rho * steel * G,
+        h_tip=lift.h_tip,
         code=MODE_CODE[lift.controller],
     )
 
@@ -135,6 +146,8 @@ def _row(crane: Crane, lift: Lowering, stage: Stage, where: str, *, last: bool) 
             raise LiftError(
                 f'{where}: {name} = {show(F, "force")}: above the {show(crane.SWL * G, "force")} of the SWL of "{crane.name}". Give less.'
             )
+    if (stage.mode is StageMode.LANDING or stage.landed) and payload_weight(lift, -math.inf) <= 0.0:
+        raise LiftError(f"{where}: the payload floats, and cannot land. Check its mass and volume.")
     end = stage.end
     value = {"time": stage.time, "wire": stage.wire, "tension": stage.tension, "landed": 0.0}.get(end)
     if end == "depth":

@@ -30,7 +30,8 @@ class Stage(Record):
     """One stage. Exactly one of `time`, `depth` (underside below still water, negative above), `wire`, `landed`, `tension` ends it.
 
     `time` counts from the stage's entry, in landing mode from touch-down. `depth` becomes wire out by the static stretch of the wire, as a
-    planner would reckon it. `wire` and `tension` count in the direction in which the stage moves them.
+    planner would reckon it. `wire` and `tension` count in the direction in which the stage moves them. `hold` and `tension` are those at
+    the hook, as the load indicator gives them: without the weight of the wire that hangs.
     Raises ScenarioError, one line, for a stage that could not do what it says.
     """
 
@@ -122,7 +123,10 @@ class WinchSettings(Record):
         default=0.1, ge=0, le=1.0, description="return of splash mode to the slow position, in a minute: below all waves"
     )
     tau_slow: u.Time = Field(default=20.0, gt=0, description="time constant of the mean tension: longer than any wave period")
-    F_landed: Number = Field(default=0.7, gt=0, lt=1, description="part of the suspended tension below which the load has landed")
+    tau_hung: u.Time = Field(default=200.0, gt=0, description="mean tension that a landing is seen against: a slow one takes minutes")
+    landed: Number = Field(
+        default=0.5, gt=0, lt=1, description="touch-down is a fall of the tension by this part of the payload's weight in water"
+    )
     F_least: u.Force | None = Field(
         default=None, ge=0, description="tension that compensation needs; default half of the empty hook's weight"
     )
