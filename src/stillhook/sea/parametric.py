@@ -48,7 +48,7 @@ NORMS = ("exact", "printed")
 
 @dataclass(frozen=True)
 class Peak:
-    """One peak: m_0 [m^2] by the exact norm, omega_p [rad/s], N exponent of the tail, gamma peak enhancement, scale 1 unless the norm is printed."""
+    """One peak: m_0 [m^2] by the exact norm, omega_p [rad/s], N exponent of the tail, gamma, scale 1 unless the norm is printed."""
 
     m_0: float
     omega_p: float
@@ -67,7 +67,7 @@ class Peak:
         """m_n [m^2 rad^n/s^n] over all omega if it converges, else up to cut [rad/s]."""
         end = math.inf if n < self.N - 1.0 else cut / self.omega_p
         whole = _integral(0, self.N, self.gamma, math.inf)
-        return self.scale * self.m_0 * self.omega_p**n * _integral(n, self.N, self.gamma, end) / whole
+        return self.scale * self.m_0 * math.pow(self.omega_p, n) * _integral(n, self.N, self.gamma, end) / whole
 
     def grid(self, cut: float) -> FloatArray:
         """Points [rad/s] from LOW omega_p to cut."""
@@ -88,7 +88,7 @@ def _enhancement(x: FloatArray) -> FloatArray:
 def _integral(n: int, N: float, gamma: float, end: float) -> float:
     """Integral of x^(n - N) exp(-N/4 x^-4) gamma^b over x from 0 to end, which lies beyond what gamma raises."""
     B, p = N / 4.0, (N - n - 1.0) / 4.0
-    base = 0.25 * B**-p * (math.gamma(p) if math.isinf(end) else _upper_gamma(p, B * end**-4.0))
+    base = 0.25 * math.pow(B, -p) * (math.gamma(p) if math.isinf(end) else _upper_gamma(p, B * end**-4.0))
     if gamma == 1.0:
         return base
     node, weight = np.polynomial.legendre.leggauss(80)
@@ -106,7 +106,7 @@ def _upper_gamma(p: float, z: float) -> float:
     if p == 0.0:
         return float(exp1(z))
     if p < 0.0:
-        return (_upper_gamma(p + 1.0, z) - z**p * math.exp(-z)) / p
+        return (_upper_gamma(p + 1.0, z) - math.pow(z, p) * math.exp(-z)) / p
     return float(gammaincc(p, z)) * math.gamma(p)
 
 
