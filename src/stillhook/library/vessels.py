@@ -1,0 +1,28 @@
+"""Vessels of the library: motion transfer functions of two ships of our own design, computed by hulls/make.py."""
+
+from __future__ import annotations
+
+import functools
+from pathlib import Path
+
+from stillhook.errors import SeaError
+from stillhook.library.files import nearest
+from stillhook.units import came
+
+_SHELF = Path(__file__).resolve().parent / "vessels"
+
+
+@functools.cache
+def vessels() -> tuple[str, ...]:
+    """Names of the library's vessels."""
+    return tuple(sorted(file.stem for file in _SHELF.glob("*.csv")))
+
+
+def vessel_file(name: str) -> Path:
+    """The file of a library vessel, for `stillhook.io.vessel_file.read_vessel`.
+
+    Errors: SeaError of one line that names the vessels there are.
+    """
+    if name not in vessels():
+        raise SeaError(f"No vessel {came(name)}: the library has {', '.join(vessels())}{nearest(name, vessels())}")
+    return _SHELF / f"{name}.csv"
