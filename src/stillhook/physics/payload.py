@@ -10,8 +10,8 @@ LEVELS = 33
 
 class Payload(NamedTuple):
     """m mass in air [kg]; W weight in air [N]; H height [m]; rho water [kg/m^3]; g gravity [m/s^2]; C_lin linear drag when covered [N s/m];
-    seabed: depth of it [m], k_soil [N/m], c_soil [N s/m], gap_0 height over which the bottom is felt [m], bottom_A, bottom_B parts by which
-    added mass and drag grow at touch-down [-]; reach submergence of the last level [m], H or more; i_dh = (LEVELS - 1) / reach [1/m]."""
+    seabed: depth of it [m], k_soil [N/m], c_soil [N s/m], gap_0 height over which the bottom is felt [m], gap_B height at which the gap
+    is as wide as the openings [m], bottom_A, bottom_B parts by which added mass and drag grow at touch-down [-]; reach submergence of the last level [m], H or more; i_dh = (LEVELS - 1) / reach [1/m]."""
 
     m: float
     W: float
@@ -23,6 +23,7 @@ class Payload(NamedTuple):
     k_soil: float
     c_soil: float
     gap_0: float
+    gap_B: float
     bottom_A: float
     bottom_B: float
     reach: float
@@ -30,8 +31,8 @@ class Payload(NamedTuple):
 
 
 class Wetted(NamedTuple):
-    """At one submergence: V displaced volume [m^3]; A33 added mass [kg]; dA33 its slope over submergence [kg/m];
-    B = 1/2 rho C_D A_p [N s^2/m^2]."""
+    """At one submergence: V displaced volume [m^3]; A33 added mass [kg]; dA33 its slope over submergence, at a level the slope up to the
+    next one [kg/m]; B = 1/2 rho C_D A_p [N s^2/m^2]."""
 
     V: float
     A33: float
@@ -73,15 +74,12 @@ def middle(z, load):
 
 
 @scalar
-def wetted(f, lo, hi, load):
-    """Numbers at a part f = 0 .. 1 of the way from level `lo` to the next level `hi`.
+def wetted(f, lo, hi):
+    """Numbers at a part f = 0 .. 1 of the way from level `lo` to the next level `hi`: straight between them.
 
-    V and B go straight; A33 is the cubic through the values and slopes of both levels, dA33 exactly its slope.
+    dA33 of a level is the slope up to the next one, so that it is exactly the slope of A33 here and no momentum is lost between levels.
     """
-    d = (hi.A33 - lo.A33) * load.i_dh
-    A33 = lo.A33 + f * (hi.A33 - lo.A33) + f * (1.0 - f) * ((1.0 - f) * (lo.dA33 - d) - f * (hi.dA33 - d)) / load.i_dh
-    dA33 = d + (1.0 - f) * (1.0 - 3.0 * f) * (lo.dA33 - d) + f * (3.0 * f - 2.0) * (hi.dA33 - d)
-    return Wetted(lo.V + f * (hi.V - lo.V), A33, dA33, lo.B + f * (hi.B - lo.B))
+    return Wetted(lo.V + f * (hi.V - lo.V), lo.A33 + f * (hi.A33 - lo.A33), lo.dA33, lo.B + f * (hi.B - lo.B))
 
 
 @scalar
@@ -96,6 +94,19 @@ def felt_slope(z, load):
     """Slope of `felt` over height [1/m], 0 or negative."""
     q = 1.0 - (z + load.depth) / load.gap_0
     return -2.0 * q / load.gap_0 if q > 0.0 and q < 1.0 else 0.0
+
+
+@scalar
+def squeeze(z, load):
+    r"""Part of the growth of the drag at touch-down that is felt at a height [-]: 0 at gap_0 and higher, 1 at touch-down and below.
+
+    .. math:: \frac{q(x) - q(x_0)}{1 - q(x_0)},\quad q(x) = (1 + x / x_B)^{-2}
+
+    Water leaves through the openings and the gap x side by side, with a pressure that goes with the square of its speed there.
+    """
+    x = clip(z + load.depth, 0.0, load.gap_0)
+    q, q_0 = 1.0 + x / load.gap_B, 1.0 + load.gap_0 / load.gap_B
+    return (1.0 / (q * q) - 1.0 / (q_0 * q_0)) / (1.0 - 1.0 / (q_0 * q_0))
 
 
 @scalar
@@ -134,9 +145,9 @@ def water_force(z, v, wet, water, load):
     r"""Forces of water and seabed on a payload with its underside at z [m] moving up at v [m/s]; see `WaterForce`.
 
     .. math:: F = \rho g V + (\rho V + m_a) a_w + B'|w - v|(w - v) + C_{lin}(w - v)\,h/H + F_{slam} + F_{bottom},\quad
-        m_a = A_{33}(1 + b_A f),\ B' = B(1 + b_B f)
+        m_a = A_{33}(1 + b_A f),\ B' = B(1 + b_B s)
 
-    f = `felt`. The equation of motion is (m + m_a) dv/dt = F - W + sling. Buoyancy goes with the surface as it is; with rho V a_w that is
+    f = `felt`, s = `squeeze`. The equation of motion is (m + m_a) dv/dt = F - W + sling. Buoyancy goes with the surface as it is; with rho V a_w that is
     the Froude-Krylov force for waves long against the payload. Over the bottom no water joins or leaves, so Kirchhoff's
     -1/2 dm_a/dz v^2 cushions the payload; `bottom` is that and the soil's push.
 
@@ -146,7 +157,7 @@ def water_force(z, v, wet, water, load):
     h, h_dot, u = water.eta - z, water.eta_dot - v, water.w - v
     f = felt(z, load)
     m_a = wet.A33 * (1.0 + load.bottom_A * f)
-    B = wet.B * (1.0 + load.bottom_B * f)
+    B = wet.B * (1.0 + load.bottom_B * squeeze(z, load))
     covered = clip(h / load.H, 0.0, 1.0)
     slope = surface_slope(h, wet.dA33, load) * (1.0 + load.bottom_A * f)
     cushion = -0.5 * wet.A33 * load.bottom_A * felt_slope(z, load) * u * u
