@@ -67,8 +67,10 @@ def submerged_weight(payload: Payload, rho: float) -> float:
     """Weight less buoyancy of the covered payload [N]. Errors: LiftError where it floats."""
     V = payload.covered(rho).V
     if rho * V >= payload.mass:
+        weighs, displaces = show(payload.mass, "mass"), show(rho * V, "mass")
         raise LiftError(
-            f'Payload "{payload.name}": it floats, for it weighs {show(payload.mass, "mass")} and displaces {show(rho * V, "mass")}. Give a larger mass or a smaller volume.'
+            f'Payload "{payload.name}": it floats, for it weighs {weighs} and displaces {displaces} of water. '
+            "Give a larger mass or a smaller volume."
         )
     return (payload.mass - rho * V) * G
 

@@ -10,8 +10,9 @@ LEVELS = 33
 
 class Payload(NamedTuple):
     """m mass in air [kg]; W weight in air [N]; H height [m]; rho water [kg/m^3]; g gravity [m/s^2]; C_lin linear drag when covered [N s/m];
-    seabed: depth of it [m], k_soil [N/m], c_soil [N s/m], gap_0 height over which the bottom is felt [m], gap_B height at which the gap
-    is as wide as the openings [m], bottom_A, bottom_B parts by which added mass and drag grow at touch-down [-]; reach submergence of the last level [m], H or more; i_dh = (LEVELS - 1) / reach [1/m]."""
+    seabed: depth of it [m], k_soil [N/m], c_soil [N s/m], gap_0 height over which the bottom is felt [m], gap_B height at which the gap is as
+    wide as the payload's openings [m], bottom_A, bottom_B parts by which added mass and drag grow at touch-down [-];
+    reach submergence of the last level [m], H or more; i_dh = (LEVELS - 1) / reach [1/m]."""
 
     m: float
     W: float
@@ -147,8 +148,8 @@ def water_force(z, v, wet, water, load):
     .. math:: F = \rho g V + (\rho V + m_a) a_w + B'|w - v|(w - v) + C_{lin}(w - v)\,h/H + F_{slam} + F_{bottom},\quad
         m_a = A_{33}(1 + b_A f),\ B' = B(1 + b_B s)
 
-    f = `felt`, s = `squeeze`. The equation of motion is (m + m_a) dv/dt = F - W + sling. Buoyancy goes with the surface as it is; with rho V a_w that is
-    the Froude-Krylov force for waves long against the payload. Over the bottom no water joins or leaves, so Kirchhoff's
+    f = `felt`, s = `squeeze`. The equation of motion is (m + m_a) dv/dt = F - W + sling. Buoyancy goes with the surface as it is; with
+    rho V a_w that is the Froude-Krylov force for waves long against the payload. Over the bottom no water joins or leaves, so Kirchhoff's
     -1/2 dm_a/dz v^2 cushions the payload; `bottom` is that and the soil's push.
 
     Parameters: wet `wetted` at submergence(z, water.eta, load.reach); water at `middle`.
