@@ -15,7 +15,7 @@ from typing import Annotated
 import typer
 
 from stillhook._version import __version__
-from stillhook.cli import calc, certificate, cranes, envelope, friction, identify, maps, runs, stability, tune, uncertainty, validate
+from stillhook.cli import calc, certificate, cranes, envelope, friction, identify, maps, runs, sea, stability, tip, tune, uncertainty, validate
 from stillhook.errors import StillhookError
 
 INTERRUPTED, UNREAD = 130, 141
@@ -45,11 +45,13 @@ def _root(
 cranes.register(app)
 runs.register(app)
 envelope.register(app)
+sea.register(app)
 stability.register(app)
 maps.register(app)
 tune.register(app)
 uncertainty.register(app)
 validate.register(app)
+tip.register(app)
 app.add_typer(calc.app, name="calc")
 app.add_typer(certificate.app, name="certificate")
 app.add_typer(identify.app, name="identify")

@@ -167,7 +167,7 @@ def _band(sea: Sea, d_omega: float) -> tuple[int, int]:
         spectrum = train.spectrum
         if spectrum.moment(0) > 0.0:
             lowest = min(lowest, float(spectrum.grid()[0]))
-            highest = max(highest, min(spectrum.omega_cut, 2.0 * math.pi * max(1.0 / SHORTEST_WAVE, 4.0 / spectrum.T_p)))
+            highest = max(highest, min(spectrum.omega_cut, 2.0 * math.pi * max(1.0 / SHORTEST_WAVE, 4.0 / spectrum.peak_period)))
     if highest == 0.0:
         raise SeaError(f'{sea.describe()}: there are no waves to realise. A tip at rest is the motion "still".')
     first, last = max(1, math.floor(lowest / d_omega + 0.5)), math.ceil(highest / d_omega - 0.5)

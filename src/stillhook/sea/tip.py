@@ -1,0 +1,245 @@
+"""Vertical motion of the crane tip in a sea: response spectra, their moments, and how far it goes in a time."""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass, field
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stillhook.errors import SeaError
+from stillhook.sea.extremes import MPM, P90, largest
+from stillhook.sea.motion import Motion
+from stillhook.sea.rao import Rao
+from stillhook.sea.ship_motion import LONGEST_LEVER, mean_zero_crossing_period
+from stillhook.sea.spectrum import Sea
+from stillhook.units import came, parse
+
+FloatArray = NDArray[np.float64]
+
+AT_LIKE = 'such as "x=-20 m, y=-18 m" (forward and to port of the reference point; z, the height, where it is needed)'
+STEP = 2e-3  # rad/s: integrals over the response take steps no coarser than this
+SAMPLING = 0.05  # s: of motions in time
+EDGE = 5.0  # s: nearer to its ends a recorded motion is not right
+
+
+@dataclass(frozen=True)
+class TipPoint:
+    """Where the crane tip is [m] from the RAO's reference point, or from the motion sensor: x forward, y to port, z up (None: not told)."""
+
+    x: float
+    y: float
+    z: float | None = None
+
+    def describe(self) -> str:
+        """The place in words and units."""
+        up = "" if self.z is None else f", z {self.z:g} m"
+        return f"x {self.x:g} m, y {self.y:g} m{up}"
+
+
+def parse_point(text: str, where: str = "at") -> TipPoint:
+    """The place that a text such as "x=-20 m, y=-18 m" names, z optional. Errors: SeaError, UnitError, one line."""
+    found: dict[str, float] = {}
+    for part in text.split(",") if isinstance(text, str) else [""]:
+        match = re.fullmatch(r"\s*([A-Za-z]+)\s*=\s*(.*?)\s*", part)
+        if match is None or match[1].lower() not in ("x", "y", "z"):
+            raise SeaError(f"{where} {came(text)}: {came(part.strip())} is not x, y or z with a length. Write a place {AT_LIKE}.")
+        name = match[1].lower()
+        if name in found:
+            raise SeaError(f"{where} {came(text)}: {name} comes twice. Give it once.")
+        found[name] = parse(match[2], "length", f"{where}: {name}")
+        if abs(found[name]) > LONGEST_LEVER:
+            raise SeaError(f"{where} {came(text)}: {name} is more than {LONGEST_LEVER:g} m. Check its unit.")
+    for name in ("x", "y"):
+        if name not in found:
+            raise SeaError(f"{where} {came(text)}: {name} is missing. Write a place {AT_LIKE}.")
+    return TipPoint(found["x"], found["y"], found.get("z"))
+
+
+@dataclass(frozen=True, eq=False)
+class TipResponse:
+    """Vertical motion of a crane tip in a sea, linear and Gaussian.
+
+    omega (n,) rising [rad/s]; weight (n,) [rad/s], with which sums over omega are integrals; S_wave, S (n,) one-sided densities of the
+    sea's surface and of the tip's height [m^2 s/rad]; S_end (n,) that of the height beyond the vessel's table if its last value stayed
+    there, 0 within it; omega_table first and last frequency of the table [rad/s].
+    """
+
+    omega: FloatArray = field(repr=False)
+    weight: FloatArray = field(repr=False)
+    S_wave: FloatArray = field(repr=False)
+    S: FloatArray = field(repr=False)
+    S_end: FloatArray = field(repr=False)
+    omega_table: tuple[float, float]
+
+    def moment(self, n: int) -> float:
+        """m_n of the tip's height [m^2 rad^n/s^n]; the table's end makes all of them finite."""
+        return float(np.sum(self.weight * self.omega**n * self.S))
+
+    @property
+    def sigma_z(self) -> float:
+        """Standard deviation of the height [m]."""
+        return math.sqrt(self.moment(0))
+
+    @property
+    def sigma_v(self) -> float:
+        """Standard deviation of the speed [m/s]."""
+        return math.sqrt(self.moment(2))
+
+    @property
+    def sigma_a(self) -> float:
+        """Standard deviation of the acceleration [m/s^2]."""
+        return math.sqrt(self.moment(4))
+
+    @property
+    def T_z(self) -> float:
+        """Mean time between upward crossings of the mean, 2 pi sigma_z/sigma_v [s]; NaN where nothing moves."""
+        return _period(self.sigma_z, self.sigma_v)
+
+    @property
+    def T_p(self) -> float:
+        """Period at which the density of the height over omega is highest [s]; NaN where nothing moves."""
+        i = int(np.argmax(self.S))
+        return 2.0 * math.pi / float(self.omega[i]) if self.S[i] > 0.0 else math.nan
+
+    @property
+    def bandwidth(self) -> float:
+        """sqrt(1 - m_2^2/(m_0 m_4)): 0 for one period alone, towards 1 for many; NaN where nothing moves."""
+        m_0, m_2, m_4 = (self.moment(n) for n in (0, 2, 4))
+        return math.sqrt(max(0.0, 1.0 - m_2**2 / (m_0 * m_4))) if m_0 * m_4 > 0.0 else math.nan
+
+    @property
+    def sigma_a_beyond(self) -> float:
+        """Standard deviation of the acceleration that waves beyond the table would add, in squares, if its last value stayed [m/s^2]."""
+        return math.sqrt(float(np.sum(self.weight * self.omega**4 * self.S_end)))
+
+    @property
+    def share_beyond(self) -> float:
+        """Part of the variance of the sea in waves shorter than the table has; they are taken to move nothing."""
+        return self._share(self.S_wave, self.omega > self.omega_table[1])
+
+    @property
+    def share_below(self) -> float:
+        """Part of the variance of the tip's height by waves longer than the table has; there the vessel follows the water."""
+        return self._share(self.S, self.omega < self.omega_table[0])
+
+    def _share(self, S: FloatArray, where: NDArray[np.bool_]) -> float:
+        whole = float(np.sum(self.weight * S))
+        return float(np.sum((self.weight * S)[where])) / whole if whole > 0.0 else 0.0
+
+    def statistics(self, duration: float) -> dict[str, float]:
+        """Numbers of the motion, and the largest of a time [s]: most probable maximum and the level that 90 % of such times stay below.
+
+        Maxima are above the mean alone, of height, speed and acceleration each with its own mean period. Errors: SeaError for a duration
+        shorter than a few waves.
+        """
+        m_6 = float(np.sum(self.weight * self.omega**6 * self.S))
+        numbers = {"sigma_z": self.sigma_z, "sigma_v": self.sigma_v, "sigma_a": self.sigma_a, "T_z": self.T_z, "T_p": self.T_p}
+        return {**numbers, "bandwidth": self.bandwidth, **_largest((self.sigma_z, self.sigma_v, self.sigma_a, math.sqrt(m_6)), duration)}
+
+
+def tip_response(rao: Rao, sea: Sea, x: float, y: float) -> TipResponse:
+    r"""Spectra of the vertical motion of a crane tip over (x, y) [m] from the RAO's reference point, forward and to port.
+
+    .. math:: S_z(\omega) = \sum_{trains} S(\omega) \sum_j w_j |H_3 + y H_4 - x H_5|^2(\omega, \beta_j)
+
+    Trains are independent of one another, and so are the directions of a short-crested one, with shares w_j of its variance. What the sea
+    has beyond the vessel's table is left out of S and told by `share_beyond` and `sigma_a_beyond`.
+    """
+    edges = _edges(sea, rao)
+    omega, weight, last = (edges[1:] + edges[:-1]) / 2.0, np.diff(edges), rao.omega[-1]
+    S_wave, S, S_end = np.zeros_like(omega), np.zeros_like(omega), np.zeros_like(omega)
+    for train in sea.trains:
+        beta, share = train.directions()
+        density = train.spectrum.density(omega)
+        S_wave += density
+        S += density * (share @ np.abs(rao.vertical(omega, beta, x, y)) ** 2)
+        at_end = float(share @ np.abs(rao.vertical(rao.omega[-1:], beta, x, y)[:, 0]) ** 2)
+        S_end += np.where(omega > last, density * at_end, 0.0)
+    return TipResponse(omega, weight, S_wave, S, S_end, (float(rao.omega[0]), float(last)))
+
+
+def tip_summary(rao: Rao, sea: Sea, at: TipPoint, duration: float) -> dict[str, Any]:
+    """What there is to say of a tip in a sea, in SI and with the names of `stillhook.variables`; duration [s] is that of the extremes."""
+    response = tip_response(rao, sea, at.x, at.y)
+    waves = {"H_m0": sea.H_m0, "T_p": 2.0 * math.pi / float(response.omega[np.argmax(response.S_wave)]), "text": sea.describe()}
+    limits = {
+        "omega_first": response.omega_table[0],
+        "omega_last": response.omega_table[1],
+        "share_below": response.share_below,
+        "share_beyond": response.share_beyond,
+        "sigma_a_beyond": response.sigma_a_beyond,
+    }
+    where = {"x": at.x, "y": at.y} if at.z is None else {"x": at.x, "y": at.y, "z": at.z}
+    notes = [*_table_notes(response), *rao.notes]
+    return {"vessel": rao.name, "at": where, "sea": waves, "duration": duration, **response.statistics(duration), **limits, "notes": notes}
+
+
+def _table_notes(response: TipResponse) -> list[str]:
+    """Where the vessel's table ends, and what lies beyond."""
+    first, last = response.omega_table
+    with_end = math.hypot(response.sigma_a, response.sigma_a_beyond)
+    more = with_end / response.sigma_a - 1.0 if response.sigma_a > 0.0 else 0.0
+    notes = [
+        f"The vessel's table ends at a period of {2.0 * math.pi / last:.4g} s. Shorter waves, {response.share_beyond:.2%} of the sea's "
+        f"variance, are taken to move nothing; if its last value stayed, sigma_a would be {with_end:.4g} m/s^2 in place of "
+        f"{response.sigma_a:.4g} (+{more:.2%})."
+    ]
+    if more > 0.01:
+        notes.append("Caution: more than 1 % of sigma_a hangs on waves shorter than the table has. Use a vessel file with shorter periods.")
+    if response.share_below > 1e-3:
+        notes.append(
+            f"{response.share_below:.2%} of the tip's variance is by waves longer than the {2.0 * math.pi / first:.4g} s at which the "
+            "vessel's table begins: there it is taken to follow the water."
+        )
+    return notes
+
+
+def _edges(sea: Sea, rao: Rao) -> FloatArray:
+    """Edges of cells [rad/s] that resolve sea and vessel: the frequencies of both, and within the vessel's table steps of STEP."""
+    low = min(float(train.spectrum.grid()[0]) for train in sea.trains) / 2.0
+    high = max(train.spectrum.omega_cut for train in sea.trains)
+    marks = np.concatenate([train.spectrum.grid() for train in sea.trains] + [rao.omega, np.arange(low, min(high, rao.omega[-1]), STEP)])
+    return np.unique(np.concatenate((marks[(marks > low) & (marks < high)], [low, high])))
+
+
+def motion_statistics(motion: Motion, duration: float) -> dict[str, float]:
+    """The same numbers of a motion in time, such as a log of a motion sensor, over all of it but its first and last EDGE seconds.
+
+    About the mean height. T_z by counting crossings (`T_z_counted`) beside that of the deviations; the largest that was met (z_max, v_max,
+    a_max: magnitudes) beside the largest that is to be expected in `duration` [s] if the motion is Gaussian and goes on like this.
+    Errors: SeaError for a motion without end, shorter than ten waves, or at rest.
+    """
+    end = motion.duration
+    if end is None or end < 2.0 * EDGE + 60.0:
+        raise SeaError(f"{motion.describe()}: statistics take a motion of 70 s or longer that has an end. Give a longer record.")
+    t = np.arange(EDGE, end - EDGE, SAMPLING)
+    s, v, a = motion.sample(t)
+    s = s - s.mean()
+    sigma = (float(s.std()), float(v.std()), float(a.std()), float(np.diff(a).std()) / SAMPLING)
+    counted = mean_zero_crossing_period(t, s)
+    if sigma[0] <= 0.0 or counted is None:
+        raise SeaError(f"{motion.describe()}: does not move up and down. Give a record of a ship in waves.")
+    numbers = {"sigma_z": sigma[0], "sigma_v": sigma[1], "sigma_a": sigma[2], "T_z": _period(sigma[0], sigma[1]), "T_z_counted": counted}
+    met = {f"{name}_max": float(np.abs(x).max()) for name, x in (("z", s), ("v", v), ("a", a))}
+    return {**numbers, **met, **_largest(sigma, duration)}
+
+
+def _largest(sigma: tuple[float, float, float, float], duration: float) -> dict[str, float]:
+    """Most probable maximum and 90 % level of height, speed and acceleration, from their standard deviations and that of the next rate."""
+    if sigma[0] <= 0.0:
+        return {f"{name}_{level}": 0.0 for name in ("z", "v", "a") for level in ("mpm", "p90")}
+    cycles = [duration / _period(x, rate) for x, rate in pairwise(sigma)]
+    return {
+        f"{name}_{level}": largest(x, n, q)
+        for name, x, n in zip(("z", "v", "a"), sigma[:3], cycles, strict=True)
+        for level, q in (("mpm", MPM), ("p90", P90))
+    }
+
+
+def _period(sigma: float, rate: float) -> float:
+    return 2.0 * math.pi * sigma / rate if rate > 0.0 else math.nan
