@@ -10,8 +10,8 @@ LEVELS = 33
 
 class Payload(NamedTuple):
     """m mass in air [kg]; W weight in air [N]; H height [m]; rho water [kg/m^3]; g gravity [m/s^2]; C_lin linear drag when covered [N s/m];
-    seabed: depth of it [m], k_soil [N/m], c_soil [N s/m], gap_0 height over which the bottom is felt [m], gap_B height at which the gap is as
-    wide as the payload's openings [m], bottom_A, bottom_B parts by which added mass and drag grow at touch-down [-];
+    seabed: depth of it [m], k_soil [N/m], c_soil [N s/m], gap_0 height over which the bottom is felt [m], gap_B height at which the gap is
+    as wide as the payload's openings [m], bottom_A, bottom_B parts by which added mass and drag grow at touch-down [-];
     reach submergence of the last level [m], H or more; i_dh = (LEVELS - 1) / reach [1/m]."""
 
     m: float
