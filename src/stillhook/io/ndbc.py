@@ -25,21 +25,22 @@ _NAME = re.compile(r"^[0-9A-Za-z]{5}([a-z])([0-9]{4}|[0-9]{5,6})\.txt(\.gz)?$")
 _OLD_NAMES = {"WD": "WDIR"}
 
 
-def read_spectra(path: str | os.PathLike[str]) -> SpectrumSeries:
+def read_spectra(path: str | os.PathLike[str] | Records) -> SpectrumSeries:
     """The spectra of an NDBC file: historical (YY MM DD hh .030 ...; #YY MM DD hh mm .0200 ...) or real-time (.data_spec), plain or gz.
 
     Densities in the file are m^2/Hz over Hz. A record in which any band is missing is not valid as a whole; it is counted, never used.
     Errors: SeaError of one line that names file and line for files that are cut or mixed, for negative energy, and for waves above 40 m.
     """
-    records = read_records(path)
+    records = path if isinstance(path, Records) else read_records(path)
     f, S = densities(records)
     f, width = bands(f, records.name)
     whole = np.all(np.isfinite(S), axis=1)
     _check(records, f, S, width, whole)
-    notes = list(records.notes)
+    notes = []
     if missing := int(np.count_nonzero(~whole)):
         part = int(np.count_nonzero(~whole & np.any(np.isfinite(S), axis=1)))
         notes.append(f"{missing} of {len(S)} records are missing" + (f", {part} of them in some bands only" if part else ""))
+    notes += records.notes
     S = np.where(whole[:, None], S, np.nan) / (2.0 * np.pi)
     return SpectrumSeries(2.0 * np.pi * f, 2.0 * np.pi * width, S, records.time, whole, records.name, tuple(notes))
 
@@ -100,13 +101,13 @@ def _check(records: Records, f: FloatArray, S: FloatArray, width: FloatArray, wh
         )
 
 
-def read_states(path: str | os.PathLike[str]) -> SeaStates:
+def read_states(path: str | os.PathLike[str] | Records) -> SeaStates:
     """Wave heights, periods and directions of an NDBC file of standard meteorology (WVHT, DPD, APD, MWD), plain or gz.
 
     WVHT is H_m0, DPD the period of the highest band, APD T_m02, MWD where waves of that band come from, clockwise from true north.
     A record without WVHT is not valid. Errors: SeaError of one line.
     """
-    records = read_records(path)
+    records = path if isinstance(path, Records) else read_records(path)
     header = [_OLD_NAMES.get(word, word) for word in records.header]
     if "WVHT" not in header:
         raise SeaError(
@@ -128,7 +129,6 @@ def read_states(path: str | os.PathLike[str]) -> SeaStates:
                 f"{records.name}: line {records.lines[i]}: {name} = {column[name][i]:g} is not between 0 and {most:g}. Mend the line."
             )
     valid = np.isfinite(H)
-    notes = list(records.notes)
-    if missing := int(np.count_nonzero(~valid)):
-        notes.append(f"{missing} of {len(H)} records have no wave height")
+    notes = [f"{missing} of {len(H)} records have no wave height"] if (missing := int(np.count_nonzero(~valid))) else []
+    notes += records.notes
     return SeaStates(records.time, valid, H, column["DPD"], column["APD"], np.radians(column["MWD"]), records.name, tuple(notes))

@@ -130,8 +130,20 @@ def _in_order(name: str, header: list[str], time: NDArray[np.datetime64], rows: 
     once = np.concatenate(([True], np.diff(time[order]) > np.timedelta64(0, "s")))
     kept = order[once]
     repeated = len(order) - len(kept)
-    notes = (f"{repeated} records repeat a time: the first of each is kept",) if repeated else ()
-    return Records(name, header, time[kept], [rows[i] for i in kept], [lines[i] for i in kept], notes)
+    notes = [f"{repeated} records repeat a time: the first of each is kept"] if repeated else []
+    notes += _absent(time[kept])
+    return Records(name, header, time[kept], [rows[i] for i in kept], [lines[i] for i in kept], tuple(notes))
+
+
+def _absent(time: NDArray[np.datetime64]) -> list[str]:
+    """A line on records that an even file would have and this one has not."""
+    if len(time) < 3:
+        return []
+    steps = np.diff(time).astype(np.int64)
+    usual = int(np.median(steps))
+    absent = int(np.sum(np.maximum(np.rint(steps / usual) - 1, 0)))
+    gaps = int(np.count_nonzero(np.rint(steps / usual) > 1))
+    return [f"{absent} more are absent from the file, in {gaps} gaps: its records are {usual / 60.0:g} min apart"] if absent else []
 
 
 def numbers(records: Records, columns: slice, count: int, fills: tuple[float, ...] = FILLS) -> FloatArray:

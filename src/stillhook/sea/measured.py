@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from stillhook.errors import SeaError
 from stillhook.sea.spectrum import WaveSpectrum
+from stillhook.units import came
 
 FloatArray = NDArray[np.float64]
 
@@ -151,6 +152,23 @@ class SpectrumSeries:
         """Period of the centre of the highest band (n_records,) [s]; NaN where not valid or without waves."""
         S = np.where(np.isnan(self.S), 0.0, self.S)
         return np.where(S.max(axis=1) > 0.0, 2.0 * np.pi / self.omega[np.argmax(S, axis=1)], np.nan)
+
+    def index(self, record: str) -> int:
+        """Place of a record that a text names: its number from 0, or its time (UTC, ISO 8601). Errors: SeaError where there is none."""
+        text = record.strip()
+        if text.isdigit():
+            if int(text) >= len(self):
+                raise SeaError(f"{self.source}: record {text} does not exist. The last one is {len(self) - 1}.")
+            return int(text)
+        try:
+            time = np.datetime64(text.removesuffix("Z").replace(" ", "T"), "s")
+        except ValueError:
+            raise SeaError(f"{self.source}: record {came(record)} is no number and no time. Write 12 or 1996-01-05T12:00.") from None
+        at = np.flatnonzero(self.time == time)
+        if len(at) == 0:
+            near = self.time[int(np.argmin(np.abs(self.time - time)))]
+            raise SeaError(f"{self.source}: no record at {time}Z. The nearest one is of {near}Z.")
+        return int(at[0])
 
     def spectrum(self, i: int) -> Measured:
         """The i-th record. Errors: SeaError where it is missing."""
