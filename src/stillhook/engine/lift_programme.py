@@ -88,8 +88,8 @@ def hanging(crane: Crane, lift: Lowering, z: float) -> Hanging:
 def payload_weight(lift: Lowering, z: float) -> float:
     """Weight of the payload less its buoyancy with the underside at z above still water [N]."""
     load = lift.payload
-    h = min(max(-z, 0.0), load.height)
-    V = float(np.interp(h, [level.h for level in load.levels], [level.V for level in load.levels])) if load.levels else 0.0
+    h = min(max(-z, 0.0), load.reach(lift.rho))
+    V = float(load.at(np.array([h]), lift.rho).V[0])
     return (load.mass - lift.rho * V) * G
 
 
