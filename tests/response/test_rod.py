@@ -85,6 +85,32 @@ def test_a_wire_without_mass_is_a_spring_with_two_masses():
         assert x == pytest.approx(y, rel=1e-6)
 
 
+def test_a_spring_above_the_wire_is_as_good_as_more_wire_without_mass():
+    k = 8e6
+    above = Rod(DEEP.L, DEEP.EA, DEEP.mu, DEEP.w, k_top=k)
+    n = 4000
+    l = DEEP.L / n
+    m = np.append(np.full(n + 1, DEEP.mu * l), LOAD.moving)
+    m[0] /= 2.0
+    m[n] = DEEP.mu * l / 2.0 + LOAD.m_h
+    springs = np.concatenate(([k], np.full(n, DEEP.EA / l), [LOAD.k_s]))
+    d = springs + np.append(springs[1:], 0.0)
+    squares = eigh_tridiagonal(d / m, -springs[1:] / np.sqrt(m[1:] * m[:-1]), select="i", select_range=(0, 3), eigvals_only=True)
+    assert natural_periods(above, LOAD, 4) == pytest.approx(2.0 * np.pi / np.sqrt(squares), rel=1e-5)
+    assert static_stretch(above, 1e6) == pytest.approx(static_stretch(DEEP, 1e6) + (1e6 + DEEP.w * DEEP.L) / k, rel=EXACT)
+
+
+def test_what_comes_through_that_spring_is_what_its_tension_leaves():
+    k, beta = 8e6, 0.01
+    bare, above = (Rod(DEEP.L, DEEP.EA, DEEP.mu, beta=beta, k_top=k_top) for k_top in (math.inf, k))
+    a, b = (transfers(OMEGA, rod, LOAD, DRAG) for rod in (bare, above))
+    star = k * (1.0 + 1j * OMEGA * beta)
+    for by_top, by_force in (("load_u", "load_F"), ("hook_u", "hook_F"), ("top_u", "top_F"), ("end_u", "end_F"), ("sling_u", "sling_F")):
+        passed_u, passed_F = 1.0 - b.top_u / star, -b.top_F / star  # motion under the spring
+        assert getattr(b, by_top) == pytest.approx(getattr(a, by_top) * passed_u, rel=EXACT)
+        assert getattr(b, by_force) == pytest.approx(getattr(a, by_force) + getattr(a, by_top) * passed_F, rel=EXACT)
+
+
 def test_rule_with_a_third_of_the_wire_is_within_a_per_cent_for_a_load_as_heavy_as_the_wire():
     end = End(m=DEEP.mass)
     assert first_period_by_rule(DEEP, end) == pytest.approx(natural_periods(DEEP, end)[0], rel=0.01)
@@ -142,6 +168,10 @@ def test_damping_asked_for_is_that_of_the_first_mode():
     [
         (lambda: Rod(L=0.0, EA=1e8, mu=40.0), "Rod: L = 0.0 is not a number above 0. Give it in SI."),
         (lambda: Rod(L=10.0, EA=1e8, mu=-1.0), "Rod: mu = -1.0 is not a number of 0 or more. Give it in SI."),
+        (
+            lambda: Rod(L=10.0, EA=1e8, mu=40.0, k_top=0.0),
+            "Rod: k_top = 0.0 is not above 0. Give the spring above the wire in N/m, or leave it out.",
+        ),
         (lambda: End(m=math.nan), "End: m = nan is not a number of 0 or more. Give it in SI."),
         (lambda: End(m=0.0), "End: nothing hangs on the wire. Give m or m_h above 0."),
         (lambda: End(m=1.0, k_s=0.0), "End: k_s = 0.0 is not above 0. Give the slings' stiffness in N/m, or leave it out for one body."),

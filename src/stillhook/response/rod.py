@@ -5,7 +5,8 @@ A material point of the wire at distance x under the top has the vertical displa
 .. math:: \mu \ddot q = E A (1 + i\omega\beta) q'', \qquad q(0) = u, \qquad p = \omega L \sqrt{\mu / EA(1 + i \omega \beta)}, \quad
     K = EA(1 + i \omega\beta)/L
 
-u is the motion of the wire's top end: the crane tip less the wire that the winch pays out. At the lower end hangs the hook (mass m_h), and
+u is the motion of the wire's top end: the crane tip less the wire that the winch pays out. The short wire from drum to tip may stand above
+it as a spring, through which u comes. At the lower end hangs the hook (mass m_h), and
 under it, on slings, the payload. Tension is what the motion adds to the weight, pulling positive.
 
 Valid while nothing goes slack and wire and payload move a little about one depth. Source: wave equation of a bar, any textbook; the
@@ -34,13 +35,15 @@ and wire happen to ring together within a hundredth."""
 @dataclass(frozen=True)
 class Rod:
     """A hanging wire: L length [m]; EA axial stiffness times length [N]; mu mass per metre [kg/m], with the water that moves along where
-    there is any; w weight per metre, in water less buoyancy [N/m]; beta material damping, stress per strain rate over EA [s]."""
+    there is any; w weight per metre, in water less buoyancy [N/m]; beta material damping, stress per strain rate over EA [s]; k_top spring
+    without mass above the wire, such as the wire from drum to crane tip, with the same damping [N/m]."""
 
     L: float
     EA: float
     mu: float
     w: float = 0.0
     beta: float = 0.0
+    k_top: float = math.inf
 
     def __post_init__(self) -> None:
         for name, least in (("L", 0.0), ("EA", 0.0)):
@@ -49,6 +52,8 @@ class Rod:
         for name in ("mu", "w", "beta"):
             if not (math.isfinite(value := getattr(self, name)) and value >= 0.0):
                 raise LiftError(f"Rod: {name} = {value!r} is not a number of 0 or more. Give it in SI.")
+        if not self.k_top > 0.0:
+            raise LiftError(f"Rod: k_top = {self.k_top!r} is not above 0. Give the spring above the wire in N/m, or leave it out.")
 
     @property
     def K(self) -> float:
@@ -88,14 +93,14 @@ class End:
 
 
 def static_stretch(rod: Rod, W: float) -> float:
-    """Stretch under a load of weight W [N] and the wire's own weight, L (W + w L/2)/EA [m]."""
-    return rod.L * (W + rod.w * rod.L / 2.0) / rod.EA
+    """Stretch under a load of weight W [N] and the wire's own weight, L (W + w L/2)/EA, and that of the spring above [m]."""
+    return rod.L * (W + rod.w * rod.L / 2.0) / rod.EA + (W + rod.w * rod.L) / rod.k_top
 
 
 def first_period_by_rule(rod: Rod, end: End) -> float:
     """First natural period with a third of the wire's mass at its end, 2 pi sqrt((M + A33 + m L/3)/K) [s]; slings in series. Closed form to
     print beside the exact one: 1 % low or less while the wire weighs less than the load."""
-    K = 1.0 / (1.0 / rod.K + 1.0 / end.k_s)
+    K = 1.0 / (1.0 / rod.K + 1.0 / end.k_s + 1.0 / rod.k_top)
     return 2.0 * math.pi * math.sqrt((end.moving + end.m_h + rod.mass / 3.0) / K)
 
 
@@ -119,14 +124,14 @@ def natural_periods(rod: Rod, end: End, n: int = 1) -> FloatArray:
 
 
 def _frequency_equation(omega: FloatArray, rod: Rod, end: End) -> FloatArray:
-    """K cos p + D sin(p)/p times the stiffness below the slings, so that it has no poles [N/m, or its square]."""
+    """K cos p + D sin(p)/p times the stiffness below the slings, so that it has no poles, and the spring above [N/m]."""
     p = omega * rod.L * math.sqrt(rod.mu / rod.EA)
     cos, sinc = np.cos(p), np.sinc(p / math.pi)
     hook, load = -(omega**2) * end.m_h, -(omega**2) * end.moving
-    if math.isinf(end.k_s):
-        return np.asarray(rod.K * cos + (hook + load) * sinc)
     below = 1.0 + load / end.k_s
-    return np.asarray((rod.K * cos + hook * sinc) * below + load * sinc)
+    D = hook * below + load
+    yields = rod.K / rod.k_top
+    return np.asarray((rod.K * below) * (cos - yields * p * p * sinc) + D * (sinc + yields * cos))
 
 
 def _root(lo: float, hi: float, per_angle: float, rod: Rod, end: End) -> float:
@@ -146,14 +151,13 @@ def _root(lo: float, hi: float, per_angle: float, rod: Rod, end: End) -> float:
 
 def _periods_without_mass(rod: Rod, end: End, n: int) -> FloatArray:
     """Two masses on two springs."""
-    periods = np.zeros(n)
+    periods, k = np.zeros(n), 1.0 / (1.0 / rod.K + 1.0 / rod.k_top)
     if math.isinf(end.k_s) or end.m_h == 0.0 or end.moving == 0.0:
         k_s = end.k_s if end.moving else math.inf
-        periods[0] = 2.0 * math.pi * math.sqrt((end.moving + end.m_h) * (1.0 / rod.K + 1.0 / k_s))
+        periods[0] = 2.0 * math.pi * math.sqrt((end.moving + end.m_h) * (1.0 / k + 1.0 / k_s))
         return periods
-    a, b, c = end.m_h * end.moving, -(end.m_h * end.k_s + end.moving * (rod.K + end.k_s)), rod.K * end.k_s
-    squares = np.sort(np.roots([a, b, c]).real)
-    found = 2.0 * math.pi / np.sqrt(squares)
+    a, b, c = end.m_h * end.moving, -(end.m_h * end.k_s + end.moving * (k + end.k_s)), k * end.k_s
+    found = 2.0 * math.pi / np.sqrt(np.sort(np.roots([a, b, c]).real))
     periods[: min(n, 2)] = found[:n]
     return periods
 
@@ -207,7 +211,9 @@ def transfers(omega: ArrayLike, rod: Rod, end: End, drag: ArrayLike = 0.0) -> Tr
     hook_u, hook_F = K / det, sinc * soft / det
     top_u, top_F = K * (D * cos - K * p * p * sinc) / det, -K * soft / det
     load_u, load_F = soft * hook_u, soft * (hook_F + flex)
-    return Transfers(
-        load_u=load_u, load_F=load_F, hook_u=hook_u, hook_F=hook_F, top_u=top_u, top_F=top_F,
-        end_u=D * hook_u, end_F=D * hook_F - soft, sling_u=D_p * load_u, sling_F=D_p * load_F - 1.0,
-    )  # fmt: skip
+    by_top = load_u, hook_u, top_u, D * hook_u, D_p * load_u
+    by_force = load_F, hook_F, top_F, D * hook_F - soft, D_p * load_F - 1.0
+    yields = 0.0 if math.isinf(rod.k_top) else 1.0 / (rod.k_top * (1.0 + 1j * w * rod.beta))
+    through = 1.0 / (1.0 + yields * top_u)  # motion that comes through the spring above
+    pairs = ((through * u, F - yields * top_F * through * u) for u, F in zip(by_top, by_force, strict=True))
+    return Transfers(*(each for pair in pairs for each in pair))
