@@ -7,18 +7,22 @@ from dataclasses import replace
 from pathlib import Path
 
 from stillhook.errors import SeaError
+from stillhook.io.rao_capytaine import read_capytaine
 from stillhook.io.rao_csv import read_rao_csv
+from stillhook.io.rao_orcaflex import read_orcaflex
 from stillhook.io.rao_re1 import read_re1
+from stillhook.library.files import nearest
+from stillhook.library.vessels import vessel_file, vessels
 from stillhook.sea.long_wave import long_wave_test, remarks, wrong_line
 from stillhook.sea.rao import Rao
 from stillhook.units import came
 
-FORMS = "ShipX/VERES .re1 and CSV with declared conventions (stillhook vessel show --help)"
+FORMS = "ShipX/VERES .re1, CSV with declared conventions, Capytaine NetCDF and OrcaFlex text files (.yml)"
 LARGEST_FILE = 200_000_000  # bytes
 
 
 def read_vessel(path: str | os.PathLike[str]) -> Rao:
-    """The vessel in a file, tested against what every floating body does in long waves (`sea.long_wave`); what deserves a look is in its
+    """The vessel in a file, or one of the library by its name, tested against what every floating body does in long waves (`sea.long_wave`); what deserves a look is in its
     notes.
 
     Errors: SeaError of one line for a file that cannot be read, or whose motions are no floating body's in the convention it declares.
@@ -31,23 +35,41 @@ def read_vessel(path: str | os.PathLike[str]) -> Rao:
 
 
 def read_untested(path: str | os.PathLike[str]) -> Rao:
-    """The motion transfer functions in a file: ShipX/VERES `.re1`, or CSV with declared conventions."""
-    file = Path(path)
+    """The vessel in a file or of the library, as it is: ShipX/VERES `.re1`, CSV with declared conventions, Capytaine NetCDF, OrcaFlex text."""
+    file = _found(path)
+    if _begins(file, b"\x89HDF", b"CDF"):
+        return read_capytaine(file)
     text = _text(file)
     if "TRANSFER FUNCTION" in text[:1000].upper():
         return read_re1(file, text)
+    if "VesselTypes:" in text:
+        return read_orcaflex(file, text)
     if text.startswith("#") or "omega [rad/s]" in text[:1000]:
         return read_rao_csv(file, text)
     raise SeaError(f"{file.name}: is no vessel file that is known. Read are {FORMS}.")
 
 
-def _text(file: Path) -> str:
+def _begins(file: Path, *marks: bytes) -> bool:
+    with file.open("rb") as stream:
+        return stream.read(8).startswith(marks)
+
+
+def _found(path: str | os.PathLike[str]) -> Path:
+    """The file of a path, or of a name of the library where no such file is."""
+    file = Path(path)
+    if not file.exists() and str(path) in vessels():
+        return vessel_file(str(path))
     if file.is_dir():
         raise SeaError(f"{came(str(file))} is a folder. Give a vessel file.")
     if not file.is_file():
-        raise SeaError(f"{came(str(file))}: no such vessel file. Check the path.")
+        near = nearest(str(path), vessels())
+        raise SeaError(f"{came(str(path))}: no such vessel file, and no vessel of the library, which has {', '.join(vessels())}{near}")
     if file.stat().st_size > LARGEST_FILE:
         raise SeaError(f"{file.name}: {file.stat().st_size / 1e6:.0f} MB, up to {LARGEST_FILE / 1e6:.0f} MB is read. Check the file.")
+    return file
+
+
+def _text(file: Path) -> str:
     try:
         return file.read_bytes().decode("utf-8-sig")
     except UnicodeDecodeError:

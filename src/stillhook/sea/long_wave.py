@@ -131,9 +131,9 @@ def wrong_line(rao: Rao, tests: tuple[LongWave, ...]) -> str | None:
         return _out_of_order(rao)
     told = ", ".join(f"{t.dof} {_number(t.found)} (should be {_number(t.limit)})" for t in bad[:3])
     more = f" and {len(bad) - 3} more" if len(bad) > 3 else ""
-    period = 2.0 * math.pi / rao.omega[0]
+    period, beta = 2.0 * math.pi / rao.omega[0], math.degrees(bad[0].beta)
     return (
-        f"{rao.source or rao.name}: no floating body moves so in waves of {period:.3g} s that travel to {math.degrees(bad[0].beta):.4g} deg: "
+        f"{rao.source or rao.name}: no floating body moves so in waves of {period:.3g} s that travel to {beta:.4g} deg: "
         f"{told}{more}; rotations per slope of the wave. {_remedy(rao)}"
     )
 
@@ -177,22 +177,20 @@ def _remedy(rao: Rao) -> str:
 def remarks(rao: Rao, tests: tuple[LongWave, ...]) -> tuple[str, ...]:
     """What deserves a look: doubtful motions with their numbers, and what lies beyond the ends of the table."""
     first, last = float(rao.omega[0]), float(rao.omega[-1])
+    long = f"{2.0 * math.pi / first:.3g} s"
     lines = [
-        f"in waves of {2.0 * math.pi / first:.3g} s {t.dof} is {t.share:.3g} times "
-        f"{'the slope of the wave' if t.dof in ('roll', 'pitch', 'yaw') else 'that of the water'} (worst at {math.degrees(t.beta):.4g} deg: "
-        f"{_number(t.found)}, limit {_number(t.limit)})"
+        f"in waves of {long} {t.dof} is {t.share:.3g} times {'the slope' if t.dof in ('roll', 'pitch', 'yaw') else 'the motion'} of the "
+        f"water (worst at {math.degrees(t.beta):.4g} deg: {_number(t.found)}, limit {_number(t.limit)})"
         for t in tests
         if t.verdict == "doubtful"
     ]
     if any(t.verdict == "not shown" for t in tests):
-        lines.append(
-            f"the longest wave, {2.0 * math.pi / first:.3g} s, is too short for the long-wave test: signs and phases are not shown to be right"
-        )
+        lines.append(f"the longest wave, {long}, is too short for the long-wave test: signs and phases are not shown to be right")
     left = float(np.abs(rao.H[2:5, :, -1] * np.array([1.0, LEVER, LEVER])[:, None]).max())
     if left > END:
         lines.append(
-            f"at the highest frequency, {last:.4g} rad/s ({2.0 * math.pi / last:.3g} s), points up to {LEVER:g} m away still move {left:.2g} m/m; "
-            "shorter waves are taken to move nothing"
+            f"in the shortest waves, {2.0 * math.pi / last:.3g} s, points up to {LEVER:g} m away still move {left:.2g} m/m; "
+            "still shorter ones are taken to move nothing"
         )
     return tuple(lines)
 

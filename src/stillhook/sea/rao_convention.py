@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stillhook.errors import SeaError
-from stillhook.sea.long_wave import LEVER
+from stillhook.sea.long_wave import LEVER, wavenumber
 from stillhook.sea.rao import DOFS, TURN, ComplexArray, FloatArray, Rao
 
 PORT_STARBOARD = np.array([1.0, -1.0, 1.0, -1.0, 1.0, -1.0])
@@ -88,10 +88,12 @@ def to_rao(
     origin: str,
     notes: tuple[str, ...] = (),
     depth: float = np.inf,
+    crest: tuple[float, float] = (0.0, 0.0),
 ) -> Rao:
     """A table in some convention as a Rao.
 
-    omega (n,) [rad/s]; heading (m,) [rad] as the table counts; H (6, m, n) [m/m, rad/m], in any order of frequencies and headings.
+    omega (n,) [rad/s]; heading (m,) [rad] as the table counts; H (6, m, n) [m/m, rad/m], in any order of frequencies and headings. depth of
+    the water [m]. crest: where the wave crest of phase 0 passes, forward and to port of the reference point [m]; phases are moved to it.
     Errors: SeaError for doubled headings or frequencies, for a half table whose sway, roll or yaw do not vanish along the centreline, and
     for a table that does not go all round.
     """
@@ -101,6 +103,9 @@ def to_rao(
         beta, H = beta[:-1], H[:, :-1]  # a table that names its first heading again after one turn
     rows, columns = np.argsort(beta), np.argsort(omega)
     beta, omega, H = beta[rows], omega[columns], H[:, rows][:, :, columns]
+    if crest != (0.0, 0.0):
+        along = crest[0] * np.cos(beta) + crest[1] * np.sin(beta)
+        H = H * np.exp(-1j * wavenumber(omega, depth) * along[:, None])
     twice = np.flatnonzero(np.diff(beta) < SAME_HEADING)
     if len(twice):
         same = np.degrees(beta[twice[0]])
