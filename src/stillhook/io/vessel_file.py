@@ -22,8 +22,8 @@ LARGEST_FILE = 200_000_000  # bytes
 
 
 def read_vessel(path: str | os.PathLike[str]) -> Rao:
-    """The vessel in a file, or one of the library by its name, tested against what every floating body does in long waves (`sea.long_wave`); what deserves a look is in its
-    notes.
+    """The vessel in a file, or one of the library by its name, tested against what every floating body does in long waves
+    (`sea.long_wave`); what deserves a look is in its notes.
 
     Errors: SeaError of one line for a file that cannot be read, or whose motions are no floating body's in the convention it declares.
     """
@@ -35,7 +35,7 @@ def read_vessel(path: str | os.PathLike[str]) -> Rao:
 
 
 def read_untested(path: str | os.PathLike[str]) -> Rao:
-    """The vessel in a file or of the library, as it is: ShipX/VERES `.re1`, CSV with declared conventions, Capytaine NetCDF, OrcaFlex text."""
+    """The same without the test: ShipX/VERES `.re1`, CSV with declared conventions, Capytaine NetCDF, OrcaFlex text file."""
     file = _found(path)
     if _begins(file, b"\x89HDF", b"CDF"):
         return read_capytaine(file)
