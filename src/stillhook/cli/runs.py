@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from stillhook.sea.motion import Motion
 
 Out = Annotated[Path | None, typer.Option("--out", help="Folder for figure, NetCDF and summary.json; nothing is written without it.")]
-MOTION_HELP = 'Tip motion: "sine 2.8 m 12 s" (amplitude, period; sums with +), or a log: CSV or $PSXN,23.'
+MOTION_HELP = 'Tip motion: "sine 2.8 m 12 s" (amplitude, period; sums with +), a log (CSV or $PSXN,23), or the tip.json of stillhook tip.'
 POSITION_HELP = 'Ship logs: crane tip from the motion sensor, forward, port, up, such as "20 m, -12 m, 30 m".'
 PYTHON_POSITION, COMMAND_POSITION = 'tip=("-20 m", "12 m", "35 m")', '--position "-20 m, 12 m, 35 m"'
 OUT_FILES = ("panels.png", "runs.nc", "summary.json")
@@ -135,11 +135,12 @@ def compare(
     from stillhook.analysis.compare import compare as side_by_side
     from stillhook.library import load_crane
     from stillhook.scenario import Scenario, Sensors
+    from stillhook.sea.recorded import Recorded
 
     _check_out(out)
     machine = load_crane(crane)
     tip = motion_of(motion, position, heave, start, duration)
-    times = {} if duration is None or tip.duration is not None else {"duration": duration}
+    times = {} if duration is None or isinstance(tip, Recorded) else {"duration": duration}  # a log is cut as it is read
     case = Scenario(load=load, s_w=s_w, tip=tip, warm_up=warm_up, sensors=Sensors(delay=delay), **times)
     chosen = [m.strip().lower() for m in modes.split(",") if m.strip()]
     with progress_bar("comparing") as bar:
@@ -166,8 +167,14 @@ def motion_of(
         return parse_motion(text, "--motion")
     if not os.path.exists(text):
         raise MotionError(f'--motion {came(text)}: no such file, and not a motion such as "sine 2.8 m 12 s". Check the path.')
-    from stillhook.io.motion_file import read_tip_motion
+    from stillhook.io.motion_file import read_tip_motion, stored_motion
 
+    stored = stored_motion(text)
+    if stored is not None:
+        for option, value in (("--position", position), ("--heave", heave), ("--start", start)):
+            if value is not None:
+                raise MotionError(f"{option} {value}: belongs to a log, and {came(text)} holds a tip's motion. Leave {option} out.")
+        return stored
     arm = tuple(p.strip() for p in position.split(",")) if position is not None else None
     try:
         return read_tip_motion(text, tip=arm, heave=heave, start=start, duration=duration)  # type: ignore[arg-type]

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 from stillhook.crane import Crane
 from stillhook.errors import ScenarioError, StillhookError
-from stillhook.io.motion_file import read_tip_motion
+from stillhook.io.motion_file import read_tip_motion, stored_motion
 from stillhook.io.results import load_run, origin, stored_steps
 from stillhook.library import load_crane
 from stillhook.library.files import toml_text
@@ -106,6 +106,10 @@ def read_tip(tip: Any, folder: Path) -> Motion:
             '{ profile = [["0 s", "0 m/min"], ["10 s", "30 m/min"], ...] }.'
         )
     _known(tip, TIP_FILE, "tip.")
+    stored = stored_motion(folder / str(tip["file"]))
+    if stored is not None:
+        _known(tip, ("file",), f"tip: {tip['file']} holds a tip's motion and takes no options; ")
+        return stored
     options = {k: v for k, v in tip.items() if k not in ("file", "position")}
     position = tuple(tip["position"]) if isinstance(tip.get("position"), list) else tip.get("position")
     return read_tip_motion(folder / str(tip["file"]), tip=position, **options)

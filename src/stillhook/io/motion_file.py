@@ -10,8 +10,10 @@ from typing import Literal
 from stillhook.errors import MotionError
 from stillhook.io.psxn import read_psxn
 from stillhook.io.ship_log import DEFAULT_MAX_GAP, HeaveSign, head_of
+from stillhook.sea.motion import Motion
 from stillhook.sea.recorded import Recorded
 from stillhook.sea.ship_motion import Lever, ShipMotion, tip_motion
+from stillhook.sea.text import motion_from_json
 
 _SENTENCE = re.compile(rb"\$(PSXN,|[A-Z]{2}(ZDA|GGA|VTG|HDT|RMC|GLL),)")
 
@@ -28,6 +30,23 @@ def motion_form(path: str | os.PathLike[str]) -> Literal["psxn", "csv"]:
         f"{file.name}: is neither a log of $PSXN,23 lines nor a CSV with a header such as "
         '"time [s],heave [m],roll [deg],pitch [deg]" or "time [s],tip [m]".'
     )
+
+
+def stored_motion(path: str | os.PathLike[str]) -> Motion | None:
+    """The motion that `stillhook tip --out` stored as tip.json, exact; None for a file that is no JSON.
+
+    Errors: MotionError for a file that cannot be read, JSON that is no motion, and a record, which is read from its own log.
+    """
+    file, head = head_of(path)
+    if not head.lstrip().startswith(b"{"):
+        return None
+    try:
+        motion = motion_from_json(file.read_text(encoding="utf-8"))
+    except (MotionError, UnicodeDecodeError) as problem:
+        raise MotionError(f"{file.name}: {problem}") from None
+    if isinstance(motion, Recorded):
+        raise MotionError(f"{file.name}: holds a recorded motion. Give the log that it was read from.")
+    return motion
 
 
 def read_ship_motion(
