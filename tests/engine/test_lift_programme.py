@@ -8,7 +8,7 @@ import pytest
 
 from stillhook import load_crane
 from stillhook.control import lift_modes as modes
-from stillhook.engine.lift_programme import hanging, pack_programme, settings
+from stillhook.engine.lift_programme import hanging, pack_programme, settings, timeout
 from stillhook.errors import LiftError, ScenarioError
 from stillhook.lift.lowering import Lowering, Rigging
 from stillhook.lift.payload import Level, Payload
@@ -113,7 +113,11 @@ def test_stages_of_one_name_are_told_apart():
 
 
 def test_a_stage_of_a_long_time_does_not_time_out_before_its_end():
-    assert Stage(mode="ahc", time="2 h").timeout > 7200.0
+    far = Stage(mode="ahc", lower="6 m/min", depth="2900 m")
+    long, slow, own = (timeout(lift(), s) for s in (Stage(mode="ahc", time="2 h"), far, far.model_copy(update={"timeout": 60.0})))
+    assert long > 7200.0
+    assert slow > 2900.0 / 0.1
+    assert own == 60.0
 
 
 def test_wire_out_for_a_depth_is_the_way_from_the_tip_less_the_stretch_of_a_rod_hung_from_it():

@@ -37,6 +37,9 @@ END_CODE = {
 HOOK_SHARE = 0.5
 """Part of the empty hook's weight below which the wire counts as slack, for the entry into compensation."""
 
+PATIENCE = 3600.0
+"""How much longer than it should take a stage may last [s]."""
+
 
 class Hanging(NamedTuple):
     """The payload hanging still: s_w unstretched wire paid out [m]; F_hook tension above the hook, F_tip tension at the crane tip [N];
@@ -165,9 +168,17 @@ def _row(crane: Crane, lift: Lowering, stage: Stage, where: str, *, last: bool) 
         F_set=stage.hold or 0.0,
         until=END_CODE[end],
         value=value,
-        timeout=stage.timeout,
+        timeout=timeout(lift, stage),
         last=1.0 if last else 0.0,
     )
+
+
+def timeout(lift: Lowering, stage: Stage) -> float:
+    """Time after which a stage leaves the programme stuck [s]: its own, or an hour longer than the whole way from tip to seabed takes."""
+    if stage.timeout is not None:
+        return stage.timeout
+    way = (lift.depth + lift.h_tip) / abs(stage.lower) if stage.lower != 0.0 else 0.0
+    return PATIENCE + (way if stage.time is None else stage.time)
 
 
 def _wire_for(crane: Crane, lift: Lowering, stage: Stage, where: str) -> float:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from enum import StrEnum
-from typing import Any, Self
+from typing import Self
 
 from pydantic import Field, model_validator
 
@@ -44,7 +44,7 @@ class Stage(Record):
     wire: u.Length | None = Field(default=None, ge=0)
     landed: bool = False
     tension: u.Force | None = Field(default=None, gt=0)
-    timeout: u.Time = Field(default=3600.0, gt=0)
+    timeout: u.Time | None = Field(default=None, gt=0, description="after which the programme is stuck; an hour longer than it should take")
 
     @property
     def end(self) -> str:
@@ -86,19 +86,11 @@ class Stage(Record):
         stands = self.lower == 0.0 and not self.holds
         if stands and self.end != "time":
             raise ValueError(f"{self._called()}: lower is 0, so {self.end} never comes. Give lower, or end it by time.")
-        if self.time is not None and self.timeout < self.time:
+        if self.time is not None and self.timeout is not None and self.timeout < self.time:
             raise ValueError(
                 f"{self._called()}: timeout {self.timeout:g} s comes before its time {self.time:g} s. Give a longer one, or none."
             )
         return self
-
-    @model_validator(mode="before")
-    @classmethod
-    def _timeout_after_time(cls, data: Any) -> Any:
-        """A stage of a given time waits an hour longer than that, unless a timeout is given."""
-        if isinstance(data, dict) and "timeout" not in data and isinstance(data.get("time"), str):
-            return {**data, "timeout": f"{3600.0 + u.parse(data['time'], 'time', 'Stage.time')!r} s"}
-        return data
 
     def _called(self) -> str:
         return f"stage {u.came(self.name)} ({self.mode})" if self.name else f"a stage in mode {self.mode}"
