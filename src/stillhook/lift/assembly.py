@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import Field, field_validator, model_validator
 
 from stillhook import units as u
 from stillhook.errors import LiftError
@@ -40,6 +40,12 @@ class Assembly(Shape):
 
     kind: Literal["assembly"] = "assembly"
     parts: tuple[Part, ...] = Field(min_length=1)
+
+    @field_validator("parts", mode="before")
+    @classmethod
+    def _named(cls, parts: Any) -> Any:
+        """Parts may be a table of tables, each under a name of its own."""
+        return tuple(parts.values()) if isinstance(parts, Mapping) else parts
 
     @property
     def tall(self) -> float:

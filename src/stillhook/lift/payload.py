@@ -91,8 +91,13 @@ class Payload(Record):
     @model_validator(mode="before")
     @classmethod
     def _flat(cls, data: Any) -> Any:
-        """Dimensions beside the payload's own fields become its shape, which gives its height and drag coefficient."""
-        if not isinstance(data, Mapping) or not isinstance(data.get("shape"), str):
+        """Dimensions beside the payload's own fields become its shape, which gives its height and drag coefficient. Levels may be a table
+        of tables."""
+        if not isinstance(data, Mapping):
+            return data
+        if isinstance(data.get("levels"), Mapping):
+            data = {**data, "levels": tuple(data["levels"].values())}
+        if not isinstance(data.get("shape"), str):
             return data
         data = with_shape(data, SHAPES, cls)
         shape = data["shape"]
