@@ -84,9 +84,13 @@ def cache_folder(plant: str, lanes: int) -> Path:
     return cache_root() / f"{kernel_hash()}-{plant}-{lanes}"
 
 
-def is_compiled(plant: str, lanes: int) -> bool:
+def _folder(plant: str, kind: str) -> str:
+    return plant if kind == "driver" else f"{kind}-{plant}"
+
+
+def is_compiled(plant: str, lanes: int, kind: str = "driver") -> bool:
     """Whether a run of this plant starts from cached machine code."""
-    return numba.config.DISABLE_JIT or any(cache_folder(plant, lanes).rglob("*.nbc"))
+    return numba.config.DISABLE_JIT or any(cache_folder(_folder(plant, kind), lanes).rglob("*.nbc"))
 
 
 class _Cache(FunctionCache):  # type: ignore[misc]
@@ -105,24 +109,27 @@ class _Cache(FunctionCache):  # type: ignore[misc]
             super().save_overload(sig, data)
 
 
-def driver(plant: str, lanes: int) -> ModuleType:
+def driver(plant: str, lanes: int, kind: str = "driver") -> ModuleType:
     """The driver of one plant for 1 or 16 lanes: `run`, `at_rest`, `Lane`. Compiled on first call, cached on disk.
 
-    Numba takes the cache folder from a global setting while functions are decorated, so this holds a lock.
+    kind: file of the driver, "driver" for a load on the wire, "lift_driver" for a lowering. Numba takes the cache folder from a global
+    setting while functions are decorated, so this holds a lock.
     """
-    name = f"stillhook.engine.driver[{plant},{lanes}]"
+    name = f"stillhook.engine.{kind}[{plant},{lanes}]"
+    base = None if kind == "driver" else driver(plant, lanes)
     with LOCK:
         if name not in sys.modules:
-            spec = importlib.util.spec_from_file_location(name, Path(__file__).with_name("driver.py"))
+            spec = importlib.util.spec_from_file_location(name, Path(__file__).with_name(f"{kind}.py"))
             assert spec is not None
             assert spec.loader is not None
             module = importlib.util.module_from_spec(spec)
             module.plant = PLANTS[plant]  # type: ignore[attr-defined]
             module.LANES = lanes  # type: ignore[attr-defined]
-            before, numba.config.CACHE_DIR = numba.config.CACHE_DIR, str(cache_folder(plant, lanes))
+            module.base = base  # type: ignore[attr-defined]
+            before, numba.config.CACHE_DIR = numba.config.CACHE_DIR, str(cache_folder(_folder(plant, kind), lanes))
             try:
                 spec.loader.exec_module(module)
-                for entry in (module.run, module.at_rest):
+                for entry in (module.run, *([module.at_rest] if base is None else [])):
                     if hasattr(entry, "_cache"):  # not where NUMBA_DISABLE_JIT is set
                         entry._cache = _Cache(entry.py_func)
             finally:

@@ -97,12 +97,24 @@ def run_cases(
     for i, (_, drive) in enumerate(packs):
         groups.setdefault((drive.n_ticks, drive.first, drive.cols), []).append(i)
     blocks = [g[i : i + lanes] for g in groups.values() for i in range(0, len(g), lanes)]
+
+    def make(indices: list[int]) -> Block:
+        return Block([packs[i] for i in indices], lanes=lanes, n_sub=n_sub, every=every)
+
+    if len(blocks) > 1:
+        driver(packs[0][0].name, lanes)
+    results = shared(blocks, make, threads, progress)
+    return [results[i] for i in range(len(cases))]
+
+
+def shared(blocks: list[list[int]], make: Callable[[list[int]], Any], threads: int, progress: Progress | None) -> dict[int, Any]:
+    """Results of all cases, block by block, the blocks shared by threads; make gives a block (with `steps` and `results`) for its cases."""
     meter = Meter(len(blocks), progress)
     meter.tell()
-    results: dict[int, Result] = {}
+    results: dict[int, Any] = {}
 
     def work(indices: list[int]) -> None:
-        block = Block([packs[i] for i in indices], lanes=lanes, n_sub=n_sub, every=every)
+        block = make(indices)
         reached = meter.part(1.0)
         for share in block.steps():
             reached(share)
@@ -112,15 +124,14 @@ def run_cases(
     if threads == 1 or len(blocks) == 1:
         for indices in blocks:
             work(indices)
-    else:
-        driver(packs[0][0].name, lanes)
-        with ThreadPoolExecutor(threads) as pool:
-            try:
-                list(pool.map(work, blocks))
-            except BaseException:
-                meter.stopped = True
-                raise
-    return [results[i] for i in range(len(cases))]
+        return results
+    with ThreadPoolExecutor(threads) as pool:
+        try:
+            list(pool.map(work, blocks))
+        except BaseException:
+            meter.stopped = True
+            raise
+    return results
 
 
 def _packs(cranes: Sequence[Crane], cases: Sequence[Scenario], n_sub: int, places: Sequence[int] | None = None) -> list[Pair]:

@@ -13,15 +13,15 @@ SIGNALS = 3
 """Windowed signals: control error against the true tip, against the measured tip, and the tip itself."""
 
 
-def window_length(n: int, lanes: int) -> int:
+def window_length(n: int, lanes: int, signals: int = SIGNALS) -> int:
     """Floats that a window of n samples needs for all signals on a number of lanes."""
-    return (3 + 2 * (n + 1)) * SIGNALS * lanes
+    return (3 + 2 * (n + 1)) * signals * lanes
 
 
-def blank_window(n: int, lanes: int) -> NDArray[np.float64]:
-    """Layout: running lo, running hi, best peak-to-peak, then n + 1 suffix lows and n + 1 suffix highs, each SIGNALS * lanes wide."""
-    w = SIGNALS * lanes
-    W = np.empty(window_length(n, lanes))
+def blank_window(n: int, lanes: int, signals: int = SIGNALS) -> NDArray[np.float64]:
+    """Layout: running lo, running hi, best peak-to-peak, then n + 1 suffix lows and n + 1 suffix highs, each signals * lanes wide."""
+    w = signals * lanes
+    W = np.empty(window_length(n, lanes, signals))
     rows = W.reshape(-1, w)
     rows[0] = np.inf
     rows[1] = -np.inf
@@ -33,7 +33,7 @@ def blank_window(n: int, lanes: int) -> NDArray[np.float64]:
 
 @scalar
 def window_add(W, w, j, i, n, full, y):
-    """Take sample y as number i of a run (0..n-1) for signal and lane j; w = SIGNALS * lanes; full: n samples were seen."""
+    """Take sample y as number i of a run (0..n-1) for signal and lane j; w = signals * lanes; full: n samples were seen."""
     lo, hi = fmin(W[j], y), fmax(W[w + j], y)
     W[j] = lo
     W[w + j] = hi

@@ -1,0 +1,490 @@
+"""The driver of a lowering with any winch plant, for one trajectory or sixteen side by side.
+
+`stillhook.engine.build` executes this file once per plant and lane count with `base`, the plant's own driver, set; it is never imported
+by name.
+In every step the wire, hook and payload go first, by the implicit midpoint rule, with the wire's top end moved as tip and winch will move
+it; then the winch by Runge-Kutta, with the wire's first node moving evenly. Every trajectory goes through the same operations in the same
+order, whatever the lane count: the bits are the same.
+"""
+
+from typing import NamedTuple
+
+from numba import njit
+
+from stillhook.control.lift_modes import Stage, Supervisor, Watch, supervise
+from stillhook.control.plc import Memory, Plc
+from stillhook.engine.lanes import access, fields, offset, replace, size
+from stillhook.engine.stats import Stats, fold
+from stillhook.engine.window import window_add, window_turn
+from stillhook.physics.payload import LEVELS, Water, WaterForce, Wetted, middle, submergence, water_force, wetted
+from stillhook.physics.rope import Element, element, element_weight, pull_of_sling, sling_energy
+from stillhook.physics.scalar import STRICT, align_stack, scalar
+from stillhook.physics.wire import wire_stiffness
+from stillhook.plants.lift import (
+    SNAP,
+    Hanging,
+    Lift,
+    LiftSignals,
+    LiftStats,
+    Works,
+    compensating,
+    cubic,
+    fold_step,
+    later,
+    level_of,
+    place,
+)
+from stillhook.plants.sensing import sense
+from stillhook.plants.state import Signals, Tick, Tip
+
+base = base  # type: ignore[name-defined]  # noqa: F821
+LANES, Command = base.LANES, base.Command
+plant = base.plant
+circuit, geometry, control = plant.circuit, plant.geometry, plant.control
+signals, powers, stored_energy, limits = plant.signals, plant.powers, plant.stored_energy, plant.limits
+step, tip_between, take_tick = base.step, base.tip_between, base.take_tick
+put_x, put_u, put_geo, put_m, put_st, put_y, put_tip = (
+    base.put_x, base.put_u, base.put_geo, base.put_m, base.put_st, base.put_y, base.put_tip,
+)  # fmt: skip
+X, U, GEO, M, ST, Y, TIP_0, TIP_1, TIP_2 = base.X, base.U, base.GEO, base.M, base.ST, base.Y, base.TIP_0, base.TIP_1, base.TIP_2
+
+
+class Solve(NamedTuple):
+    """What a step's rows of the wire share. d, off interior diagonal and off-diagonal [kg]; half, k elements' weight on the right side;
+    first row: d_0 [kg], r_0 its right side without the wire's own [kg m/s], T_0 and G_0 the winch's pull at rest and its slope over
+    the node's speed; payload: A_p [kg], R_p [kg m/s]; z, v predicted, force of the water; taut 1 where the wire pulls at the winch."""
+
+    d: float
+    off: float
+    d_0: float
+    T_0: float
+    G_0: float
+    taut: float
+    A_p: float
+    R_p: float
+    force: WaterForce
+
+
+class Sums(NamedTuple):
+    """Over the wire in one step: damping of the elements and gravity, as power [W]."""
+
+    damping: float
+    gravity: float
+
+
+Lane = NamedTuple(
+    "Lane",
+    [
+        *fields(base.Lane), ("ls", LiftStats), ("ly", LiftSignals), ("hang", Hanging), ("solve", Solve), ("sums", Sums), ("F_s", float),
+        ("lift", Lift),
+    ],
+)  # fmt: skip
+"""Everything that one trajectory carries, beside the rows of its wire; begins as the lane of `stillhook.engine.driver` does."""
+
+Q, V, W, C, D = (f * LANES for f in range(5))
+ROW = 5 * LANES
+"""Rows of the wire: displacement q [m] against the unstretched wire, speed [m/s], weight [N], and two columns of the elimination."""
+
+
+def store(cls: type):  # type: ignore[no-untyped-def]
+    return access(cls, LANES).store
+
+
+load = access(Lane, LANES).load
+with_s, with_v = replace(base.State, "s_load"), replace(base.State, "v_load")
+with_plc, with_tau, with_F = replace(base.Params, "plc"), replace(Plc, "tau_F"), replace(Memory, "F")
+put_ls, put_ly, put_solve, put_water, put_works = (
+    store(LiftStats), store(LiftSignals), store(Solve), store(Water), store(Works),
+)  # fmt: skip
+LS, LY, HANG, SOLVE, SUMS, F_S = (offset(Lane, f, LANES) for f in ("ls", "ly", "hang", "solve", "sums", "F_s"))
+SUP, ELEMENT, WATER, LEVEL, OMEGA_0, A_LOAD, SINCE, S_JOY, E_HELD, STAGE, K_STAGE, E_NOW, WORKS = (
+    HANG + offset(Hanging, f, LANES)
+    for f in (
+        "sup", "element", "water", "level", "omega_0", "a_load", "since_taut", "s_joy", "e_held", "stage", "k_stage", "E", "works",
+    )
+)  # fmt: skip
+put_sup, put_element = store(Supervisor), store(Element)
+SUP_STAGE, SUP_DONE = (SUP + offset(Supervisor, f, LANES) for f in ("stage", "done"))
+S_LOAD, V_LOAD = (Y + offset(Signals, f, LANES) for f in ("s_load", "v_load"))
+NY, NLY = size(Signals), size(LiftSignals)
+NS = NY + NLY
+SIGNALS = 4
+"""Windowed signals: control error while compensating, tip, payload and hook against the path that the joystick asked for."""
+NST, NT = size(Stats), size(Stats) + size(LiftStats)
+NG = NT + SIGNALS
+"""Numbers that are kept of a stage."""
+STAGE_SIZE = size(Stage)
+LAST_LEVEL = LEVELS - 1.0
+
+
+@scalar
+def new_stages(A, W_, G, starts, first, n_stages, k, n_win, t_cycle):
+    """Where another stage is in force: statistics of the last one go to G, and start anew from the numbers in `first`."""
+    w = SIGNALS * LANES
+    for l in range(LANES):
+        now = A[SUP_STAGE + l] + A[SUP_DONE + l]
+        if now != A[STAGE + l]:
+            s_0 = min(max(int(A[STAGE + l]), 0), n_stages)
+            starts[s_0 * LANES + l] = A[K_STAGE + l] * t_cycle
+            into = G[s_0 * NG * LANES :]
+            for f in range(NST):
+                into[f * LANES + l] = A[ST + f * LANES + l]
+                A[ST + f * LANES + l] = first[f]
+            for f in range(NT - NST):
+                into[(NST + f) * LANES + l] = A[LS + f * LANES + l]
+                A[LS + f * LANES + l] = first[NST + f]
+            for s in range(SIGNALS):
+                j = s * LANES + l
+                into[(NT + s) * LANES + l] = W_[2 * w + j]
+                W_[j] = 1.0e308
+                W_[w + j] = -1.0e308
+                W_[2 * w + j] = 0.0
+                for i in range(n_win + 1):
+                    W_[(3 + i) * w + j] = 1.0e308
+                    W_[(3 + n_win + 1 + i) * w + j] = -1.0e308
+            A[STAGE + l] = now
+            A[K_STAGE + l] = k
+
+
+@scalar
+def water_between(lo, hi, l, j, H_w, last):
+    """Speed and acceleration of level j between two samples of the water; H_w weights over time, last number of the last level."""
+    i = (2 + min(max(j, 0), last)) * LANES + l
+    a = i + (last + 1) * LANES
+    w = H_w[0] * lo[i] + H_w[1] * lo[a] + H_w[2] * hi[i] + H_w[3] * hi[a]
+    return w, H_w[4] * lo[i] + H_w[5] * lo[a] + H_w[6] * hi[i] + H_w[7] * hi[a]
+
+
+@scalar
+def take_water(A, B, N, lo, hi, H_w, levels):
+    """The water at every load at the start of a cycle, from the samples before and after: cubic in time and over the levels of depth."""
+    pay = B[(N + 1) * ROW :]
+    last = levels - 1
+    for l in range(LANES):
+        b = load(A, l)
+        z = middle(b.lift.z_ref + pay[Q + l], b.lift.load)
+        y = level_of(z, b.hang.level, b.lift.field)
+        j, f = place(y, b.lift.field.last)
+        w_0, a_0 = water_between(lo, hi, l, j - 1, H_w, last)
+        w_1, a_1 = water_between(lo, hi, l, j, H_w, last)
+        w_2, a_2 = water_between(lo, hi, l, j + 1, H_w, last)
+        w_3, a_3 = water_between(lo, hi, l, j + 2, H_w, last)
+        moves = 1.0 if y <= b.lift.field.last else 0.0
+        eta, eta_dot = lo[l], lo[LANES + l]
+        eta_1, eta_dot_1 = hi[l], hi[LANES + l]
+        water = Water(
+            H_w[0] * eta + H_w[1] * eta_dot + H_w[2] * eta_1 + H_w[3] * eta_dot_1,
+            H_w[4] * eta + H_w[5] * eta_dot + H_w[6] * eta_1 + H_w[7] * eta_dot_1,
+            moves * cubic(w_0, w_1, w_2, w_3, f),
+            moves * cubic(a_0, a_1, a_2, a_3, f),
+        )
+        put_water(A, WATER + l, water)
+        A[LEVEL + l] = y
+
+
+@scalar
+def wet_at(T, l, z, eta, pay):
+    """The payload's numbers at its submergence, from the table T of lane l."""
+    h = submergence(z, eta, pay.reach)
+    j, f = place(h * pay.i_dh, LAST_LEVEL)
+    i = 4 * j * LANES + l
+    lo = Wetted(T[i], T[i + LANES], T[i + 2 * LANES], T[i + 3 * LANES])
+    i += 4 * LANES
+    hi = Wetted(T[i], T[i + LANES], T[i + 2 * LANES], T[i + 3 * LANES])
+    return wetted(f, lo, hi)
+
+
+@scalar
+def relay(A, B, N):
+    """Elements of every wire as long as the wire out now asks for; energy of the whole lift, and what the new elements brought."""
+    for l in range(LANES):
+        A[SUMS + l] = 0.0
+        A[SUMS + LANES + l] = 0.0
+    for i in range(N):
+        row = B[i * ROW :]
+        for l in range(LANES):
+            v_0, v_1 = row[V + l], row[ROW + V + l]
+            e = row[Q + l] - row[ROW + Q + l]
+            A[SUMS + l] += 5.0 * (v_0 * v_0 + v_1 * v_1) + 2.0 * v_0 * v_1
+            A[SUMS + LANES + l] += e * e
+    hook = B[N * ROW :]
+    for l in range(LANES):
+        b = load(A, l)
+        old, new = b.hang.element, element(b.x.s_w, b.lift.rope)
+        moved, strained = 0.5 * b.sums.damping, 0.5 * b.sums.gravity
+        brought = (new.m - old.m) * moved + (new.k - old.k) * strained
+        v_h, v_p, x = hook[V + l], hook[ROW + V + l], hook[Q + l] - hook[ROW + Q + l]
+        ends = 0.5 * b.lift.hook.m * v_h * v_h + 0.5 * b.lift.load.m * v_p * v_p + sling_energy(x, b.lift.sling)
+        w = b.hang.works
+        put_works(
+            A, WORKS + l, Works(w.top, w.damping, w.gravity, w.buoyancy, w.inertia, w.drag, w.slam, w.bottom, w.relay + brought)
+        )  # fmt: skip
+        put_element(A, ELEMENT + l, new)
+        A[E_NOW + l] = new.m * moved + new.k * strained + ends
+    for i in range(N + 1):
+        row = B[i * ROW :]
+        for l in range(LANES):
+            b = load(A, l)
+            up = element_weight(i - 1.0, b.hang.element.l, b.lift.rope) if i > 0 else 0.0
+            down = element_weight(i * 1.0, b.hang.element.l, b.lift.rope) if i < N else b.lift.hook.W * 2.0
+            row[W + l] = 0.5 * (up + down)
+
+
+@scalar
+def cycle(A, B, N, S, T, n_stages, t, w):
+    """Supervisor, PLC cycle, signals and statistics of every lane; t time [s], w weight of this cycle in integrals."""
+    for l in range(LANES):
+        b = load(A, l)
+        tip = Tip(b.tick.s, b.tick.v)
+        geo = geometry(b.x, b.p)
+        raw = sense(b.x, b.m, b.tick, tip, geo, b.p)
+        i = min(max(int(b.hang.sup.stage), 0), n_stages - 1) * STAGE_SIZE * LANES + l
+        stage = Stage(
+            S[i], S[i + LANES], S[i + 2 * LANES], S[i + 3 * LANES], S[i + 4 * LANES], S[i + 5 * LANES], S[i + 6 * LANES]
+        )
+        order, sup = supervise(Watch(t, raw.s_w, raw.F, raw.v_tip), b.hang.sup, stage, b.lift.settings)
+        k = b.tick
+        tick = Tick(
+            k.s, k.v, k.a, k.s_m, k.v_m, k.a_m, order.v_op, order.s_op, order.mode, k.f_pump, k.f_known, k.n_s, k.n_F, k.f_passive,
+            k.given, k.u_p, k.u_m,
+        )  # fmt: skip
+        held = order.hold > 0.5
+        m = with_F(b.m, order.F_hold if held else b.m.F)
+        p = with_plc(b.p, with_tau(b.p.plc, 1.0e300 if held else b.p.plc.tau_F))
+        u, m, drive = control(b.x, m, tick, tip, geo, p)
+        c = circuit(b.x, u, geo, tip, b.p)
+        y = signals(c, b.x, u, m, drive, tick, geo, b.p)
+        E = stored_energy(c, b.x, geo, b.p) - b.p.hoist.load.W * b.x.s_load
+        put_st(A, ST + l, fold(b.st, y, powers(c, b.x, tip, b.p), E, limits(c, b.x, b.p), w))
+        A[E_HELD + l] = y.e_c if compensating(sup, stage, b.lift.settings.code) > 0.5 else b.hang.e_held
+        A[S_JOY + l] = b.hang.s_joy + sup.v_joy * b.lift.t_cycle
+        put_sup(A, SUP + l, sup)
+        put_u(A, U + l, u)
+        put_geo(A, GEO + l, geo)
+        put_m(A, M + l, m)
+        put_y(A, Y + l, y)
+        put_tip(A, TIP_0 + l, tip)
+    hook = B[N * ROW :]
+    for l in range(LANES):
+        b = load(A, l)
+        q, v = hook[ROW + Q + l], hook[ROW + V + l]
+        z, water = b.lift.z_ref + q, b.hang.water
+        force = water_force(z, v, wet_at(T, l, z, water.eta, b.lift.load), water, b.lift.load)
+        h = submergence(z, water.eta, b.lift.load.H)
+        put_ly(
+            A, LY + l,
+            LiftSignals(
+                z, hook[Q + l], hook[V + l], b.F_s, force.buoyancy, force.inertia, force.drag, force.slam, force.bottom,
+                water.eta, water.w, h, b.hang.stage,
+            ),
+        )  # fmt: skip
+        A[S_LOAD + l] = q
+        A[V_LOAD + l] = v
+
+
+@scalar
+def windows(A, B, N, W_, i, k, n_win):
+    """The moving windows of every lane take this cycle's sample as number i of their run."""
+    w = SIGNALS * LANES
+    hook = B[N * ROW :]
+    for l in range(LANES):
+        b = load(A, l)
+        full = 1.0 if k - b.hang.k_stage >= n_win - 1.0 else 0.0
+        window_add(W_, w, l, i, n_win, full, b.hang.e_held)
+        window_add(W_, w, LANES + l, i, n_win, full, b.tick.s)
+        window_add(W_, w, 2 * LANES + l, i, n_win, full, hook[ROW + Q + l] - b.hang.s_joy)
+        window_add(W_, w, 3 * LANES + l, i, n_win, full, hook[Q + l] - b.hang.s_joy)
+    if i == n_win - 1:
+        window_turn(W_, w, n_win)
+
+
+@scalar
+def begin(b, q, z, v, wet_force, h):
+    """What the rows of one lane's wire share in this step; q displacement of its first node, v of its payload."""
+    e, x = b.hang.element, b.x
+    G = 0.5 * h * (e.c + 0.5 * h * e.k)
+    k_0, c_0 = wire_stiffness(x.s_w, b.p.hoist.wire), b.p.hoist.wire.c
+    half = 0.5 * (x.omega_m - b.hang.omega_0)
+    s_w = x.s_w - 0.5 * h * b.geo.lever * (x.omega_m + 0.5 * half)
+    top = b.tip_1.s - (s_w - b.p.hoist.s_w_0)
+    v_top = b.tip_1.v + b.geo.lever * (x.omega_m + half)
+    G_0 = 0.5 * h * k_0 + c_0
+    T_0 = k_0 * (top - q) + c_0 * v_top
+    taut = 1.0 if T_0 - G_0 * x.v_load > 0.0 else 0.0
+    f = wet_force
+    R_p = (b.lift.load.m + f.m_a) * v + 0.5 * h * (f.buoyancy + f.inertia + f.drag + f.slam + f.bottom - b.lift.load.W)
+    return Solve(10.0 * e.m + 2.0 * G, e.m - G, 5.0 * e.m + G + taut * 0.5 * h * G_0, T_0, G_0, taut, b.lift.load.m + f.m_a, R_p, f)
+
+
+@scalar
+def wire_step(A, B, N, T, t, tau, h):
+    """Wire, hook, slings and payload of every lane over one step that begins at t, tau into the cycle [s]: the implicit midpoint rule."""
+    hook = B[N * ROW :]
+    for l in range(LANES):
+        b = load(A, l)
+        q, v = hook[ROW + Q + l], hook[ROW + V + l]
+        v_mid = v + 0.5 * h * b.hang.a_load
+        z = b.lift.z_ref + q + 0.5 * h * (v + 0.25 * h * b.hang.a_load)
+        water = later(b.hang.water, tau + 0.5 * h)
+        force = water_force(z, v_mid, wet_at(T, l, z, water.eta, b.lift.load), water, b.lift.load)
+        put_solve(A, SOLVE + l, begin(b, B[Q + l], z, v, force, h))
+        A[SUMS + l] = 0.0
+        A[SUMS + LANES + l] = 0.0
+    for l in range(LANES):
+        b = load(A, l)
+        e, s = b.hang.element, b.solve
+        pull = 0.5 * h * (s.taut * s.T_0 - B[W + l] - e.k * (B[Q + l] - B[ROW + Q + l]))
+        r = e.m * (5.0 * B[V + l] + B[ROW + V + l]) + pull
+        B[C + l] = s.off / s.d_0
+        B[D + l] = r / s.d_0
+    for i in range(1, N):
+        row = B[(i - 1) * ROW :]
+        for l in range(LANES):
+            b = load(A, l)
+            e, s = b.hang.element, b.solve
+            v = 10.0 * row[ROW + V + l] + row[V + l] + row[2 * ROW + V + l]
+            q = 2.0 * row[ROW + Q + l] - row[Q + l] - row[2 * ROW + Q + l]
+            r = e.m * v - 0.5 * h * (row[ROW + W + l] + e.k * q)
+            pivot = 1.0 / (s.d - s.off * row[C + l])
+            row[ROW + C + l] = s.off * pivot
+            row[ROW + D + l] = (r - s.off * row[D + l]) * pivot
+    row = B[(N - 1) * ROW :]
+    for l in range(LANES):
+        b = load(A, l)
+        e, s = b.hang.element, b.solve
+        q_h, v_h = row[ROW + Q + l], row[ROW + V + l]
+        q_p = row[2 * ROW + Q + l]
+        R = e.m * (5.0 * v_h + row[V + l]) + b.lift.hook.m * v_h - 0.5 * h * (row[ROW + W + l] + e.k * (q_h - row[Q + l]))
+        A_h = 0.5 * s.d + b.lift.hook.m - s.off * row[C + l]
+        sling = b.lift.sling
+        pull = pull_of_sling(q_h - q_p, A_h, R - s.off * row[D + l], s.A_p, s.R_p, h, sling)
+        row[ROW + D + l] = pull.v_up
+        row[2 * ROW + D + l] = pull.v_down
+    finish(A, B, N, t + h, h)
+
+
+@scalar
+def finish(A, B, N, t, h):
+    """Speeds at mid-step from the bottom up, positions and speeds at the end t [s], works and statistics."""
+    hook = B[N * ROW :]
+    for l in range(LANES):
+        b = load(A, l)
+        s, g, lift = b.solve, b.hang, b.lift
+        v_h, v_p = hook[D + l], hook[ROW + D + l]
+        x_0 = hook[Q + l] - hook[ROW + Q + l]
+        dv = 2.0 * (v_p - hook[ROW + V + l])
+        F_s = sling_mean(x_0, v_h - v_p, h, lift.sling)
+        x_1 = x_0 + h * (v_h - v_p)
+        lost = F_s * (v_h - v_p) * h - (sling_energy(x_1, lift.sling) - sling_energy(x_0, lift.sling))
+        f, w = s.force, g.works
+        put_works(A, WORKS + l, Works(
+            w.top, w.damping + lost, w.gravity + h * lift.load.W * v_p, w.buoyancy + h * f.buoyancy * v_p,
+            w.inertia + (h * f.inertia - f.m_a * dv) * v_p, w.drag + h * f.drag * v_p, w.slam + h * f.slam * v_p,
+            w.bottom + h * f.bottom * v_p, w.relay,
+        ))  # fmt: skip
+        before = lift.z_ref + hook[ROW + Q + l] < -lift.load.depth
+        hook[ROW + Q + l] += h * v_p
+        hook[ROW + V + l] += dv
+        hook[V + l] = 2.0 * v_h - hook[V + l]
+        hook[Q + l] += h * v_h
+        A[SUMS + LANES + l] = hook[W + l] * v_h
+        since = g.since_taut + h if F_s > 0.0 else 0.0
+        snapping = 1.0 if F_s > 0.0 and since < SNAP and b.ls.slack > 0.0 else 0.0
+        z, v = lift.z_ref + hook[ROW + Q + l], hook[ROW + V + l]
+        put_ls(A, LS + l, fold_step(b.ls, t, h, z, v, F_s, snapping, f, before, lift.load))
+        A[A_LOAD + l] = dv / h
+        A[SINCE + l] = since
+        A[F_S + l] = F_s
+    for i in range(N - 1, -1, -1):
+        row = B[i * ROW :]
+        for l in range(LANES):
+            b = load(A, l)
+            below = row[ROW + D + l]
+            v = row[D + l] - row[C + l] * below
+            row[D + l] = v
+            row[Q + l] += h * v
+            row[V + l] = 2.0 * v - row[V + l]
+            A[SUMS + l] += b.hang.element.c * (v - below) * (v - below)
+            A[SUMS + LANES + l] += row[W + l] * v
+    for l in range(LANES):
+        b = load(A, l)
+        s, w, v = b.solve, b.hang.works, B[D + l]
+        top = s.taut * (s.T_0 - s.G_0 * v)
+        put_works(A, WORKS + l, Works(
+            w.top + h * top * v, w.damping + h * b.sums.damping, w.gravity + h * b.sums.gravity, w.buoyancy, w.inertia, w.drag, w.slam,
+            w.bottom, w.relay,
+        ))  # fmt: skip
+        A[OMEGA_0 + l] = b.x.omega_m
+
+
+@scalar
+def sling_mean(x, rate, h, sling):
+    """Tension over a step [N] of slings stretched by x [m] at its start whose ends part at `rate` in its middle [m/s]."""
+    F = sling.k * (x + 0.5 * h * rate) + sling.c * rate
+    return F if F > 0.0 else 0.0
+
+
+@scalar
+def take_weights(H_w, f, dt):
+    """Weights of value and rate at both ends of dt [s], at the part f of it: of the value, then of its rate."""
+    g = 1.0 - f
+    H_w[0] = (1.0 + 2.0 * f) * g * g
+    H_w[1] = f * g * g * dt
+    H_w[2] = f * f * (3.0 - 2.0 * f)
+    H_w[3] = -f * f * g * dt
+    H_w[4] = -6.0 * f * g / dt
+    H_w[5] = g * (1.0 - 3.0 * f)
+    H_w[6] = 6.0 * f * g / dt
+    H_w[7] = f * (3.0 * f - 2.0)
+
+
+def run(A, B, N, D_, cols, H, S, n_stages, T, E, H_w, levels, dt_w, i_0, W_, G, starts, first, out, every, k_0, n, final, n_win, n_sub,
+        t_cycle):  # fmt: skip
+    """Cycles k_0 .. k_0 + n of all lanes; cycle `final` is only observed.
+
+    A lanes, B rows of their wires with N elements each; D_ n + 1 rows of cols numbers of the drive, H weights of its quintic; S rows of
+    n_stages stages; T levels of the payload; E samples of the water every dt_w [s] from number i_0 on, with `levels` levels (0: still
+    water), H_w room for weights; W_ windows; G numbers kept of every stage and starts when each began [s], first those that statistics
+    begin with; out a row of Signals and LiftSignals every `every` cycles (0: never).
+    """
+    align_stack()
+    h = t_cycle / n_sub
+    for k in range(k_0, k_0 + n + 1 if k_0 + n == final else k_0 + n):
+        row = D_[(k - k_0) * cols * LANES :]
+        take_tick(A, row, cols)
+        if levels > 0:
+            place_w = k * t_cycle / dt_w
+            i = int(place_w + 1.0e-9)
+            take_weights(H_w, place_w - i, dt_w)
+            sample = E[(i - i_0) * (2 + 2 * levels) * LANES :]
+            take_water(A, B, N, sample, sample[(2 + 2 * levels) * LANES :], H_w, levels)
+        relay(A, B, N)
+        new_stages(A, W_, G, starts, first, n_stages, k, n_win, t_cycle)
+        cycle(A, B, N, S, T, n_stages, k * t_cycle, 0.5 if (k == 0 or k == final) else 1.0)
+        windows(A, B, N, W_, k % n_win, k, n_win)
+        if every > 0 and k % every == 0:
+            into = out[(k // every) * NS * LANES :]
+            for l in range(NY * LANES):
+                into[l] = A[Y + l]
+            more = into[NY * LANES :]
+            for l in range(NLY * LANES):
+                more[l] = A[LY + l]
+        if k == final:
+            break
+        ahead = row[cols * LANES :]
+        for i in range(n_sub):
+            for l in range(LANES):
+                put_tip(A, TIP_1 + l, tip_between(row, ahead, l, H, 2 * i))
+            for l in range(LANES):
+                put_tip(A, TIP_2 + l, tip_between(row, ahead, l, H, 2 * i + 1))
+            wire_step(A, B, N, T, k * t_cycle + i * h, i * h, h)
+            for l in range(LANES):
+                b = load(A, l)
+                x = with_v(b.x, B[D + l])
+                x = step(x, b.u, b.geo, b.tip_0, b.tip_1, b.tip_2, b.p, h)
+                put_x(A, X + l, with_s(x, B[Q + l]))
+            for l in range(2 * LANES):
+                A[TIP_0 + l] = A[TIP_2 + l]
+
+
+run = njit(cache=True, nogil=True, **STRICT)(run)

@@ -1,0 +1,285 @@
+"""One lowering, or blocks of sixteen, from the first cycle to the last."""
+
+import math
+from collections.abc import Iterator, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stillhook.control.lift_modes import Stage
+from stillhook.control.plc import Memory
+from stillhook.crane import Crane
+from stillhook.engine.build import driver
+from stillhook.engine.drive import Drive, hermite_weights, scale_weights
+from stillhook.engine.lanes import fields, flatten, offset, size, unflatten
+from stillhook.engine.lift_checks import check_lift, check_lift_step
+from stillhook.engine.lift_pack import PackedLift, pack_lift, stand_in
+from stillhook.engine.run import Ending, Progress, aligned, nothing, room_for, shared
+from stillhook.engine.stats import Stats, blank
+from stillhook.engine.window import blank_window
+from stillhook.errors import StillhookError
+from stillhook.lift.lowering import Lowering
+from stillhook.plants.lift import Hanging, LiftStats, blank_lift_stats
+from stillhook.plants.state import Geometry, Tick, Tip
+from stillhook.sea.kinematics import WaveField
+from stillhook.variables import WINDOW
+
+Array = NDArray[np.float64]
+KIND = "lift_driver"
+ROWS = 5
+"""Numbers of one node of the wire: see `stillhook.engine.lift_driver`."""
+
+
+class StageResult(NamedTuple):
+    """Statistics of one stage; span peak-to-peak over the moving window of control error, tip, payload, hook [m] (whole stage where that is
+    shorter than the window), and whether the window was full."""
+
+    stats: Stats
+    lift: LiftStats
+    span: tuple[float, float, float, float]
+    full_window: bool
+
+
+class LiftResult(NamedTuple):
+    """What came out of one lowering. stages: number of the stage and its statistics, in the order of time, the last that after the
+    programme where it ended; series rows of Signals and LiftSignals every dt [s], or None."""
+
+    packed: PackedLift
+    stages: tuple[tuple[int, StageResult], ...]
+    starts: tuple[float, ...]
+    ending: Ending
+    t_end: float
+    state: Any
+    memory: Memory
+    hang: Hanging
+    q: Array
+    v: Array
+    series: Array | None
+    dt: float
+    step: float
+    t_cycle: float
+
+
+class Waves(NamedTuple):
+    """What the water of lowerings must share to run side by side: spacing of the samples [s], number of levels (0: still water)."""
+
+    dt: float
+    levels: int
+
+
+def waves_shape(waves: WaveField | None) -> Waves:
+    return Waves(1.0, 0) if waves is None else Waves(waves.dt, waves.w.shape[1])
+
+
+class Ready(NamedTuple):
+    """A lowering that was checked and packed."""
+
+    case: Lowering
+    packed: PackedLift
+    drive: Drive
+
+
+def prepare(crane: Crane, cases: Sequence[Lowering], n_sub: int) -> list[Ready]:
+    """Checked and packed lowerings. Errors: LiftError, ScenarioError, SpecError naming the case."""
+    ready = []
+    for i, case in enumerate(cases):
+        try:
+            check_lift(crane, case)
+            drive = Drive(crane, stand_in(crane, case, 0.0))
+            packed = pack_lift(crane, case, drive.s_tip_0)
+            check_lift_step(packed, drive.t_cycle / n_sub)
+        except StillhookError as e:
+            raise type(e)(f"case {i}: {e}" if len(cases) > 1 else str(e)) from None
+        ready.append(Ready(case, packed, drive))
+    return ready
+
+
+def run_lowerings(
+    crane: Crane,
+    cases: Sequence[Lowering],
+    *,
+    n_sub: int,
+    lanes: int,
+    every: int,
+    threads: int = 2,
+    progress: Progress | None = None,
+) -> list[LiftResult]:
+    """Lowerings in blocks of `lanes` (1 or 16), the blocks shared by threads; a failed case is marked and spoils no other.
+
+    n_sub steps per PLC cycle; a row of the series every `every` cycles (0: statistics alone).
+    """
+    ready = prepare(crane, cases, n_sub)
+    groups: dict[Any, list[int]] = {}
+    for i, r in enumerate(ready):
+        groups.setdefault((r.drive.n_ticks, r.drive.cols, r.case.wire.nodes, waves_shape(r.case.waves)), []).append(i)
+    blocks = [g[i : i + lanes] for g in groups.values() for i in range(0, len(g), lanes)]
+
+    def make(indices: list[int]) -> "LiftBlock":
+        return LiftBlock([ready[i] for i in indices], lanes=lanes, n_sub=n_sub, every=every)
+
+    driver(ready[0].packed.winch.name, lanes, KIND)
+    results = shared(blocks, make, threads, progress)
+    return [results[i] for i in range(len(cases))]
+
+
+class LiftBlock:
+    """Lowerings of equal length side by side; missing lanes repeat the first case."""
+
+    def __init__(self, ready: list[Ready], *, lanes: int, n_sub: int, every: int) -> None:
+        self.ready = ready
+        self.lanes = [ready[i] if i < len(ready) else ready[0] for i in range(lanes)]
+        self.drive, self.n_sub, self.every = ready[0].drive, n_sub, every
+        self.n = ready[0].case.wire.nodes
+        self.waves = waves_shape(ready[0].case.waves)
+        self.d = driver(ready[0].packed.winch.name, lanes, KIND)
+        self.n_x = size(self.d.base.State)
+        self.H = scale_weights(hermite_weights(n_sub), self.drive.t_cycle)
+        self.n_win = round(WINDOW / self.drive.t_cycle) + 1
+        self.W = aligned(blank_window(self.n_win, lanes, self.d.SIGNALS))
+        self.n_stages = max(len(r.packed.programme.rows) for r in ready)
+        self.S, self.T = self._stages(), aligned(np.stack([r.packed.table for r in self.lanes], axis=-1))
+        self.G = np.full((self.n_stages + 1, self.d.NG, lanes), np.nan)
+        self.starts = np.full((self.n_stages + 1, lanes), np.nan)
+        self.first = np.array(flatten(blank()) + flatten(blank_lift_stats()))
+        rows = self.drive.n_ticks // every + 1 if every else 0
+        self.out = np.full((rows, self.d.NS, lanes), np.nan)
+        self.failed: dict[int, float] = {}
+        self.A = aligned(np.array([self._record(r) for r in self.lanes]).T)
+        self.B = aligned(np.stack([self._rows(r) for r in self.lanes], axis=-1))
+        self.d.base.at_rest(self.A.reshape(-1))
+
+    def _stages(self) -> Array:
+        """Stages of every lane; a shorter programme goes no further than its last."""
+        S = np.zeros((self.n_stages, len(Stage._fields), len(self.lanes)))
+        for l, r in enumerate(self.lanes):
+            rows = r.packed.programme.rows
+            S[: len(rows), :, l] = rows
+            S[len(rows) :, :, l] = rows[-1]
+        return aligned(S)
+
+    def _record(self, r: Ready) -> list[float]:
+        """One lane before the first cycle; state and memory of the winch await `at_rest`."""
+        d, packed = self.d, r.packed.winch
+        tick = Tick(*r.drive.first_row())._replace(mode=packed.memory.mode)
+        memory = packed.memory._replace(datum=packed.s_w - tick.s_m)
+        tip = Tip(tick.s, tick.v)
+        lane = nothing(d.Lane)._replace(
+            x=nothing(d.base.State)._replace(s_w=packed.s_w), u=nothing(d.Command), geo=nothing(Geometry), m=memory, st=blank(),
+            ls=blank_lift_stats(), tip_0=tip, tip_1=tip, tip_2=tip, tick=tick, hang=r.packed.hang, p=packed.params, lift=r.packed.lift,
+        )  # fmt: skip
+        return flatten(lane)
+
+    def _rows(self, r: Ready) -> Array:
+        """Nodes of one lane at rest."""
+        rows = np.zeros((self.n + 2, ROWS))
+        rows[:, 0] = r.packed.q
+        rows[:-1, 2] = r.packed.weights
+        return rows
+
+    def steps(self) -> Iterator[float]:
+        """Run to the end in pieces; yields the share done. A case without numbers is marked and its lane set to rest."""
+        n = self.drive.n_ticks
+        for k, count in self.drive.pieces():
+            self._piece(k, count, n)
+            self._mark_failures((k + count) * self.drive.t_cycle)
+            if len(self.failed) == len(self.ready):
+                break
+            yield (k + count) / n
+
+    def _piece(self, k: int, count: int, n: int) -> None:
+        rows = [r.drive.rows(k, count + 1) for r in self.lanes]
+        D = np.stack(rows, axis=-1, out=room_for((*rows[0].shape, len(rows))))
+        E, i_0 = self._water(k, count)
+        self.d.run(
+            self.A.reshape(-1), self.B.reshape(-1), self.n, D.reshape(-1), self.drive.cols, self.H, self.S.reshape(-1), self.n_stages,
+            self.T.reshape(-1), E.reshape(-1), np.zeros(8), self.waves.levels, self.waves.dt, i_0, self.W, self.G.reshape(-1),
+            self.starts.reshape(-1), self.first, self.out.reshape(-1), self.every, k, count, n, self.n_win, self.n_sub, self.drive.t_cycle,
+        )  # fmt: skip
+
+    def _water(self, k: int, count: int) -> tuple[Array, int]:
+        """Samples of the water that a piece needs, and the number of the first; waves grow with the tip's ramp."""
+        dt, levels = self.waves
+        if levels == 0:
+            return np.zeros(1), 0
+        t_cycle = self.drive.t_cycle
+        lo = int(k * t_cycle / dt + 1e-9)
+        hi = int((k + count) * t_cycle / dt + 1e-9) + 2
+        E = room_for((hi - lo, 2 + 2 * levels, len(self.lanes)))
+        done: dict[int, int] = {}
+        for l, r in enumerate(self.lanes):
+            waves = r.case.waves
+            assert waves is not None
+            if id(r) in done:
+                E[:, :, l] = E[:, :, done[id(r)]]
+                continue
+            done[id(r)] = l
+            E[:, :, l] = ramped_samples(waves, lo, hi, r.case.ramp)
+        return E, lo
+
+    def _mark_failures(self, t: float) -> None:
+        sound = np.isfinite(self.A[: self.n_x]).all(axis=0) & np.isfinite(self.B[:, :2]).all(axis=(0, 1))
+        for i in np.flatnonzero(~sound):
+            l = int(i)
+            self.failed.setdefault(l, t)
+            fresh = np.repeat(np.array(self._record(self.lanes[l]))[:, None], len(self.lanes), axis=1)
+            self.d.base.at_rest(fresh.reshape(-1))
+            self.A[:, l] = fresh[:, l]
+            self.B[:, :, l] = self._rows(self.lanes[l])
+
+    def results(self) -> list[LiftResult]:
+        return [self._result(l) for l in range(len(self.ready))]
+
+    def _part(self, name: str, l: int) -> Any:
+        at, cls = offset(self.d.Lane, name, 1), dict(fields(self.d.Lane))[name]
+        return unflatten(cls, iter(self.A[at : at + size(cls), l].tolist()))
+
+    def _result(self, l: int) -> LiftResult:
+        t_cycle, failed = self.drive.t_cycle, self.failed.get(l)
+        hang: Hanging = self._part("hang", l)
+        last = int(hang.stage)
+        self.G[last, : self.d.NT, l] = flatten((self._part("st", l), self._part("ls", l)))
+        best = self.W.reshape(-1, self.d.SIGNALS, len(self.lanes))[2]
+        self.G[last, self.d.NT :, l] = best[:, l]
+        self.starts[last, l] = hang.k_stage * t_cycle
+        if failed is not None and self.every:
+            self.out[math.ceil(failed / (self.every * t_cycle) - 1e-9) :, :, l] = np.nan
+        ran = [s for s in range(self.n_stages + 1) if math.isfinite(self.G[s, 0, l])]
+        return LiftResult(
+            packed=self.ready[l].packed,
+            stages=tuple((s, self._stage(s, l)) for s in ran),
+            starts=tuple(float(self.starts[s, l]) for s in ran),
+            ending=Ending.DONE if failed is None else Ending.DIVERGED,
+            t_end=self.drive.n_ticks * t_cycle if failed is None else failed,
+            state=self._part("x", l),
+            memory=self._part("m", l),
+            hang=hang,
+            q=self.B[:, 0, l].copy(),
+            v=self.B[:, 1, l].copy(),
+            series=self.out[:, :, l] if self.every else None,
+            dt=self.every * t_cycle,
+            step=t_cycle / self.n_sub,
+            t_cycle=t_cycle,
+        )
+
+    def _stage(self, s: int, l: int) -> StageResult:
+        row = iter(self.G[s, :, l].tolist())
+        st, ls = unflatten(Stats, row), unflatten(LiftStats, row)
+        full = st.cycles >= self.n_win
+        span = list(row)
+        if not full:
+            span[1] = st.tip_max - st.tip_min
+        return StageResult(st, ls, (span[0], span[1], span[2], span[3]), full)
+
+
+def ramped_samples(waves: WaveField, lo: int, hi: int, ramp: float) -> Array:
+    """Samples lo .. hi - 1 of the water, shape (hi - lo, 2 + 2 levels): eta, its rate, speeds and accelerations of all levels.
+
+    They grow from nothing over `ramp` [s] as `stillhook.sea.motion.Ramped` does; after the last sample the last one stands.
+    """
+    i = np.minimum(np.arange(lo, hi), len(waves.eta) - 1)
+    x = np.clip(i * waves.dt / ramp, 0.0, 1.0) if ramp > 0.0 else np.ones(len(i))
+    r = (x**3 * (10.0 + x * (6.0 * x - 15.0)))[:, None]
+    dr = (30.0 * x**2 * (1.0 - x) ** 2 / (ramp or 1.0))[:, None]
+    eta, eta_dot, w, a = waves.eta[i, None], waves.eta_dot[i, None], waves.w[i], waves.a[i]
+    return np.hstack([r * eta, r * eta_dot + dr * eta, r * w, r * a + dr * w])

@@ -1,0 +1,187 @@
+"""From the statistics of a lowering to the numbers that a person reads: for the whole run and for each stage."""
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+from stillhook.crane import Crane
+from stillhook.engine.lift_run import LiftResult, StageResult
+from stillhook.engine.run import Ending
+from stillhook.engine.stats import Stats
+from stillhook.engine.summary import LIMITS, OK
+from stillhook.lift.lowering import Lowering
+from stillhook.physics.scalar import G
+from stillhook.plants.lift import NEVER
+from stillhook.plants.state import Powers
+
+AUDIT = 0.01
+"""Energy not found again, over all that passed, from which a lowering is numerically wrong [-]; sound ones stay below 1e-3."""
+AUDIT_FLOOR = 1.0e4
+"""Energy below which nothing moves that the audit could be asked of [J]: a tonne by a metre."""
+LOWEST = {"e_min", "em_min", "tip_min", "p_min", "p_hp_min", "alpha_m_min", "F_min", "V_min", "F_s_min", "z_min", "v_min", "t_landed"}
+SUMMED = {"cycles", "e_sum", "e2_sum", "tip_sum", "tip2_sum", "pump_abs", "slack"}
+
+
+def merged(parts: Sequence[Any]) -> Any:
+    """Statistics of stages one after another as those of all of them; Stats or LiftStats."""
+    cls = type(parts[0])
+    values: dict[str, Any] = {}
+    for name in cls._fields:
+        column = [getattr(p, name) for p in parts]
+        if name == "power":
+            values[name] = Powers(*(sum(c) for c in zip(*column, strict=True)))
+        elif name == "E_start":
+            values[name] = column[0]
+        elif name == "E_end":
+            values[name] = column[-1]
+        elif name == "v_landed":
+            values[name] = next((p.v_landed for p in parts if p.t_landed < NEVER), 0.0)
+        elif name in SUMMED or name.endswith("_cycles"):
+            values[name] = sum(column)
+        else:
+            values[name] = min(column) if name in LOWEST else max(column)
+    return cls(**values)
+
+
+def whole(result: LiftResult) -> StageResult:
+    """Statistics of the whole run; its spans are the largest of its compensated stages, or of all where there are none."""
+    parts = [s for _, s in result.stages]
+    held = [p for p in parts if p.span[0] > 0.0] or parts
+    span = tuple(max(p.span[i] for p in held) for i in range(4))
+    stats, lift = merged([p.stats for p in parts]), merged([p.lift for p in parts])
+    return StageResult(stats, lift, (span[0], span[1], span[2], span[3]), all(p.full_window for p in parts))
+
+
+def unaccounted(result: LiftResult) -> float:
+    """Energy that the audit does not find again, over the energy through pumps and tip and the works of weight and water [-].
+
+    In: pumps, boost, tip, and what the wire brings along from the drum. Out: friction, leakage, valves, damping, lifting, passive gas,
+    and the work that goes into the water. Stored: shaft, oil, wire, hook, load, slings.
+    """
+    st: Stats = whole(result).stats
+    w, t, W = st.power, result.t_cycle, result.hang.works
+    given = w.pump + w.boost + w.passive_pump + w.tip
+    taken = w.friction + w.leakage + w.relief + w.flushing + w.wire + w.drag + w.passive
+    winch = (given - taken) * t - (st.E_end - st.E_start) - W.top
+    water = W.buoyancy + W.inertia + W.drag + W.slam + W.bottom
+    wire = W.top + W.relay + water - W.damping - W.gravity - (result.hang.E - result.hang.E_0)
+    through = st.pump_abs * t + abs(W.gravity)
+    return (winch + wire) / through if through > 0.0 else math.nan
+
+
+def status(result: LiftResult, crane: Crane) -> str:
+    """ "ok", or what went beyond its limit, joined by commas: those of `stillhook.engine.summary`, and "sling" (slings went slack before
+    touch-down), "overload" (more tension at the hook than the SWL and hook weigh), "stuck" (a stage timed out), "unfinished"."""
+    if result.ending is Ending.DIVERGED:
+        return "diverged"
+    r = whole(result)
+    beyond = [name for name, field in LIMITS if getattr(r.stats, field) > 0.0]
+    if any(s.lift.slack > 0.0 for _, s in result.stages if s.lift.t_landed > NEVER / 2 and r.lift.t_landed > NEVER / 2):
+        beyond.append("sling")
+    if r.lift.F_s_max > crane.SWL * G:
+        beyond.append("overload")
+    if result.hang.sup.stuck > 0.0:
+        beyond.append("stuck")
+    elif result.hang.sup.done == 0.0:
+        beyond.append("unfinished")
+    missing = abs(unaccounted(result))
+    if missing > AUDIT and missing * (r.stats.pump_abs * result.t_cycle + abs(result.hang.works.gravity)) > AUDIT_FLOOR:
+        beyond.append("audit")
+    return ", ".join(beyond) or OK
+
+
+def stage_numbers(result: LiftResult, r: StageResult) -> dict[str, float]:
+    """Numbers of one stage, or of the whole run; NaN for what did not happen."""
+    st, ls, t = r.stats, r.lift, result.t_cycle
+    e_c_pp, s_tip_pp, load_pp, hook_pp = r.span
+    touched = ls.t_landed < NEVER
+    compensated = e_c_pp > 0.0
+    return {
+        "duration": max(st.cycles - 1.0, 0.0) * t,
+        "s_tip_pp": s_tip_pp,
+        "e_c_pp": e_c_pp if compensated else math.nan,
+        "eta_c": 1.0 - e_c_pp / s_tip_pp if compensated and s_tip_pp > 0.0 else math.nan,
+        "load_pp": load_pp,
+        "hook_pp": hook_pp,
+        "eta_load": 1.0 - load_pp / s_tip_pp if compensated and s_tip_pp > 0.0 else math.nan,
+        "F_w_max": st.F_max,
+        "F_w_min": st.F_min,
+        "F_sling_max": _known(ls.F_s_max),
+        "F_sling_min": _known(ls.F_s_min),
+        "DAF": _known(ls.F_s_max) / result.packed.lift.load.W,
+        "snap": ls.snap,
+        "sling_slack_time": ls.slack,
+        "slack_time": st.slack_cycles * t,
+        "z_load_min": _known(ls.z_min),
+        "z_load_max": _known(ls.z_max),
+        "v_load_min": _known(ls.v_min),
+        "v_load_max": _known(ls.v_max),
+        "F_slam_max": ls.slam,
+        "F_drag_max": ls.drag,
+        "F_bottom_max": ls.bottom,
+        "t_landed": ls.t_landed if touched else math.nan,
+        "v_landed": ls.v_landed if touched else math.nan,
+        "v_hit_max": ls.v_hit if touched else math.nan,
+        "p_a_max": st.p_a_max,
+        "p_b_max": st.p_b_max,
+        "p_min": st.p_min,
+        "alpha_m_min": st.alpha_m_min,
+        "alpha_p_max": st.alpha_p_max,
+        "u_p_max": st.u_p_max,
+        "omega_m_max": st.omega_max,
+        "v_w_max": st.v_w_max,
+        "v_tip_max": st.v_tip_max,
+        "saturation_time": st.saturation_cycles * t,
+        "relief_time": st.relief_cycles * t,
+        "overspeed_time": st.overspeed_cycles * t,
+        "stroke_time": st.stroke_cycles * t,
+        "cavitation_time": st.cavitation_cycles * t,
+        "wire_time": st.wire_cycles * t,
+    }
+
+
+def _known(value: float) -> float:
+    return value if abs(value) < NEVER else math.nan
+
+
+def lift_summary(crane: Crane, case: Lowering, result: LiftResult) -> tuple[dict[str, Any], list[dict[str, Any]]]:
+    """Numbers of the whole run, and of each stage of the programme that was begun, the rest NaN; one more for the time after it."""
+    names = [*result.packed.programme.names, "after"]
+    run = stage_numbers(result, whole(result))
+    blank = dict.fromkeys(["t_begin", *run], math.nan)
+    rows = [dict(blank) for _ in names]
+    for (i, part), start in zip(result.stages, result.starts, strict=True):
+        rows[min(i, len(rows) - 1)] = {"t_begin": start, **stage_numbers(result, part)}
+    W, hang = result.hang.works, result.hang
+    numbers: dict[str, Any] = {
+        **run,
+        "z_load_end": result.packed.lift.z_ref + float(result.q[-1]),
+        "s_w_end": result.state.s_w,
+        "programme_time": result.starts[-1] if hang.sup.done > 0.0 and result.stages[-1][0] >= len(case.programme) else math.nan,
+        "energy_pumps": whole(result).stats.pump_abs * result.t_cycle,
+        "work_gravity": W.gravity,
+        "work_damping": W.damping,
+        "work_buoyancy": W.buoyancy,
+        "work_inertia": W.inertia,
+        "work_drag": W.drag,
+        "work_slam": W.slam,
+        "work_bottom": W.bottom,
+        "energy_unaccounted": unaccounted(result),
+    }
+    if result.ending is Ending.DIVERGED:
+        numbers = dict.fromkeys(numbers, math.nan)
+    return {"status": status(result, crane), **numbers, "notes": notes(case, result)}, rows
+
+
+def notes(case: Lowering, result: LiftResult) -> list[str]:
+    """What a reader should know beside the numbers."""
+    found = []
+    if result.ending is Ending.DIVERGED:
+        found.append(f"lost its numbers by {result.t_end:.2f} s")
+    i = min(int(result.hang.sup.stage), len(case.programme) - 1)
+    name = result.packed.programme.names[i]
+    if result.hang.sup.stuck > 0.0:
+        found.append(f'stage "{name}" did not end within its timeout of {case.programme[i].timeout:g} s: the programme stands')
+    elif result.hang.sup.done == 0.0:
+        found.append(f'the run of {case.duration:g} s ends in stage "{name}": run longer for the whole programme')
+    return found

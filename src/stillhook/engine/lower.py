@@ -1,0 +1,138 @@
+"""`lower`: crane and lowering in, labelled Dataset out."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from stillhook import units
+from stillhook._version import __version__
+from stillhook.crane import Crane
+from stillhook.engine.build import kernel_hash
+from stillhook.engine.given import check_threads, cycles, steps_per_cycle
+from stillhook.engine.lanes import VL
+from stillhook.engine.lift_run import LiftResult, run_lowerings
+from stillhook.engine.lift_summary import lift_summary
+from stillhook.engine.run import Progress
+from stillhook.engine.simulate import OnFailure, raise_failures
+from stillhook.errors import LiftError, SpecError
+from stillhook.library import crane_toml
+from stillhook.lift.lowering import Lowering
+from stillhook.plants.lift import LiftSignals
+from stillhook.plants.state import Signals
+from stillhook.variables import BY_NAME
+
+if TYPE_CHECKING:
+    import xarray
+
+LIFT_STEP = 5e-3
+"""Default step [s]: the wire is stepped implicitly, and the winch at 5 ms is right to 0.1 mm of wire (docs/validation/step-size.md)."""
+COLUMNS = Signals._fields + LiftSignals._fields
+
+
+def lower(
+    crane: Crane,
+    case: Lowering | Sequence[Lowering],
+    *,
+    step: str | None = None,
+    every: str | None = None,
+    series: bool | None = None,
+    threads: int = 2,
+    progress: Progress | None = None,
+    on_failure: OnFailure | str = OnFailure.RAISE,
+) -> xarray.Dataset:
+    """Lower a payload, or many, each in one run in the time domain, winch and controller in the loop.
+
+    Parameters
+    ----------
+    crane, case: what the machine is, and what hangs from it, in which water, under which programme. A list adds the dimension "case".
+    step: integration step, a whole part of the PLC cycle; default 5 ms. every: spacing of the stored series; default 0.1 s.
+    series: store time series; default True for one lowering, False for a list (statistics alone, sixteen side by side).
+    threads: threads that share a list. progress: called with the share done, 0..1.
+    on_failure: "raise" stops with SimulationError if a lowering fails, "mark" keeps the rest.
+
+    Returns
+    -------
+    Dataset with the summary of the run; the same numbers of each stage under "stage_..." over the dimension "stage", and the series over
+    "time" [s]; names, units and meaning from `stillhook.variables`. In the series, s_load and v_load are those of the payload.
+
+    Errors: LiftError (what cannot be lowered so), ScenarioError, SpecError (step too long), SimulationError (failed run).
+    """
+    single = isinstance(case, Lowering)
+    cases = _cases(crane, case)
+    if on_failure not in tuple(OnFailure):
+        raise LiftError(f"on_failure = {units.came(on_failure)}: give one of {', '.join(OnFailure)}.")
+    check_threads(threads)
+    stored = single if series is None else series
+    n_sub, rows = steps_per_cycle(crane, step, LIFT_STEP), cycles(crane, every)
+    lanes = 1 if stored or single else VL
+    results = run_lowerings(crane, cases, n_sub=n_sub, lanes=lanes, every=rows if stored else 0, threads=threads, progress=progress)
+    found = [lift_summary(crane, c, r) for c, r in zip(cases, results, strict=True)]
+    if OnFailure(on_failure) is OnFailure.RAISE:
+        raise_failures([run for run, _ in found])
+    return labelled(crane, cases, results, found, single=single)
+
+
+def _cases(crane: Crane, case: Lowering | Sequence[Lowering]) -> list[Lowering]:
+    if not isinstance(crane, Crane):
+        raise SpecError(f"crane = {units.came(crane)}: not a Crane. Read one with load_crane, by name or path.")
+    cases = [case] if isinstance(case, Lowering) else list(case) if isinstance(case, Iterable) else [case]
+    if not cases:
+        raise LiftError("lower: the list of lowerings is empty. Give at least one Lowering.")
+    for i, each in enumerate(cases):
+        if not isinstance(each, Lowering):
+            raise LiftError(f"lowering {i} = {units.came(each)}: not a Lowering. Give one Lowering, or a list of them.")
+    return cases
+
+
+def labelled(
+    crane: Crane,
+    cases: Sequence[Lowering],
+    results: Sequence[LiftResult],
+    found: Sequence[tuple[Mapping[str, Any], Sequence[Mapping[str, Any]]]],
+    *,
+    single: bool,
+) -> xarray.Dataset:
+    """Summaries and series of lowerings as a labelled Dataset; see `lower`."""
+    import xarray
+
+    columns: dict[str, Any] = {}
+    for name in found[0][0]:
+        values = [("; ".join(run[name]) if name == "notes" else run[name]) for run, _ in found]
+        columns[name] = ((), values[0], _attrs(name)) if single else (("case",), values, _attrs(name))
+    n_stages = max(len(stages) for _, stages in found)
+    for name in found[0][1][0]:
+        table = np.full((len(found), n_stages), np.nan)
+        for i, (_, stages) in enumerate(found):
+            table[i, : len(stages)] = [s[name] for s in stages]
+        columns[f"stage_{name}"] = (("stage",), table[0], _attrs(name)) if single else (("case", "stage"), table, _attrs(name))
+    coords: dict[str, Any] = {} if single else {"case": [c.name or str(i) for i, c in enumerate(cases)]}
+    names = [r.packed.programme.names for r in results]
+    coords["stage"] = [*names[0], "after"] if len(set(names)) == 1 else [str(i) for i in range(n_stages)]
+    if results[0].series is not None:
+        n = max(len(r.series) for r in results if r.series is not None)
+        coords["time"] = ("time", np.arange(n) * results[0].dt, {"units": "s", "long_name": "time"})
+        block = np.full((len(results), n, len(COLUMNS)), np.nan)
+        for i, r in enumerate(results):
+            if r.series is not None:
+                block[i, : len(r.series)] = r.series
+        for j, name in enumerate(COLUMNS):
+            columns[name] = (("time",) if single else ("case", "time"), block[0, :, j] if single else block[:, :, j], _attrs(name))
+    data = xarray.Dataset(columns, coords=coords)
+    data.attrs = {
+        "title": f"Stillhook lowering from {crane.name}",
+        "crane": crane_toml(crane),
+        "single": int(single),
+        "stillhook_version": __version__,
+        "stillhook_kernel": kernel_hash(),
+        "step": results[0].step,
+        "every": results[0].dt,
+    }
+    return data
+
+
+def _attrs(name: str) -> dict[str, str]:
+    v = BY_NAME[name]
+    return {k: str(x) for k, x in (("units", v.unit), ("long_name", v.meaning), ("sign", v.sign), ("source", v.source)) if x}
