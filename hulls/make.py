@@ -29,7 +29,7 @@ OMEGA = np.concatenate(
     )
 )
 """[rad/s], 60 s to 3 s: 42 frequencies, close where a ship answers."""
-BETA = np.radians(np.arange(0.0, 360.0, 10.0))
+BETA = np.radians(np.arange(0.0, 360.0, 5.0))
 FINE = np.arange(1.0, 2.095, 0.02)
 """Frequencies at which irregular ones are looked for [rad/s]."""
 

@@ -124,4 +124,4 @@ def solved(omega: FloatArray, M: FloatArray, B: FloatArray, C: FloatArray, F: Co
     """H (6, m, n) of -omega^2 M H + i omega B H + C H = F; M, B (n, 6, 6), F (n, m, 6)."""
     w = omega[:, None, None]
     H = np.linalg.solve((-(w**2) * M + 1j * w * B + C)[:, None], F[..., None])[..., 0]
-    return np.moveaxis(H, -1, 0).swapaxes(1, 2)
+    return np.moveaxis(H, -1, 0).swapaxes(1, 2) + 0.0  # no -0 in the files
