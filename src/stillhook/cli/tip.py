@@ -51,6 +51,7 @@ def tip(
     log: Annotated[Path | None, typer.Option(help=LOG_HELP)] = None,
     duration: Annotated[str, typer.Option(help="Time of the extremes, and length of the series.")] = "3 h",
     seed: Annotated[int, typer.Option(help="Seed of the series.")] = 1,
+    exact: Annotated[bool, typer.Option("--exact", help="Series with the ship's rotations in full; --at then has z.")] = False,
     out: Annotated[Path | None, typer.Option("--out", help="Folder for picture, series (tip.json, tip.csv) and summary.json.")] = None,
     json: Json = False,
 ) -> None:
@@ -65,7 +66,15 @@ def tip(
     time = parse(duration, "time", "--duration")
     if log is not None:
         _refuse_with_log(
-            {"--vessel": vessel, "--wave": wave, "--heading": heading, "--spread": spread, "--pedestal": pedestal, "--out": out}
+            {
+                "--vessel": vessel,
+                "--wave": wave,
+                "--heading": heading,
+                "--spread": spread,
+                "--pedestal": pedestal,
+                "--out": out,
+                "--exact": exact or None,
+            }
         )
         _of_log(log, at, time, json=json)
         return
@@ -79,11 +88,13 @@ def tip(
         check_folder(out, OUT_FILES)
     from stillhook.io.vessel_file import read_vessel
 
+    if exact and (point.z is None or out is None):
+        raise SeaError("--exact: is for the series, and needs --out and the tip's height z in --at.")
     if heading == ALL_ROUND:
         _all_round(read_vessel(vessel), wave, spread, point, time, json=json)
         return
     sea = _sea(wave, heading, spread)
-    _in_sea(read_vessel(vessel), sea, point, time, seed, out, json=json)
+    _in_sea(read_vessel(vessel), sea, point, time, seed, out, exact=exact, json=json)
 
 
 def _refuse_with_log(options: dict[str, Any]) -> None:
@@ -144,20 +155,21 @@ def _length_and_angle(text: str, where: str) -> tuple[str, str]:
     return match[1], match[2]
 
 
-def _in_sea(rao: Rao, sea: Sea, point: TipPoint, duration: float, seed: int, out: Path | None, *, json: bool) -> None:
+def _in_sea(rao: Rao, sea: Sea, point: TipPoint, duration: float, seed: int, out: Path | None, *, exact: bool, json: bool) -> None:
     from stillhook.sea.tip import tip_summary
 
     summary = tip_summary(rao, sea, point, duration)
     if out is not None:
         from stillhook.io.tip_files import write_tip
 
-        summary["series"] = write_tip(out, OUT_FILES, rao, sea, point, summary, seed)
+        summary["series"] = write_tip(out, OUT_FILES, rao, sea, point, summary, seed, exact=exact)
     if json:
         print_json(summary)
         return
     wrapped(f"{rao.name}, crane tip at {point.describe()}, in {sea.describe()}")
     _print(summary)
     if out is not None:
+        wrapped(f"series: {summary['series']['report']}")
         print("written: " + ", ".join(str(out / name) for name in OUT_FILES))
 
 

@@ -12,7 +12,7 @@ from stillhook.io.figures import COLOURS, GREY, save_figure
 from stillhook.io.results import save_json
 from stillhook.sea.irregular import IrregularTip
 from stillhook.sea.rao import Rao
-from stillhook.sea.realisation import realise, tip_motion
+from stillhook.sea.realisation import realise, tip_motion, tip_motion_exact
 from stillhook.sea.spectrum import Sea, Train
 from stillhook.sea.text import motion_to_json
 from stillhook.sea.tip import TipPoint, TipResponse, tip_response
@@ -25,19 +25,27 @@ CSV_STEP = 0.1  # s
 SHOWN = 60.0  # s: shown of the series, either side of its fastest moment
 
 
-def write_tip(out: Path, names: tuple[str, ...], rao: Rao, sea: Sea, at: TipPoint, summary: dict[str, Any], seed: int) -> dict[str, Any]:
+def write_tip(
+    out: Path, names: tuple[str, ...], rao: Rao, sea: Sea, at: TipPoint, summary: dict[str, Any], seed: int, *, exact: bool = False
+) -> dict[str, Any]:
     """Picture, series as exact motion (JSON, which runs read) and as table (CSV), summary, together or not at all.
 
-    Returns what there is to say of the series: seed, repeat [s] and the largest of height, speed and acceleration [SI].
+    exact: with the ship's rotations in full, for which the tip's height is needed. Returns what there is to say of the series: seed, repeat [s] and the largest of height, speed and acceleration [SI].
     """
-    motion = tip_motion(realise(sea, summary["duration"], seed), rao, at.x, at.y)
+    waves = realise(sea, summary["duration"], seed)
+    motion = tip_motion(waves, rao, at.x, at.y) if not exact else tip_motion_exact(waves, rao, at.x, at.y, at.z or 0.0)
     t = np.arange(0.0, motion.repeat, CSV_STEP)
     s, v, a = motion.sample(t)
-    series = {"seed": seed, "repeat": motion.repeat, **{f"{n}_max": float(np.abs(x).max()) for n, x in (("z", s), ("v", v), ("a", a))}}
-    picture, exact, table, numbers = names
+    series = {
+        "seed": seed,
+        "repeat": motion.repeat,
+        "report": motion.report,
+        **{f"{n}_max": float(np.abs(x).max()) for n, x in (("z", s), ("v", v), ("a", a))},
+    }
+    picture, harmonics, table, numbers = names
     with whole_folder(out) as part:
         save_figure(tip_figure(rao, sea, at, summary, motion), part / picture)
-        (part / exact).write_text(motion_to_json(motion) + "\n", encoding="utf-8")
+        (part / harmonics).write_text(motion_to_json(motion) + "\n", encoding="utf-8")
         rows = "".join(f"{x:.1f},{y:.6f}\n" for x, y in zip(t, s, strict=True))
         (part / table).write_text(f"# {motion.describe()}. {motion.report}\ntime [s],tip [m]\n{rows}", encoding="utf-8")
         save_json({**summary, "series": series}, part / numbers)

@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stillhook.errors import SeaError
-from stillhook.sea.irregular import SHORTEST_REPEAT, ComplexArray, IrregularTip
+from stillhook.sea.irregular import SHORTEST_REPEAT, ComplexArray, IrregularTip, synthesis
 from stillhook.sea.rao import Rao
-from stillhook.sea.ship_motion import STANDARD_GRAVITY
+from stillhook.sea.ship_motion import STANDARD_GRAVITY, tip_height
 from stillhook.sea.spectrum import Sea, WaveSpectrum
 
 FloatArray = NDArray[np.float64]
@@ -21,6 +21,8 @@ SHORTEST_WAVE = 2.0
 """Period down to which every sea is realised [s], or a quarter of its peak period where that is shorter: shorter waves (6 m) move no
 vessel and pass along a load without lifting it; beyond four peak frequencies lies 0.5 % of the variance of a wind sea."""
 FINEST = 1e-3  # rad/s: the spectrum is averaged over each harmonic's band in steps no coarser than this
+NEGLIGIBLE = 1e-12
+"""Part of the variance of the acceleration in the highest harmonics that exact rotations make and that is left away."""
 MOST_HARMONICS = 200_000
 
 
@@ -66,11 +68,7 @@ class Realisation:
 
     def motion(self, rao: Rao) -> ComplexArray:
         """Complex amplitudes of surge, sway, heave [m], roll, pitch, yaw [rad], (6, n)."""
-        omega = self.omega
-        total = np.zeros((6, len(omega)), dtype=np.complex128)
-        for beta, a in zip(self.beta, self.a, strict=True):
-            total += rao.at(omega, float(beta)) * a
-        return total
+        return np.asarray(np.sum(rao.at(self.omega, self.beta) * self.a, axis=1))
 
     def spread(self, c: ComplexArray) -> ComplexArray:
         """Amplitudes of these harmonics among all of them, from the mean (0) on."""
@@ -130,12 +128,31 @@ def tip_motion(waves: Realisation, rao: Rao, x: float, y: float) -> IrregularTip
 
     Coherent with `wave_field.water` of the same waves. Source: z = eta_3 + y eta_4 - x eta_5.
     """
-    c = np.zeros(len(waves.harmonic), dtype=np.complex128)
-    for beta, a in zip(waves.beta, waves.a, strict=True):
-        c += rao.vertical(waves.omega, float(beta), x, y) * a
+    c = np.sum(rao.vertical(waves.omega, waves.beta, x, y) * waves.a, axis=0)
     return IrregularTip(
         waves.spread(c), waves.repeat, source=waves.source, report=f"{rao.name} at x {x:g} m, y {y:g} m. {waves.report}".strip()
     )
+
+
+def tip_motion_exact(waves: Realisation, rao: Rao, x: float, y: float, z: float) -> IrregularTip:
+    """As `tip_motion`, with the rotations of the ship in full: height of the point (x, y, z) [m] from the reference point, z up.
+
+    Heave, roll and pitch are those of the linear theory; the sine and cosine of the angles sink the mean with the height of the tip by
+    about z (roll^2 + pitch^2)/2, and add motion at twice the wave frequency. The report says how far it is from the linear motion.
+    """
+    n = 8 * (int(waves.harmonic[-1]) + 1)  # room for three waves together and one more
+    heave, roll, pitch = (synthesis(waves.spread(c), n) for c in waves.motion(rao)[2:5])
+    height = tip_height(heave, roll, -pitch, x, y, z)
+    c = np.fft.rfft(height)[: n // 2] * (2.0 / n)
+    c[0] = c[0].real / 2.0
+    beyond = np.cumsum((np.abs(c) ** 2 * np.arange(n // 2) ** 4.0)[::-1])[::-1]  # acceleration of each harmonic and all above it
+    c = c[: int(np.searchsorted(-beyond, -NEGLIGIBLE * beyond[1]))]
+    off = height - (heave + y * roll - x * pitch)
+    report = (
+        f"{rao.name} at x {x:g} m, y {y:g} m, z {z:g} m, exact rotations: mean {1e3 * off.mean():.3g} mm, "
+        f"up to {1e3 * np.abs(off).max():.3g} mm off the linear motion. {waves.report}"
+    )
+    return IrregularTip(c, waves.repeat, source=waves.source, report=report)
 
 
 def wave_number(omega: FloatArray, depth: float = math.inf) -> FloatArray:
