@@ -72,7 +72,7 @@ def _found(waves: str, record: str | None) -> WaveSpectrum | SpectrumSeries | Se
         if record is not None:
             raise SeaError("--record: belongs to a file of measured waves. Leave it out.")
         return parse_wave(waves)
-    if not Path(waves).exists() and not {".", "/", "\\"} & set(waves):
+    if not waves.strip() or (not Path(waves).exists() and not {".", "/", "\\"} & set(waves)):
         return parse_wave(waves)
     from stillhook.io.sea_file import read_sea
     from stillhook.sea.measured import SpectrumSeries
@@ -105,6 +105,8 @@ def _of_file(series: Any) -> dict[str, Any]:
     import numpy as np
 
     names = OF_SPECTRUM if hasattr(series, "omega") else OF_STATES
+    if getattr(series, "directional", None) is not None:
+        names = (*names, "come_from")
     columns = {name: getattr(series, name) for name in names}
     valid = series.valid
     in_sum = {name: _statistics(x, valid, name) for name, x in columns.items()}

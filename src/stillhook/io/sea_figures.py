@@ -38,9 +38,8 @@ def spectrum_figure(wave: WaveSpectrum) -> Figure:
             ax.axvline(2.0 * np.pi / T, color=colour, ls="--", lw=1, label=f"{name} = {T:.3g} s")
     _axes(ax, "angular frequency [rad/s]", "density S [m² s/rad]")
     ax.set_ylim(bottom=0.0)
-    if ax.get_legend_handles_labels()[1]:
-        ax.legend(frameon=False)
-    ax.set_title(f"{wave.describe()}: H_m0 = {wave.H_m0:.3g} m", fontsize="medium", wrap=True)
+    ax.legend(title=f"H_m0 = {wave.H_m0:.3g} m", frameon=False)
+    ax.set_title(wave.describe(), fontsize="medium", wrap=True)
     return figure
 
 

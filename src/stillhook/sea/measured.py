@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stillhook.errors import SeaError
-from stillhook.sea.spectrum import WaveSpectrum
+from stillhook.sea.directions import relative
+from stillhook.sea.spectrum import Sea, Train, WaveSpectrum
 from stillhook.units import came
 
 FloatArray = NDArray[np.float64]
@@ -175,6 +176,33 @@ class SpectrumSeries:
         if not self.valid[i]:
             raise SeaError(f"{self.source}: record {i} of {self.time[i]}Z is missing. Choose a valid one.")
         return Measured(self.omega, self.width, self.S[i], f"{self.source} {self.time[i]}Z")
+
+    @property
+    def come_from(self) -> FloatArray:
+        """Mean direction that each record's waves come from, by variance (n_records,) [rad clockwise from north]; NaN where unknown."""
+        if self.directional is None:
+            return np.full(len(self), np.nan)
+        turn = np.einsum("nmk,k->nm", self.directional.share, np.exp(1j * self.directional.theta))
+        mean = np.sum(turn * self.S * self.width, axis=1)
+        return np.where(np.isnan(self.S[:, 0]), np.nan, np.angle(mean) % (2.0 * np.pi))
+
+    def sea(self, i: int, heading: float) -> Sea:
+        """The i-th record as a sea about a ship that heads `heading` [rad clockwise from north]: a train for every direction.
+
+        Errors: SeaError where the record is missing or directions were not measured.
+        """
+        if self.directional is None:
+            raise SeaError(f"{self.source}: holds no directions. Give the direction of the waves and their spread.")
+        whole = self.spectrum(i)
+        trains = []
+        for k, theta in enumerate(self.directional.theta):
+            S = whole.S * self.directional.share[i, :, k]
+            if np.any(S > 0.0):
+                part = Measured(self.omega, self.width, S, f"{whole.source} from {math.degrees(theta):.4g} deg")
+                trains.append(Train(part, relative(float(theta), heading)))
+        if not trains:
+            trains.append(Train(whole, 0.0))
+        return Sea(tuple(trains))
 
 
 def _ratio(upper: FloatArray, lower: FloatArray) -> FloatArray:
