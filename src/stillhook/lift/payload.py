@@ -23,6 +23,8 @@ RHO_STEEL = 7850.0
 CURVE = 400
 """Points of a curve over submergence."""
 
+WHICH = f"give either levels or a shape ({', '.join(SHAPES)}) with its dimensions."
+
 
 class Level(Record):
     """A payload's numbers with its underside `h` under the surface; between levels they are interpolated."""
@@ -95,6 +97,8 @@ class Payload(Record):
         of tables."""
         if not isinstance(data, Mapping):
             return data
+        if "levels" not in data and "shape" not in data:
+            raise ValueError(WHICH)
         if isinstance(data.get("levels"), Mapping):
             data = {**data, "levels": tuple(data["levels"].values())}
         if not isinstance(data.get("shape"), str):
@@ -106,7 +110,7 @@ class Payload(Record):
     @model_validator(mode="after")
     def _whole(self) -> Self:
         if (self.shape is None) == (not self.levels):
-            raise ValueError(f"give either levels or a shape ({', '.join(SHAPES)}) with its dimensions.")
+            raise ValueError(WHICH)
         if self.shape is not None:
             return self
         if self.volume is not None:
