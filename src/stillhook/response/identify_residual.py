@@ -7,7 +7,7 @@ import hashlib
 import json
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import replace
 from pathlib import Path
 from zipfile import BadZipFile
 
@@ -16,16 +16,16 @@ from numpy.typing import NDArray
 
 from stillhook.crane import Crane, content
 from stillhook.engine.build import cache_root, results_hash
-from stillhook.engine.given import STATISTICS_STEP, steps_per_cycle
 from stillhook.engine.lanes import VL
-from stillhook.engine.run import Ending, Progress, Result, run_cases
+from stillhook.engine.run import Ending, Progress, Result
 from stillhook.errors import LiftError, StillhookError
-from stillhook.physics.scalar import G
 from stillhook.plants.state import Signals
+from stillhook.response.duty import Duty, run_twin
+from stillhook.response.identify_remnant import identify_remnant
+from stillhook.response.remnant import Remnant
 from stillhook.response.residual import HARMONICS, Residual
-from stillhook.scenario import RHO_SEA, Mode, Scenario, Sensors, Water, mode_of
+from stillhook.scenario import Mode, mode_of
 from stillhook.sea.motion import Sine
-from stillhook.units import show
 from stillhook.whole import whole_file
 
 FloatArray = NDArray[np.float64]
@@ -39,29 +39,11 @@ SETTLE, WAVES = 30.0, 4
 """Time after which a sine is taken as settled [s], ramp included; whole waves over which the answer is taken."""
 SPACING = 0.05
 """Spacing of the series that the answer is taken from [s], or the next shorter one that the PLC cycle allows."""
-FORMAT = 1
+OWN = ("duty.py", "identify_residual.py", "identify_remnant.py", "remnant.py", "residual.py")
+"""Files that a table follows from beside crane, duty and `results_hash`."""
 
-
-@dataclass(frozen=True)
-class Duty:
-    """What the winch holds while it compensates: F mean tension at the winch [N]; m moving mass [kg], at least F/g; s_w wire paid out at
-    rest [m], which sets layer and stiffness; sensors between winch and PLC."""
-
-    F: float
-    m: float
-    s_w: float
-    sensors: Sensors = field(default_factory=Sensors)
-
-    def scenario(self, crane: Crane, mode: Mode, a: float, T: float) -> Scenario:
-        """A sine of the tip with amplitude a [m] and period T [s]. Tension beyond that of hook and payload is added as payload, moving mass
-        beyond it as added mass: the twin's wire is a spring without mass."""
-        load = self.F / G - crane.hook_mass
-        more = self.m - load - crane.hook_mass
-        water = Water.model_construct(volume=0.0, added_mass=more, C_D=0.0, area=0.0, rho=RHO_SEA) if more > 0.0 else None
-        return Scenario.model_construct(
-            load=load, s_w=self.s_w, tip=Sine.from_si(a, T), mode=mode, duration=SETTLE + WAVES * T, warm_up=SETTLE, water=water,
-            sensors=self.sensors,
-        )  # fmt: skip
+TABLES = ("omega", "v", "C", "harmonics", "saturated")
+REMNANT = ("T_z", "sigma_v", "omega", "S", "gain")
 
 
 def identify_residual(
@@ -85,18 +67,15 @@ def identify_residual(
     Errors: ScenarioError (a load or length that the crane cannot hold), LiftError (a tension that the hook alone exceeds; nothing sound).
     """
     mode = mode_of(mode)
-    if not duty.F / G >= crane.hook_mass:
-        F, hook = show(duty.F, "force"), show(crane.hook_mass, "mass")
-        raise LiftError(f"residual: a tension of {F} is less than the weight of the hook, {hook}. Give the mean tension at the winch.")
+    duty.check(crane)
     file = cache_root() / "residuals" / f"{_key(crane, duty, mode, periods, speeds)}.npz"
     if cache and (found := _read(file)) is not None:
         return found
-    cases = [duty.scenario(crane, mode, v * T / (2.0 * math.pi), T) for T in periods for v in speeds]
-    rows = max(1, math.floor(SPACING / crane.control.t_cycle + 1e-9))
-    n_sub = steps_per_cycle(crane, None, STATISTICS_STEP)
-    results = run_cases(crane, cases, n_sub=n_sub, lanes=VL, every=rows, threads=threads, progress=progress)
-    about = f"{crane.name}, {mode.value}, {show(duty.F, 'force')} at the winch, {show(duty.s_w, 'length')} of wire out"
-    made = _table(results, periods, speeds, about)
+    cases = [
+        duty.scenario(crane, mode, Sine.from_si(v * T / (2.0 * math.pi), T), SETTLE, SETTLE + WAVES * T) for T in periods for v in speeds
+    ]
+    sines = _table(run_twin(crane, cases, SPACING, threads=threads, progress=progress), periods, speeds, duty.about(crane, mode))
+    made = replace(sines, remnant=identify_remnant(crane, duty, mode, sines, threads=threads, progress=progress))
     if cache:
         _write(file, made)
     return made
@@ -142,10 +121,10 @@ def answer(result: Result, omega: float) -> tuple[complex, FloatArray]:
 
 def _key(crane: Crane, duty: Duty, mode: Mode, periods: Sequence[float], speeds: Sequence[float]) -> str:
     """Name of everything that a table follows from."""
-    own = b"".join(Path(__file__).with_name(name).read_bytes() for name in ("identify_residual.py", "residual.py"))
+    own = b"".join(Path(__file__).with_name(name).read_bytes() for name in OWN)
     what = {
-        "code": results_hash(), "own": hashlib.sha256(own).hexdigest(), "format": FORMAT, "crane": content(crane), "mode": mode.value, "F": duty.F, "m": duty.m,
-        "s_w": duty.s_w, "sensors": duty.sensors.model_dump(mode="json"), "periods": list(periods), "speeds": list(speeds),
+        "code": results_hash(), "own": hashlib.sha256(own).hexdigest(), "crane": content(crane), "mode": mode.value, "F": duty.F,
+        "m": duty.m, "s_w": duty.s_w, "sensors": duty.sensors.model_dump(mode="json"), "periods": list(periods), "speeds": list(speeds),
     }  # fmt: skip
     return hashlib.sha256(json.dumps(what, sort_keys=True).encode()).hexdigest()[:32]
 
@@ -153,13 +132,14 @@ def _key(crane: Crane, duty: Duty, mode: Mode, periods: Sequence[float], speeds:
 def _read(file: Path) -> Residual | None:
     """A table made before; None where there is none, or the file is damaged."""
     with contextlib.suppress(OSError, ValueError, KeyError, EOFError, BadZipFile, LiftError), np.load(file, allow_pickle=False) as data:
-        return Residual(data["omega"], data["v"], data["C"], data["harmonics"], data["saturated"], str(data["about"]))
+        fields = {name: data[name] for name in TABLES}
+        remnant = Remnant(**{name: data[f"remnant_{name}"] for name in REMNANT})
+        return Residual(**fields, about=str(data["about"]), remnant=remnant)
     return None
 
 
 def _write(file: Path, made: Residual) -> None:
     """Keep a table; a folder that cannot be written to is no reason to fail."""
+    arrays = {name: getattr(made, name) for name in TABLES} | {f"remnant_{name}": getattr(made.remnant, name) for name in REMNANT}
     with contextlib.suppress(StillhookError, OSError), whole_file(file) as part, open(part, "wb") as out:
-        np.savez_compressed(
-            out, omega=made.omega, v=made.v, C=made.C, harmonics=made.harmonics, saturated=made.saturated, about=np.array(made.about)
-        )
+        np.savez_compressed(out, about=np.array(made.about), **arrays)

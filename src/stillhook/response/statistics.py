@@ -13,7 +13,7 @@ FloatArray = NDArray[np.float64]
 def zero_crossing_period(sigma: ArrayLike, sigma_rate: ArrayLike) -> FloatArray:
     """Mean time from one upward crossing of the mean to the next, 2 pi sigma/sigma_rate [s]; NaN for what stands still."""
     s, r = np.broadcast_arrays(np.asarray(sigma, dtype=np.float64), np.asarray(sigma_rate, dtype=np.float64))
-    return 2.0 * np.pi * np.divide(s, r, out=np.full(s.shape, np.nan), where=r > 0.0)
+    return np.asarray(2.0 * np.pi * np.divide(s, r, out=np.full(s.shape, np.nan), where=r > 0.0), dtype=np.float64)
 
 
 def most_probable_maximum(sigma: ArrayLike, T_z: ArrayLike, duration: float) -> FloatArray:

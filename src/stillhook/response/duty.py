@@ -1,0 +1,57 @@
+"""What a winch holds while it compensates, and its twin run under motions of the tip."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+from stillhook.crane import Crane
+from stillhook.engine.given import STATISTICS_STEP, steps_per_cycle
+from stillhook.engine.lanes import VL
+from stillhook.engine.run import Progress, Result, run_cases
+from stillhook.errors import LiftError
+from stillhook.physics.scalar import G
+from stillhook.scenario import RHO_SEA, Mode, Scenario, Sensors, Water
+from stillhook.sea.motion import Motion
+from stillhook.units import show
+
+
+@dataclass(frozen=True)
+class Duty:
+    """F mean tension at the winch [N]; m moving mass [kg], at least F/g; s_w wire paid out at rest [m], which sets layer and stiffness;
+    sensors between winch and PLC."""
+
+    F: float
+    m: float
+    s_w: float
+    sensors: Sensors = field(default_factory=Sensors)
+
+    def scenario(self, crane: Crane, mode: Mode, tip: Motion, settled: float, duration: float) -> Scenario:
+        """The run of the twin under a motion of the tip; settled time that is not counted [s]. Tension beyond that of the hook is payload,
+        moving mass beyond it added mass: the twin's wire is a spring without mass."""
+        load = self.F / G - crane.hook_mass
+        more = self.m - load - crane.hook_mass
+        water = Water.model_construct(volume=0.0, added_mass=more, C_D=0.0, area=0.0, rho=RHO_SEA) if more > 0.0 else None
+        return Scenario.model_construct(
+            load=load, s_w=self.s_w, tip=tip, mode=mode, duration=duration, warm_up=settled, water=water, sensors=self.sensors
+        )
+
+    def about(self, crane: Crane, mode: Mode) -> str:
+        """Winch and duty in words."""
+        return f"{crane.name}, {mode.value}, {show(self.F, 'force')} at the winch, {show(self.s_w, 'length')} of wire out"
+
+    def check(self, crane: Crane) -> None:
+        """Errors: LiftError where the hook alone pulls more than the mean tension."""
+        if not self.F / G >= crane.hook_mass:
+            F, hook = show(self.F, "force"), show(crane.hook_mass, "mass")
+            raise LiftError(f"residual: a tension of {F} is less than the weight of the hook, {hook}. Give the mean tension at the winch.")
+
+
+def run_twin(
+    crane: Crane, cases: Sequence[Scenario], spacing: float, *, threads: int = 2, progress: Progress | None = None
+) -> list[Result]:
+    """Runs with a series, sixteen side by side; spacing of the rows at most [s], in whole PLC cycles."""
+    rows = max(1, math.floor(spacing / crane.control.t_cycle + 1e-9))
+    n_sub = steps_per_cycle(crane, None, STATISTICS_STEP)
+    return run_cases(crane, cases, n_sub=n_sub, lanes=VL, every=rows, threads=threads, progress=progress)

@@ -1,0 +1,108 @@
+"""The remnant of a winch from its own twin: irregular motions of several periods and sizes, sixteen side by side."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stillhook.crane import Crane
+from stillhook.engine.run import Ending, Progress, Result
+from stillhook.errors import LiftError
+from stillhook.plants.state import Signals
+from stillhook.response.duty import Duty, run_twin
+from stillhook.response.remnant import Remnant
+from stillhook.response.residual import Residual
+from stillhook.scenario import Mode
+from stillhook.sea.irregular import IrregularTip
+from stillhook.sea.parametric import Jonswap
+
+FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+
+MEAN_PERIODS = (4.5, 7.0, 10.5, 15.0)
+"""Zero-crossing periods of the irregular motions [s]."""
+DEVIATIONS = tuple(float(x) for x in np.geomspace(0.004, 1.6, 12))
+"""Deviations of the tip's speed [m/s]: from a winch that sticks to one that is saturated most of the time."""
+LENGTH, SETTLE = 1860.0, 60.0
+"""Length of a run [s] and the part that is left out."""
+SPACING = 0.1
+"""Spacing of the series [s]; nothing moves faster than 8 rad/s."""
+LOW, HIGH, BANDS = 0.01, 8.0, 18
+"""Bands in which the density is taken [rad/s], even in their logarithm."""
+FLOOR = 1e-3
+"""Least part of a band's power that is remnant: what the estimate of a coherent motion leaves is no better known."""
+SEED = 20
+
+
+def identify_remnant(
+    crane: Crane, duty: Duty, mode: Mode, sines: Residual, *, threads: int = 2, progress: Progress | None = None
+) -> Remnant:
+    """Remnant and gain beside the describing function of sines, from runs under JONSWAP motions (gamma 2) of the tip.
+
+    The density is right to about a third in the lowest bands and a tenth in the others (one run of half an hour each; its random phases
+    are the same every time), its sum over all to a tenth. Deviations from the one at which the twin is first lost on are left out.
+    """
+    motions = [(T, sigma, _motion(T, sigma, SEED + n)) for n, (T, sigma) in enumerate((T, s) for T in MEAN_PERIODS for s in DEVIATIONS)]
+    cases = [duty.scenario(crane, mode, tip, SETTLE, LENGTH) for _, _, tip in motions]
+    results = run_twin(crane, cases, SPACING, threads=threads, progress=progress)
+    lost = [sigma for (_, sigma, _), r in zip(motions, results, strict=True) if r.ending is not Ending.DONE]
+    kept = [s for s in DEVIATIONS if s < min(lost, default=math.inf)]
+    if not kept:
+        raise LiftError(f"residual: {duty.about(crane, mode)}: the twin lost its numbers under the smallest irregular motion.")
+    edges = np.geomspace(LOW, HIGH, BANDS + 1)
+    S = np.zeros((len(MEAN_PERIODS), len(kept), BANDS))
+    found: dict[tuple[int, int], _Spectra] = {}
+    for (T, sigma, _), result in zip(motions, results, strict=True):
+        if sigma in kept:
+            found[MEAN_PERIODS.index(T), kept.index(sigma)] = _Spectra(result, sines, sigma)
+    gain = np.array([_gain([found[j, k] for j in range(len(MEAN_PERIODS))]) for k in range(len(kept))])
+    for (j, k), spectra in found.items():
+        S[j, k] = spectra.remnant(gain[k], edges)
+    return Remnant(np.array(MEAN_PERIODS), np.array(kept), np.sqrt(edges[1:] * edges[:-1]), S, gain)
+
+
+def _motion(T_z: float, sigma_v: float, seed: int) -> IrregularTip:
+    """A JONSWAP motion with this zero-crossing period and deviation of speed, fixed amplitudes, random phases."""
+    k = np.arange(1, int(LENGTH / 1.5))
+    omega = np.asarray(2.0 * math.pi / LENGTH * k, dtype=np.float64)
+    T_p = 1.3 * T_z
+    for _ in range(20):
+        S = Jonswap(1.0, T_p, 2.0).density(omega)
+        T_p *= T_z / (2.0 * math.pi * math.sqrt(S.sum() / (S @ omega**2)))
+    S *= sigma_v**2 / (S @ omega**2)
+    phases = np.random.default_rng(seed).random(len(k))
+    return IrregularTip(np.concatenate(([0.0], np.sqrt(2.0 * S) * np.exp(2j * math.pi * phases))), LENGTH)
+
+
+class _Spectra:
+    """Of one run: power of tip and wire end and their cross power by frequency, and C of sines there; powers in m^2."""
+
+    def __init__(self, result: Result, sines: Residual, sigma_v: float) -> None:
+        assert result.series is not None
+        rows = result.series[round(SETTLE / result.dt) :]
+        window = np.hanning(len(rows))
+        t = np.linspace(-1.0, 1.0, len(rows))
+        e, s = rows[:, Signals._fields.index("e_c")], rows[:, Signals._fields.index("s_tip")]
+        e = e - np.polynomial.Polynomial.fit(t, e, 1)(t)
+        E, Z = (np.fft.rfft(window * (x - x.mean()))[1:] for x in (e, s))
+        scale = 2.0 / (len(rows) * float(np.sum(window**2)))
+        self.omega = 2.0 * math.pi * np.fft.rfftfreq(len(rows), result.dt)[1:]
+        self.wire, self.tip = scale * np.abs(E) ** 2, scale * np.abs(Z) ** 2
+        self.C = sines.gaussian(self.omega, sigma_v)
+        self.cross: ComplexArray = scale * E * np.conj(Z) * np.conj(self.C)
+
+    def remnant(self, gain: complex, edges: FloatArray) -> FloatArray:
+        """Density in bands of what does not follow the tip [m^2 s/rad]."""
+        rest = self.wire - np.abs(gain * self.C) ** 2 * self.tip
+        total, _ = np.histogram(self.omega, edges, weights=self.wire)
+        left, _ = np.histogram(self.omega, edges, weights=rest)
+        return np.asarray(np.maximum(left, FLOOR * np.maximum(total, 1e-30)) / np.diff(edges))
+
+
+def _gain(runs: Sequence[_Spectra]) -> complex:
+    """Factor on C with which it explains most of some motions, each counted alike."""
+    above = [r.cross.sum() / np.sum(np.abs(r.C) ** 2 * r.tip) for r in runs]
+    return complex(np.mean(above))

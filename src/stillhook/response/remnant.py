@@ -1,0 +1,72 @@
+r"""Motion of the wire's top end that does not follow the tip: what friction and saturation make out of an irregular motion.
+
+Of a sine they leave harmonics; of a random motion slow wandering (the position loop takes ten seconds to win back what a wave has cost)
+and a broad tail. Both are independent of the tip in the sense of the mean square, so their spectrum adds to that of C s_tip. It is
+measured on the twin under irregular motions, over the deviation sigma_v of the tip's speed and its zero-crossing period T_z.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from stillhook.errors import LiftError
+
+FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+
+
+@dataclass(frozen=True, eq=False)
+class Remnant:
+    """T_z (j,) [s] and sigma_v (k,) [m/s] ascending; omega (b,) [rad/s] ascending; S (j, k, b) one-sided density of the remnant
+    [m^2 s/rad]; gain (k,) factor by which C of sines is to be multiplied under irregular motion [-], near 1.
+
+    Between its values S is interpolated in logarithms of everything. Beyond the last periods and frequencies the nearest holds; beyond the
+    smallest and largest sigma_v the remnant goes with the tip's motion, as of a stuck and of a saturated winch.
+    """
+
+    T_z: FloatArray = field(repr=False)
+    sigma_v: FloatArray = field(repr=False)
+    omega: FloatArray = field(repr=False)
+    S: FloatArray = field(repr=False)
+    gain: ComplexArray = field(repr=False)
+
+    def __post_init__(self) -> None:
+        if self.S.shape != (len(self.T_z), len(self.sigma_v), len(self.omega)) or self.gain.shape != self.sigma_v.shape:
+            raise LiftError(f"remnant: densities of shape {self.S.shape} for {len(self.T_z)} periods and {len(self.sigma_v)} deviations.")
+
+    def integrated(self, power: FloatArray, omega: FloatArray) -> FloatArray:
+        """Variance of answers to the remnant at all T_z and sigma_v of the table, (j, k, s): power (s, m) squared transfers on frequencies
+        omega (m,), ascending, that resolve them."""
+        x = np.log(omega)
+        S = np.exp([[np.interp(x, np.log(self.omega), np.log(row)) for row in rows] for rows in self.S])
+        step = np.diff(omega)
+        width = np.concatenate((step, [0.0])) / 2.0 + np.concatenate(([0.0], step)) / 2.0
+        return np.asarray(S @ (power * width).T)
+
+    def at(self, values: FloatArray, sigma_v: ArrayLike, T_z: ArrayLike) -> FloatArray:
+        """Numbers of `integrated` (j, k, s) for irregular motions of deviation sigma_v and period T_z, (n,) each: (n, s)."""
+        sigma = np.asarray(sigma_v, dtype=np.float64)
+        i, f = _place(np.log(self.T_z), np.log(np.asarray(T_z, dtype=np.float64)))
+        j, g = _place(np.log(self.sigma_v), np.log(sigma))
+        y = np.log(np.maximum(values, 1e-300))
+        i_1, j_1 = np.minimum(i + 1, len(self.T_z) - 1), np.minimum(j + 1, len(self.sigma_v) - 1)
+        f, g = f[:, None], g[:, None]
+        mean = (1.0 - f) * ((1.0 - g) * y[i, j] + g * y[i, j_1]) + f * ((1.0 - g) * y[i_1, j] + g * y[i_1, j_1])
+        beyond = sigma / np.clip(sigma, self.sigma_v[0], self.sigma_v[-1])
+        return np.asarray(np.exp(mean) * beyond[:, None] ** 2)
+
+    def gain_at(self, sigma_v: ArrayLike) -> ComplexArray:
+        """gain at deviations sigma_v, shape of sigma_v."""
+        x, knots = np.log(np.maximum(sigma_v, 1e-12)), np.log(self.sigma_v)
+        return np.asarray(np.interp(x, knots, self.gain.real) + 1j * np.interp(x, knots, self.gain.imag))
+
+
+def _place(knots: FloatArray, x: FloatArray) -> tuple[NDArray[Any], FloatArray]:
+    """Lower neighbours of x in knots, and the shares of the upper ones; the ends hold."""
+    low = np.clip(np.searchsorted(knots, x, side="right") - 1, 0, max(len(knots) - 2, 0))
+    span = knots[low + 1] - knots[low] if len(knots) > 1 else np.ones_like(x)
+    return low, np.clip((x - knots[low]) / span, 0.0, 1.0)
