@@ -175,7 +175,7 @@ class TestBadFiles:
             (OLD + OLD.replace(".060", ".065"), "line 4: another header than line 1. Split the file there"),
             (WEATHER.replace("  1.50", " 41.50"), "line 4: WVHT = 41.5 is not between 0 and 40"),
             ("#YY MM DD hh mm WDIR WSPD\n2019 01 01 00 00 1 2\n", "has no column WVHT: after the time its header has WDIR WSPD"),
-            (REAL_TIME.replace("(0.043) \n2024", "(0.044) \n2024"), "line 3: other frequencies than line"),
+            (REAL_TIME.replace("(0.043) \n2024", "(0.044) \n2024"), "line 2: other frequencies than line 3"),
             (REAL_TIME.replace(" (0.043) \n2024", " \n2024"), "where the header names"),
             ("<!DOCTYPE html><html>404</html>", "is a web page file"),
         ],
@@ -205,7 +205,7 @@ class TestBadFiles:
             read_sea(tmp_path / "none.txt")
 
     def test_directions_in_place_of_densities(self, tmp_path):
-        with pytest.raises(SeaError, match="holds alpha1, not density. Give the file with w in place of d"):
+        with pytest.raises(SeaError, match="holds alpha1, not density"):
             read_sea(written(tmp_path, OLD, "46042d1996.txt"))
 
     def test_a_missing_record_is_never_used(self, tmp_path):
@@ -272,5 +272,5 @@ class TestDirections:
         path = directional(tmp_path, 20.0, 0.8, 0.5)
         other = tmp_path / "46042d2019.txt"
         other.write_text(other.read_text().replace(".0600", ".0700"))
-        with pytest.raises(SeaError, match="has other frequencies than 46042w2019.txt"):
+        with pytest.raises(SeaError, match="has other frequencies than 46042w2019"):
             read_directional(path)

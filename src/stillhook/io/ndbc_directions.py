@@ -1,8 +1,8 @@
 """Directional spectra of NDBC: the file of densities and its four companions.
 
 Historical: 46042w2019.txt with d (alpha1), i (alpha2), j (r1) and k (r2) in place of w; real-time: 46042.data_spec with .swdir, .swdir2,
-.swr1 and .swr2. alpha1 and alpha2 are where waves come from, clockwise from true north [deg]; r1 and r2 are the lengths of the first two Fourier
-coefficients, in hundredths in the historical files.
+.swr1 and .swr2. alpha1 and alpha2 are where waves come from, clockwise from true north [deg]; r1 and r2 are the lengths of the first two
+Fourier coefficients, in hundredths in the historical files.
 """
 
 from __future__ import annotations
@@ -19,9 +19,10 @@ from stillhook.errors import SeaError
 from stillhook.io.ndbc import read_spectra, spread_out
 from stillhook.io.ndbc_text import bands, read_records
 from stillhook.sea.measured import Directional, SpectrumSeries
-from stillhook.sea.spreading import AROUND, maximum_entropy
+from stillhook.sea.spreading import AROUND, maximum_entropy, sectors
 
 FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
 
 _PARTS = ("alpha1", "alpha2", "r1", "r2")
 _LETTERS, _ENDINGS = ("d", "i", "j", "k"), (".swdir", ".swdir2", ".swr1", ".swr2")
@@ -56,16 +57,17 @@ def read_directional(path: str | os.PathLike[str]) -> SpectrumSeries:
     """
     series = read_spectra(path)
     alpha_1, alpha_2, r_1, r_2 = (_part(file, name, series) for file, name in zip(companions(path), _PARTS, strict=True))
-    first, second = r_1 * np.exp(1j * np.radians(alpha_1)), r_2 * np.exp(2j * np.radians(alpha_2))
+    first = np.asarray(r_1 * np.exp(1j * np.radians(alpha_1)), dtype=np.complex128)
+    second = np.asarray(r_2 * np.exp(2j * np.radians(alpha_2)), dtype=np.complex128)
     known = np.isfinite(first) & np.isfinite(second)
     valid = series.valid & known.any(axis=1)
-    first, second, filled = _filled(first, second, known, series, valid)
+    filled = _fill(first, second, known, series, valid)
     share = np.full((*series.S.shape, AROUND), np.nan)
-    theta = np.arange(AROUND) * (2.0 * np.pi / AROUND)
+    theta = sectors()
     rows = np.flatnonzero(valid)
     for start in range(0, len(rows), AT_ONCE):
         some = rows[start : start + AT_ONCE]
-        theta, share[some] = maximum_entropy(first[some], second[some])
+        share[some] = maximum_entropy(first[some], second[some])
     notes = list(series.notes)
     if without := series.n_valid - int(np.count_nonzero(valid)):
         notes.append(f"{without} records have no directions")
@@ -106,14 +108,8 @@ def _same(f: FloatArray, name: str, series: SpectrumSeries) -> bool:
     return centre.shape == series.omega.shape and bool(np.allclose(centre, series.omega, rtol=0.0, atol=1e-9))
 
 
-def _filled(
-    first: NDArray[np.complex128],
-    second: NDArray[np.complex128],
-    known: NDArray[np.bool_],
-    series: SpectrumSeries,
-    valid: NDArray[np.bool_],
-) -> tuple[NDArray[np.complex128], NDArray[np.complex128], int]:
-    """Coefficients with those of the nearest known band where a band has none, and how many of those bands hold waves."""
+def _fill(first: ComplexArray, second: ComplexArray, known: NDArray[np.bool_], series: SpectrumSeries, valid: NDArray[np.bool_]) -> int:
+    """Give a band that has no coefficients those of the nearest one that has; how many of these bands hold waves."""
     m = np.arange(series.S.shape[1])
     count = 0
     for i in np.flatnonzero(valid & ~known.all(axis=1)):
@@ -121,4 +117,4 @@ def _filled(
         nearest = have[np.argmin(np.abs(m[:, None] - have[None, :]), axis=1)]
         first[i], second[i] = first[i, nearest], second[i, nearest]
         count += int(np.count_nonzero(~known[i] & (series.S[i] > 0.0)))
-    return first, second, count
+    return count

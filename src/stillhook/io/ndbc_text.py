@@ -158,7 +158,10 @@ def numbers(records: Records, columns: slice, count: int, fills: tuple[float, ..
             )
     try:
         values = np.array([row[columns] for row in records.rows], dtype=np.float64)
+        plain = bool(np.all(np.isfinite(values)))
     except ValueError:
+        plain = False
+    if not plain:
         values = np.array(
             [[_number(w, records.name, line) for w in row[columns]] for row, line in zip(records.rows, records.lines, strict=True)]
         )

@@ -34,17 +34,22 @@ def cos_power(n: float, count: int = DIRECTIONS) -> tuple[FloatArray, FloatArray
     weight = np.cos(theta) ** n
     weight = np.round(weight / weight.sum() / ULP) * ULP
     weight[count // 2] += 1.0 - weight.sum()
-    return theta, weight
+    return np.asarray(theta, dtype=np.float64), np.asarray(weight, dtype=np.float64)
 
 
-def maximum_entropy(c_1: ComplexArray, c_2: ComplexArray, count: int = AROUND) -> tuple[FloatArray, FloatArray]:
+def sectors(count: int = AROUND) -> FloatArray:
+    """Middles of even sectors of the full circle (count,) [rad], from 0 on."""
+    return np.asarray(np.arange(count) * (2.0 * math.pi / count), dtype=np.float64)
+
+
+def maximum_entropy(c_1: ComplexArray, c_2: ComplexArray, count: int = AROUND) -> FloatArray:
     r"""The directional distribution that a buoy's four numbers leave the most open, and which is never negative.
 
     .. math:: D = \frac{1 - \varphi_1 c_1^* - \varphi_2 c_2^*}{2\pi |1 - \varphi_1 e^{-i\theta} - \varphi_2 e^{-2i\theta}|^2}, \quad
               \varphi_1 = \frac{c_1 - c_2 c_1^*}{1 - |c_1|^2}, \quad \varphi_2 = c_2 - c_1 \varphi_1
 
     Parameters: c_1, c_2 (...) the means of e^(i theta) and e^(2 i theta): r_1 e^(i alpha_1) and r_2 e^(2 i alpha_2).
-    Returns theta (count,) over the full circle [rad] and shares (..., count) that add up to 1: means of D over count sectors.
+    Returns shares (..., count) that add up to 1: what D gives each of the `sectors`.
     Numbers that no distribution has (r_2 below what r_1 needs) are drawn to within 0.1 % of the nearest that one has.
     Source: Lygre and Krogstad 1986. The truncated Fourier series with the same numbers is negative over parts of the circle.
     """
@@ -58,4 +63,4 @@ def maximum_entropy(c_1: ComplexArray, c_2: ComplexArray, count: int = AROUND) -
     phi_2 = c_2 - c_1 * phi_1
     back = np.abs(1.0 - phi_1[..., None] * np.exp(-1j * angle) - phi_2[..., None] * np.exp(-2j * angle)) ** 2
     share = (1.0 / back).reshape(*c_1.shape, count, FINE).sum(axis=-1)
-    return np.arange(count) * (2.0 * math.pi / count), share / share.sum(axis=-1, keepdims=True)
+    return np.asarray(share / share.sum(axis=-1, keepdims=True), dtype=np.float64)
