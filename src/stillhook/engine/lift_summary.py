@@ -181,7 +181,7 @@ def notes(case: Lowering, result: LiftResult) -> list[str]:
     i = min(int(result.hang.sup.stage), len(case.programme) - 1)
     name = result.packed.programme.names[i]
     if result.hang.sup.stuck > 0.0:
-        found.append(f'stage "{name}" did not end within its timeout of {case.programme[i].timeout:g} s: the programme stands')
+        found.append(f'stage "{name}" did not end within its timeout of {result.packed.programme.rows[i][5]:g} s: the programme stands')
     elif result.hang.sup.done == 0.0:
         found.append(f'the run of {case.duration:g} s ends in stage "{name}": run longer for the whole programme')
     return found
