@@ -366,6 +366,19 @@ LIFT = (
     _v("slack_share", "", "1", "", "", "share of the time in which the sling tension of a linear wire would be below 0"),
     _v("slack_rate", "", "1/s", "", "", "how often the sling tension of a linear wire would fall through 0"),
     _v("slack_chance", "", "1", "", "", "chance that the slings fall slack at least once over a time"),
+    _v("vessel", "", "", "", "", "name of a vessel"),
+    _v("source", "", "", "", "", "where numbers are from"),
+    _v("origin", "", "", "", "", "where the reference point of a vessel's motions is"),
+    _v("water_depth", "h", "m", "length", "", "depth of the water that a vessel's motions are for; null: deep"),
+    _v("beta", "beta", "rad", "angle", "counter-clockwise from the bow", "direction in which waves travel: 0 following, pi/2 coming from starboard, pi head sea"),
+    _v("x", "x", "m", "length", "forward", "place from the reference point of a vessel's motions"),
+    _v("y", "y", "m", "length", "to port", "place from the reference point of a vessel's motions"),
+    _v("z_per_wave", "", "m/m", "", "", "size of the vertical motion of a point of a vessel per metre of wave, heading by heading over the periods"),
+    _v("peaks", "", "", "", "", "largest value of each motion of a vessel with its period and heading; size in m/m or rad/m"),
+    _v("longest_wave", "T", "s", "time", "", "period of the longest wave of a vessel's table"),
+    _v("motions", "", "", "", "", "surge to yaw in the longest wave against the limit of a floating body: share of it, found and limit (real, imaginary) where they differ most, verdict"),
+    _v("share", "", "1", "", "negative for the other sign", "how much of the long-wave limit a motion has over all headings"),
+    _v("deviation", "", "1", "", "", "largest distance of a motion from its long-wave limit, per metre of wave or per slope of it"),
 )  # fmt: skip
 
 PHYSICAL: Mapping[str, Variable] = {v.name: v for v in SERIES + SUMMARY + QUANTITIES}

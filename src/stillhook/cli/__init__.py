@@ -15,7 +15,23 @@ from typing import Annotated
 import typer
 
 from stillhook._version import __version__
-from stillhook.cli import calc, certificate, cranes, envelope, friction, identify, maps, runs, sea, stability, tip, tune, uncertainty, validate
+from stillhook.cli import (
+    calc,
+    certificate,
+    cranes,
+    envelope,
+    friction,
+    identify,
+    maps,
+    runs,
+    sea,
+    stability,
+    tip,
+    tune,
+    uncertainty,
+    validate,
+    vessel,
+)
 from stillhook.errors import StillhookError
 
 INTERRUPTED, UNREAD = 130, 141
@@ -56,6 +72,7 @@ app.add_typer(calc.app, name="calc")
 app.add_typer(certificate.app, name="certificate")
 app.add_typer(identify.app, name="identify")
 app.add_typer(friction.app, name="friction")
+app.add_typer(vessel.app, name="vessel")
 
 
 def main() -> None:

@@ -129,7 +129,7 @@ def wrong_line(rao: Rao, tests: tuple[LongWave, ...]) -> str | None:
     bad = [t for t in tests if t.verdict == "wrong"]
     if not bad:
         return _out_of_order(rao)
-    told = ", ".join(f"{t.dof} {_number(t.found)} (should be {_number(t.limit)})" for t in bad[:3])
+    told = ", ".join(f"{t.dof} {in_words(t.found)} (should be {in_words(t.limit)})" for t in bad[:3])
     more = f" and {len(bad) - 3} more" if len(bad) > 3 else ""
     period, beta = 2.0 * math.pi / rao.omega[0], math.degrees(bad[0].beta)
     return (
@@ -180,7 +180,7 @@ def remarks(rao: Rao, tests: tuple[LongWave, ...]) -> tuple[str, ...]:
     long = f"{2.0 * math.pi / first:.3g} s"
     lines = [
         f"in waves of {long} {t.dof} is {t.share:.3g} times {'the slope' if t.dof in ('roll', 'pitch', 'yaw') else 'the motion'} of the "
-        f"water (worst at {math.degrees(t.beta):.4g} deg: {_number(t.found)}, limit {_number(t.limit)})"
+        f"water (worst at {math.degrees(t.beta):.4g} deg: {in_words(t.found)}, limit {in_words(t.limit)})"
         for t in tests
         if t.verdict == "doubtful"
     ]
@@ -195,7 +195,7 @@ def remarks(rao: Rao, tests: tuple[LongWave, ...]) -> tuple[str, ...]:
     return tuple(lines)
 
 
-def _number(z: complex) -> str:
+def in_words(z: complex) -> str:
     """A complex number in words: 1, -0.99i, 0.31-0.95i."""
     size = abs(z)
     if abs(z.imag) <= 0.02 * size or size < 0.005:

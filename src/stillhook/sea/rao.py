@@ -15,7 +15,6 @@ from stillhook.units import came
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
-Places = NDArray[np.intp]
 
 DOFS = ("surge", "sway", "heave", "roll", "pitch", "yaw")
 TURN = 2.0 * np.pi
@@ -72,68 +71,70 @@ class Rao:
         Frequency: through every value of the table by monotone cubics (PCHIP) of real and imaginary part, so that neither goes beyond the
         two values that it lies between. Below the lowest frequency: the deviation from the limits of a floating body in waves much longer
         than it fades with the wavenumber. Above the highest: 0, as if so short a wave moved nothing (`Rao.notes` says how much the table
-        still holds there). Heading: linear between the two nearest of the table, all round.
+        still holds there). Heading: periodic cubic spline through the complex values, all round; a straight line between two headings would
+        cut the corner of a phase that turns, and lose up to 6 % of a tip's motion in short waves between headings 10 deg apart.
         """
-        omega = np.atleast_1d(np.asarray(omega, dtype=np.float64))
         beta = np.asarray(beta, dtype=np.float64)
-        low, high, share = self.heading_weights(beta.ravel())
-        used, place = np.unique(np.concatenate([low, high]), return_inverse=True)
-        H = self._at_headings(omega, used)
-        i, j = np.split(place.ravel(), 2)
-        share = share[None, :, None]
-        return np.asarray(((1.0 - share) * H[:, i] + share * H[:, j]).reshape(len(DOFS), *beta.shape, len(omega)))
-
-    def table(self, omega: ArrayLike) -> ComplexArray:
-        """H at frequencies (k,) [rad/s] and at every heading of the table, (6, m, k): for many headings at once, with `heading_weights`."""
-        return self._at_headings(np.atleast_1d(np.asarray(omega, dtype=np.float64)), np.arange(len(self.beta)))
-
-    def heading_weights(self, beta: ArrayLike) -> tuple[Places, Places, FloatArray]:
-        """Headings (j,) [rad], any turn, as places in the table: lower neighbour, upper neighbour, share of the upper; each (j,)."""
-        turned = np.mod(np.atleast_1d(np.asarray(beta, dtype=np.float64)), TURN)
-        if not np.isfinite(turned).all():
-            raise SeaError(f"{self.name}: heading {came(str(beta))} is not a number. Give an angle in deg or rad.")
-        m = len(self.beta)
-        low = np.searchsorted(self.beta, turned, side="right") - 1
-        high = (low + 1) % m
-        span = np.mod(self.beta[high] - self.beta[low], TURN)
-        share = np.mod(turned - self.beta[low], TURN) / span
-        return np.asarray(low % m), np.asarray(high), np.asarray(share)
+        H = self._mixed(omega, self.heading_weights(beta.ravel()), np.eye(len(DOFS)))
+        return H.reshape(len(DOFS), *beta.shape, H.shape[-1])
 
     def vertical(self, omega: ArrayLike, beta: ArrayLike, x: float, y: float) -> ComplexArray:
         """Vertical motion of the point (x, y) [m] per metre of wave, eta_3 + y eta_4 - x eta_5: shape (k,), or (j, k) for headings (j,).
 
         x forward and y to port of the reference point; the wave's phase stays that at the reference point.
         """
-        H = self.at(omega, beta)
-        return np.asarray(H[2] + y * H[3] - x * H[4])
+        beta = np.asarray(beta, dtype=np.float64)
+        H = self._mixed(omega, self.heading_weights(beta.ravel()), np.array([[0.0, 0.0, 1.0, y, -x, 0.0]]))
+        return H.reshape(*beta.shape, H.shape[-1])
+
+    def table(self, omega: ArrayLike) -> ComplexArray:
+        """H at frequencies (k,) [rad/s] and at every heading of the table, (6, m, k); with `heading_weights` @ it, at any headings."""
+        return self._mixed(omega, np.eye(len(self.beta)), np.eye(len(DOFS)))
+
+    def heading_weights(self, beta: ArrayLike) -> FloatArray:
+        """Shares (j, m) of the table's headings in the motions at headings (j,) [rad], any turn; rows add to 1."""
+        turned = np.asarray(beta, dtype=np.float64)
+        if not np.isfinite(turned).all():
+            raise SeaError(f"{self.name}: heading {came(str(beta))} is not a number. Give an angle in deg or rad.")
+        return np.asarray(self._spline(self.beta[0] + np.mod(turned - self.beta[0], TURN)))
 
     @cached_property
-    def _curves(self) -> FloatArray:
-        """Coefficients of the cubics in frequency, (4, n - 1, 6, m, 2): highest power first; real and imaginary part last."""
-        from scipy.interpolate import PchipInterpolator  # heavy: only where a vessel is used
+    def _spline(self) -> Any:
+        from scipy.interpolate import CubicSpline  # heavy: only where a vessel is used
+
+        each = np.eye(len(self.beta))
+        return CubicSpline(np.append(self.beta, self.beta[0] + TURN), np.vstack([each, each[:1]]), bc_type="periodic")
+
+    @cached_property
+    def _curves(self) -> ComplexArray:
+        """Coefficients of the cubics in frequency, (4, 6, m, n - 1), highest power first."""
+        from scipy.interpolate import PchipInterpolator
 
         values = np.moveaxis(self.H, -1, 0)
-        curves: Any = PchipInterpolator(self.omega, np.stack([values.real, values.imag], axis=-1), axis=0)
-        return np.asarray(curves.c, dtype=np.float64)
+        re, im = PchipInterpolator(self.omega, values.real, axis=0), PchipInterpolator(self.omega, values.imag, axis=0)
+        return np.ascontiguousarray(np.moveaxis(re.c + 1j * im.c, 1, -1))
 
-    def _at_headings(self, omega: FloatArray, places: Places) -> ComplexArray:
-        """H at frequencies (k,) and some headings of the table, (6, len(places), k)."""
+    def _mixed(self, omega: ArrayLike, headings: FloatArray, motions: FloatArray) -> ComplexArray:
+        """Sums of motions (q, 6) over sums of headings (j, m) at frequencies (k,): (q, j, k)."""
+        omega = np.atleast_1d(np.asarray(omega, dtype=np.float64))
         first, last = self.omega[0], self.omega[-1]
         inside = np.clip(omega, first, last)
         i = np.clip(np.searchsorted(self.omega, inside, side="right") - 1, 0, len(self.omega) - 2)
-        d = (inside - self.omega[i])[:, None, None, None]
-        c = self._curves[:, :, :, places]
-        parts = ((c[0, i] * d + c[1, i]) * d + c[2, i]) * d + c[3, i]
-        H = np.moveaxis(parts[..., 0] + 1j * parts[..., 1], 0, -1)
+        d = inside - self.omega[i]
+        c = headings @ np.tensordot(motions, self._curves, axes=(1, 1))  # (q, 4, m, n - 1) to (q, 4, j, n - 1)
+        H = c[:, 0][..., i]
+        for power in (1, 2, 3):
+            H = H * d + c[:, power][..., i]
         H[..., omega > last] = 0.0
         below = omega < first
         if below.any():
-            H[..., below] = self._long_waves(omega[below], places)
-        return np.ascontiguousarray(H)
+            H[..., below] = np.einsum("qd,jm,dmk->qjk", motions, headings, self._long_waves(omega[below]), optimize=True)
+        return np.asarray(H)
 
-    def _long_waves(self, omega: FloatArray, places: Places) -> ComplexArray:
+    def _long_waves(self, omega: FloatArray) -> ComplexArray:
+        """H (6, m, k) at every heading of the table and frequencies below it."""
         first = self.omega[:1]
-        limit = long_wave_limits(self.beta[places])
-        deviation = self.H[:, places, 0] / long_wave_scales(first, self.depth) - limit
+        limit = long_wave_limits(self.beta)
+        deviation = self.H[:, :, 0] / long_wave_scales(first, self.depth) - limit
         fade = wavenumber(omega, self.depth) / wavenumber(first, self.depth)
         return np.asarray((limit[..., None] + deviation[..., None] * fade) * long_wave_scales(omega, self.depth)[:, None])
