@@ -1,0 +1,187 @@
+"""`stillhook tip` as a user meets it."""
+
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from stillhook.cli import run
+from stillhook.sea.text import motion_from_json
+from stillhook.variables import BY_NAME
+
+WAVE = "jonswap Hs=1 m Tp=8 s gamma=3.3"
+AT = "x=-20 m, y=-18 m"
+
+
+@pytest.fixture
+def vessel(shared_data: Path) -> str:
+    return str(shared_data / "vessel_mss_supply" / "input.re1")
+
+
+def answer(capsys: pytest.CaptureFixture[str], *arguments: str) -> dict:
+    assert run(["tip", *arguments, "--json"]) == 0
+    return json.loads(capsys.readouterr().out)
+
+
+def refusal(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
+    """The one line of an error; nothing else is printed and the exit code is 2."""
+    assert run(["tip", *arguments]) == 2
+    out = capsys.readouterr()
+    assert out.out == ""
+    lines = out.err.strip().splitlines()
+    assert len(lines) == 1, lines
+    return lines[0]
+
+
+def test_the_line_of_the_handbook_gives_the_tips_numbers(capsys, vessel):
+    found = answer(capsys, "--vessel", vessel, "--at", AT, "--wave", WAVE, "--heading", "180")
+    assert found["T_z"] == pytest.approx(2.0 * math.pi * found["sigma_z"] / found["sigma_v"])
+    assert found["sea"]["H_m0"] == pytest.approx(1.0)
+    assert 0.14 < found["sigma_z"] < 0.15
+    assert "ends at a period of 2 s" in found["notes"][0]
+
+
+def test_every_number_has_its_row_among_the_variables(capsys, vessel):
+    found = answer(capsys, "--vessel", vessel, "--at", AT, "--wave", WAVE, "--heading", "90")
+    for name, value in found.items():
+        if isinstance(value, float):
+            assert name in BY_NAME, name
+
+
+def test_headings_may_be_written_with_their_unit_and_waves_may_bring_their_own(capsys, vessel):
+    plain, unit, own = (
+        answer(capsys, "--vessel", vessel, "--at", AT, "--wave", wave, *heading)["sigma_z"]
+        for wave, heading in ((WAVE, ("--heading", "135")), (WAVE, ("--heading", "135 deg")), (f"{WAVE} heading=135 deg", ()))
+    )
+    assert plain == unit == own
+
+
+def test_short_crested_waves_differ_from_long_crested_ones(capsys, vessel):
+    long, short = (
+        answer(capsys, "--vessel", vessel, "--at", AT, "--wave", WAVE, "--heading", "75", *more)["sigma_z"]
+        for more in ((), ("--spread", "4"))
+    )
+    assert 0.8 * long < short < 0.99 * long
+
+
+def test_a_crane_in_place_of_a_tip_is_the_tip_that_it_has(capsys, vessel):
+    crane = ("--pedestal", "x=-20 m, y=-6 m, z=15 m", "--slew", "270 deg", "--main", "24 m 60 deg")
+    by_crane = answer(capsys, "--vessel", vessel, *crane, "--wave", WAVE, "--heading", "90")
+    by_hand = answer(capsys, "--vessel", vessel, "--at", AT, "--wave", WAVE, "--heading", "90")
+    assert by_crane["sigma_a"] == pytest.approx(by_hand["sigma_a"])
+    assert by_crane["at"]["z"] == pytest.approx(15.0 + 24.0 * math.sqrt(3.0) / 2.0)
+
+
+def test_all_headings_make_a_table_with_starboard_and_port_in_their_places(capsys, vessel):
+    found = answer(capsys, "--vessel", vessel, "--at", AT, "--wave", WAVE, "--heading", "all")
+    by_heading = {round(math.degrees(row["beta"])): row["sigma_v"] for row in found["headings"]}
+    assert len(by_heading) == 24
+    assert by_heading[90] > 1.8 * by_heading[270]  # tip to starboard, waves from starboard
+    assert run(["tip", "--vessel", vessel, "--at", AT, "--wave", WAVE, "--heading", "all"]) == 0
+    assert "sigma_v" in capsys.readouterr().out
+
+
+def test_out_writes_picture_series_and_summary_that_agree(capsys, vessel, tmp_path):
+    out = tmp_path / "tip"
+    found = answer(capsys, "--vessel", vessel, "--at", AT, "--wave", WAVE, "--heading", "90", "--duration", "10 min", "--out", str(out))
+    assert sorted(p.name for p in out.iterdir()) == ["summary.json", "tip.csv", "tip.json", "tip.png"]
+    motion = motion_from_json((out / "tip.json").read_text())
+    assert motion.duration == found["series"]["repeat"] == 600.0
+    rows = [line.split(",") for line in (out / "tip.csv").read_text().splitlines()[2:]]
+    t, s = np.array(rows, dtype=float).T
+    np.testing.assert_allclose(motion.sample(t)[0], s, atol=1e-6)
+    assert np.abs(motion.sample(t)[1]).max() == pytest.approx(found["series"]["v_max"])
+    assert json.loads((out / "summary.json").read_text())["sigma_z"] == found["sigma_z"]
+
+
+def test_the_same_seed_writes_the_same_series(capsys, vessel, tmp_path):
+    texts = []
+    for i, seed in enumerate(("4", "4", "5")):
+        out = tmp_path / str(i)
+        answer(
+            capsys,
+            "--vessel",
+            vessel,
+            "--at",
+            AT,
+            "--wave",
+            WAVE,
+            "--heading",
+            "90",
+            "--duration",
+            "5 min",
+            "--seed",
+            seed,
+            "--out",
+            str(out),
+        )
+        texts.append((out / "tip.json").read_text())
+    assert texts[0] == texts[1] != texts[2]
+
+
+def test_exact_rotations_are_told_beside_the_linear_motion(capsys, vessel, tmp_path):
+    wave = "jonswap Hs=3 m Tp=9 s gamma=1"
+    series = ("--duration", "10 min", "--exact", "--out", str(tmp_path / "o"))
+    found = answer(capsys, "--vessel", vessel, "--at", f"{AT}, z=30 m", "--wave", wave, "--heading", "90", *series)
+    assert "off the linear motion" in found["series"]["report"]
+
+
+def test_a_case_file_runs_on_the_series_that_was_written(vessel, tmp_path, capsys):
+    from stillhook.io.case_file import load_case
+
+    answer(capsys, "--vessel", vessel, "--at", AT, "--wave", WAVE, "--heading", "90", "--duration", "5 min", "--out", str(tmp_path))
+    (tmp_path / "case.toml").write_text('crane = "nov-250t"\n[scenario]\nload = "50 t"\ns_w = "100 m"\ntip = { file = "tip.json" }\n')
+    case = load_case(tmp_path / "case.toml").case
+    assert case.duration == 300.0
+    assert case.tip == motion_from_json((tmp_path / "tip.json").read_text())
+
+
+def test_a_log_of_a_motion_sensor_gives_the_same_numbers(capsys, shared_data):
+    log = str(shared_data / "ship_motion_palmer" / "NBP1406_seap-2014-08-01.txt")
+    at_sensor, at_tip = (answer(capsys, "--log", log, "--at", at) for at in ("x=0 m, y=0 m, z=0 m", "x=40 m, y=0 m, z=20 m"))
+    assert at_sensor["sigma_z"] == pytest.approx(1.0961, rel=0.01)
+    assert at_tip["sigma_v"] > at_sensor["sigma_v"]
+    assert "read as" in at_tip["notes"][0]
+
+
+def test_the_table_for_people_has_the_numbers_and_where_the_vessel_ends(capsys, vessel):
+    assert run(["tip", "--vessel", vessel, "--at", AT, "--wave", WAVE, "--heading", "180"]) == 0
+    text = capsys.readouterr().out
+    for part in ("sigma_z", "T_z", "most probable maximum", "largest in 3 h", "ends at a period of 2 s", "m/min"):
+        assert part in text
+
+
+@pytest.mark.parametrize(
+    ("arguments", "text"),
+    [
+        (("--wave", WAVE, "--heading", "0"), "--at: missing"),
+        (("--at", AT, "--heading", "0"), "--wave: missing"),
+        (("--at", AT, "--wave", WAVE), "no heading"),
+        (("--at", "x=-20, y=-18 m", "--wave", WAVE, "--heading", "0"), "--at: x"),
+        (("--at", AT, "--wave", "jonswap Hs=1 Tp=8 s", "--heading", "0"), "Hs"),
+        (("--at", AT, "--wave", WAVE, "--heading", "north"), "--heading"),
+        (("--at", AT, "--wave", WAVE, "--heading", "0", "--spread", "0"), "spread 0"),
+        (("--at", AT, "--wave", WAVE, "--heading", "0", "--duration", "1 s"), "too few for a largest value"),
+        (("--at", AT, "--slew", "0 deg", "--wave", WAVE, "--heading", "0"), "--slew: the tip is given by --at already"),
+        (("--slew", "0 deg", "--wave", WAVE, "--heading", "0"), "--pedestal: missing"),
+        (("--pedestal", AT, "--slew", "0 deg", "--main", "20 m 50 deg", "--wave", WAVE, "--heading", "0"), "--pedestal: z is missing"),
+        (
+            ("--pedestal", f"{AT}, z=5 m", "--slew", "0 deg", "--main", "20 m", "--wave", WAVE, "--heading", "0"),
+            "is not a length and an angle",
+        ),
+        (("--at", AT, "--wave", WAVE, "--heading", "0", "--exact"), "--exact: is for the series"),
+        (("--at", AT, "--wave", WAVE, "--log", "x.csv"), "belongs to a vessel in waves"),
+        (("--at", AT, "--wave", WAVE, "--heading", "0", "--seed", "-1", "--out", "never-made"), "whole number of 0 or more"),
+    ],
+)
+def test_bad_input_is_one_line_and_exit_code_2(capsys, vessel, tmp_path, monkeypatch, arguments, text):
+    monkeypatch.chdir(tmp_path)
+    assert text in refusal(capsys, "--vessel", vessel, *arguments)
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_vessel_that_is_not_there_or_not_given_is_one_line(capsys):
+    assert "--vessel: missing" in refusal(capsys)
+    assert "no-such" in refusal(capsys, "--vessel", "no-such.re1", "--at", AT, "--wave", WAVE, "--heading", "0")
