@@ -25,6 +25,8 @@ WAVES_HELP = (
 )
 RECORD_HELP = "One record of a file in place of all: its number from 0, or its time such as 1996-01-05T12:00 (UTC)."
 
+FORMAT_HELP = 'era5, ww3, swan, octopus, triaxys or wavespectra, read by the library wavespectra (extra "sea"); files of NDBC need none.'
+
 
 def register(app: typer.Typer) -> None:
     app.command("sea")(sea)
@@ -33,6 +35,8 @@ def register(app: typer.Typer) -> None:
 def sea(
     waves: Annotated[str, typer.Argument(help=WAVES_HELP, metavar="WAVES|FILE")],
     record: Annotated[str | None, typer.Option("--record", help=RECORD_HELP)] = None,
+    form: Annotated[str | None, typer.Option("--format", help=FORMAT_HELP)] = None,
+    point: Annotated[int | None, typer.Option("--point", help="Point of a file that holds several, from 0; with --format.")] = None,
     out: Annotated[Path | None, typer.Option("--out", help="Folder for a picture and sea.json; nothing is written without it.")] = None,
     json: Json = False,
 ) -> None:
@@ -48,7 +52,7 @@ def sea(
 
     if out is not None:
         check_folder(out, OUT_FILES)
-    found = _found(waves, record)
+    found = _found(waves, record, form, point)
     answer = _of_spectrum(found) if _is_spectrum(found) else _of_file(found)
     if out is not None:
         _write(out, found, answer)
@@ -63,21 +67,20 @@ def sea(
         print(f"written to {out}: {', '.join(OUT_FILES)}")
 
 
-def _found(waves: str, record: str | None) -> WaveSpectrum | SpectrumSeries | SeaStates:
+def _found(waves: str, record: str | None, form: str | None, point: int | None) -> WaveSpectrum | SpectrumSeries | SeaStates:
     from stillhook.errors import SeaError
     from stillhook.sea.sea_text import FIELDS, parse_wave
 
     first = (waves.split() or [""])[0].lower()
-    if first in FIELDS or ("=" in waves and not Path(waves).exists()):
-        if record is not None:
-            raise SeaError("--record: belongs to a file of measured waves. Leave it out.")
-        return parse_wave(waves)
-    if not waves.strip() or (not Path(waves).exists() and not {".", "/", "\\"} & set(waves)):
+    if first in FIELDS or not waves.strip() or not (Path(waves).exists() or ({".", "/", "\\"} & set(waves) and "=" not in waves)):
+        for option, value in (("--record", record), ("--format", form), ("--point", point)):
+            if value is not None:
+                raise SeaError(f"{option}: belongs to a file of measured waves. Leave it out.")
         return parse_wave(waves)
     from stillhook.io.sea_file import read_sea
     from stillhook.sea.measured import SpectrumSeries
 
-    series = read_sea(waves)
+    series = read_sea(waves, form, point)
     if record is None:
         return series
     if not isinstance(series, SpectrumSeries):

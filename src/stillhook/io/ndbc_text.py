@@ -66,7 +66,7 @@ def read_text(path: str | os.PathLike[str]) -> str:
         raise SeaError(f"{file.name}: holds more than {LARGEST_TEXT / 1e6:g} million characters. Give one year of one buoy.")
     for magic, what in _FOREIGN:
         if data.lstrip().startswith(magic):
-            raise SeaError(f"{file.name}: is a {what} file. Give a text file of NDBC, plain or gz.")
+            raise SeaError(f"{file.name}: is a {what} file. Give a text file of NDBC, plain or gz, or say what it is with --format.")
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError:

@@ -4,18 +4,25 @@ from __future__ import annotations
 
 import os
 
+from stillhook.errors import SeaError
 from stillhook.io.ndbc import is_spectra, read_spectra, read_states
 from stillhook.io.ndbc_directions import has_companions, read_directional
 from stillhook.io.ndbc_text import read_records
+from stillhook.io.wave_bridge import read_wavespectra
 from stillhook.sea.measured import SpectrumSeries
 from stillhook.sea.states import SeaStates
 
 
-def read_sea(path: str | os.PathLike[str]) -> SpectrumSeries | SeaStates:
+def read_sea(path: str | os.PathLike[str], form: str | None = None, point: int | None = None) -> SpectrumSeries | SeaStates:
     """Spectra where the file holds them, with directions if its four companions lie beside it; else heights, periods and directions.
 
-    Reads what `stillhook.io.ndbc` and `stillhook.io.ndbc_directions` read. Errors: SeaError of one line.
+    Reads what `stillhook.io.ndbc` and `stillhook.io.ndbc_directions` read; with form, one of `wave_bridge.FORMATS`, what
+    `stillhook.io.wave_bridge` reads, at one point of it. Errors: SeaError of one line.
     """
+    if form is not None:
+        return read_wavespectra(path, form, point)
+    if point is not None:
+        raise SeaError("--point: belongs to --format. Leave it out for files of NDBC, which hold one place.")
     if has_companions(path):
         return read_directional(path)
     records = read_records(path)

@@ -1,0 +1,115 @@
+"""Directional spectra of hindcasts and buoys by way of the library wavespectra (extra `sea`).
+
+wavespectra gives densities in m^2/Hz/deg over directions that waves come from, clockwise from north, whatever the file meant; here they
+become a `SpectrumSeries` with its shares of direction.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from stillhook.errors import SeaError
+from stillhook.io.ndbc_text import bands
+from stillhook.sea.measured import Directional, SpectrumSeries
+from stillhook.sea.parametric import HIGHEST
+from stillhook.units import came
+
+if TYPE_CHECKING:
+    import xarray
+
+FORMATS: Mapping[str, str] = MappingProxyType(
+    {
+        "era5": "read_era5",
+        "ww3": "read_ww3",
+        "swan": "read_swan",
+        "octopus": "read_octopus",
+        "triaxys": "read_triaxys",
+        "wavespectra": "read_wavespectra",
+    }
+)
+"""Formats that can be asked for, and wavespectra's reader of each."""
+EVEN = 1e-3
+"""Part of their spacing by which directions may be off an even circle."""
+
+
+def read_wavespectra(path: str | os.PathLike[str], form: str, point: int | None = None) -> SpectrumSeries:
+    """Spectra of a file in one of `FORMATS` at one point of it (from 0; may be left out where there is only one).
+
+    Errors: SeaError of one line where wavespectra is not installed, cannot read the file, or the file holds no directional spectra.
+    """
+    file = Path(path)
+    if form not in FORMATS:
+        raise SeaError(f"--format {came(form)}: is not one of {', '.join(FORMATS)}. Leave it out for files of NDBC.")
+    if not file.exists():
+        raise SeaError(f"{came(str(file))}: no such file. Check the name and the folder.")
+    try:
+        import wavespectra
+    except ImportError:
+        raise SeaError(f'{file.name}: reading {form} needs the library wavespectra. Install it: pip install "stillhook[sea]".') from None
+    try:
+        data = getattr(wavespectra, FORMATS[form])(str(file))
+        data = data.load()
+    except Exception as problem:  # a reader of another library, on a file of any kind
+        raise SeaError(
+            f"{file.name}: cannot be read as {form} ({type(problem).__name__}: {came(str(problem))}). Check the format."
+        ) from None
+    return from_wavespectra(data, file.name, point)
+
+
+def from_wavespectra(data: xarray.Dataset, source: str = "wavespectra", point: int | None = None) -> SpectrumSeries:
+    """The series of a Dataset of wavespectra (variable efth over time, freq and dir [m^2/Hz/deg]) at one of its points.
+
+    A record with missing numbers is not valid. Errors: SeaError.
+    """
+    if "efth" not in data or not {"freq", "dir"} <= set(data["efth"].dims):
+        raise SeaError(f"{source}: holds no directional spectra (efth over freq and dir). Give another file.")
+    efth = data["efth"] if "time" in data["efth"].dims else data["efth"].expand_dims("time")
+    if "time" not in efth.coords:
+        raise SeaError(f"{source}: its spectra have no time. Give a file with times.")
+    efth = _at(efth, source, point).transpose("time", "freq", "dir").sortby(["time", "freq", "dir"])
+    f = efth["freq"].values.astype(np.float64)
+    theta = np.radians(efth["dir"].values.astype(np.float64))
+    step = 2.0 * np.pi / len(theta)
+    if len(theta) < 4 or np.max(np.abs(np.diff(theta) - step)) > EVEN * step:
+        raise SeaError(f"{source}: {len(theta)} directions that are not even over the full circle. Give the whole directional spectrum.")
+    E = efth.values.astype(np.float64) * np.degrees(step)
+    if np.any(E < 0.0):
+        raise SeaError(f"{source}: negative energy in {int(np.sum(np.any(E < 0.0, axis=(1, 2))))} records. Mend the file.")
+    return _series(source, f, theta, E, efth["time"].values.astype("datetime64[s]"))
+
+
+def _at(efth: xarray.DataArray, source: str, point: int | None) -> xarray.DataArray:
+    """The spectra of one point; time, freq and dir are left."""
+    places = [d for d in efth.dims if d not in ("time", "freq", "dir")]
+    if not places:
+        return efth
+    stacked = efth.stack(point=places)
+    count = stacked.sizes["point"]
+    if point is None and count > 1:
+        raise SeaError(f"{source}: holds {count} points. Choose one with --point 0 to {count - 1}.")
+    if point is not None and not 0 <= point < count:
+        raise SeaError(f"{source}: --point {point}: is not between 0 and {count - 1}. Choose one of these.")
+    return stacked.isel(point=point or 0, drop=True)
+
+
+def _series(source: str, f: Any, theta: Any, E: Any, time: Any) -> SpectrumSeries:
+    """E (n, m, k) is energy per sector [m^2/Hz]."""
+    centre, width = bands(f, source)
+    S = E.sum(axis=2)
+    valid = np.isfinite(S).all(axis=1)
+    H = 4.0 * np.sqrt(np.where(valid, S @ width, 0.0))
+    if H.max(initial=0.0) > HIGHEST:
+        raise SeaError(f"{source}: Hm0 of {H.max():.4g} m is higher than any sea ({HIGHEST:g} m). Check the format.")
+    even = np.full_like(E, 1.0 / len(theta))
+    share = np.divide(E, S[..., None], out=even, where=S[..., None] > 0.0)
+    share[~valid] = np.nan
+    notes = [f"{int((~valid).sum())} of {len(valid)} records are missing"] if not valid.all() else []
+    S = np.where(valid[:, None], S, np.nan) / (2.0 * np.pi)
+    directional = Directional(theta, share)
+    return SpectrumSeries(2.0 * np.pi * centre, 2.0 * np.pi * width, S, time, valid, source, tuple(notes), directional)

@@ -1,0 +1,111 @@
+"""Files that the library wavespectra reads: written by its own writers, read back as our series."""
+
+import math
+
+import numpy as np
+import pytest
+
+from stillhook.errors import SeaError
+from stillhook.io.wave_bridge import FORMATS, from_wavespectra, read_wavespectra
+
+wavespectra = pytest.importorskip("wavespectra")
+
+PRINTED = 2e-3  # the text formats keep four to five digits, of energies that fall off over decades
+
+
+def dataset(points: int = 1):
+    """Three hours of waves of 2, 4 and 2 m from 300 deg, in cos^4 about it."""
+    import xarray
+
+    f, direction = np.arange(0.04, 0.4, 0.01), np.arange(0.0, 360.0, 15.0)
+    shape = f**-5.0 * np.exp(-1.25 * (0.1 / f) ** 4)
+    around = np.clip(np.cos(np.radians(direction - 300.0)), 0.0, None) ** 4
+    E = np.outer(shape, around)
+    E *= (2.0 / 4.0) ** 2 / (E.sum() * 0.01 * 15.0)
+    stack = np.stack([E, 4.0 * E, E])[:, None].repeat(points, axis=1)
+    time = np.array(["2020-01-01T00", "2020-01-01T01", "2020-01-01T02"], dtype="datetime64[ns]")
+    coords = {"time": time, "site": np.arange(points), "freq": f, "dir": direction}
+    data = xarray.Dataset({"efth": (("time", "site", "freq", "dir"), stack)}, coords=coords)
+    data["lat"], data["lon"] = ("site", np.full(points, 60.0)), ("site", np.full(points, 3.0))
+    for name in ("wspd", "wdir", "dpt"):
+        data[name] = (("time", "site"), np.ones((3, points)))
+    return data
+
+
+class TestReading:
+    @pytest.mark.parametrize("form", ["octopus", "swan", "ww3", "wavespectra"])
+    def test_heights_and_directions_come_back(self, tmp_path, form):
+        path = tmp_path / "waves"
+        writer = {"wavespectra": "to_netcdf"}.get(form, f"to_{form}")
+        getattr(dataset().spec, writer)(str(path))
+        series = read_wavespectra(path, form)
+        assert series.H_m0 == pytest.approx([2.0, 4.0, 2.0], rel=PRINTED)
+        assert np.degrees(series.come_from) == pytest.approx(300.0, abs=0.1)
+        assert str(series.time[1]) == "2020-01-01T01:00:00"
+
+    def test_era5_counts_directions_towards_and_holds_logarithms(self, tmp_path):
+        # ECMWF: 10^d2fd in m^2 s/rad over 30 frequencies, each 1.1 times the one before, and 24 directions that waves go to
+        import xarray
+
+        f, going_to = 0.03453 * 1.1 ** np.arange(30), np.arange(7.5, 360.0, 15.0)
+        df = np.gradient(f)
+        E = np.full((1, 30, 24), np.nan)
+        E[0, 12, 7] = (3.0 / 4.0) ** 2 / (df[12] * math.radians(15.0))  # 3 m in one bin, going to 112.5 deg
+        coords = {"time": np.array(["2020-01-01"], dtype="datetime64[ns]"), "frequency": np.arange(1, 31), "direction": np.arange(1, 25)}
+        path = tmp_path / "era5.nc"
+        stack = np.log10(E)[:, :, :, None, None]
+        places = {"latitude": [60.0], "longitude": [3.0]}
+        dims = ("time", "frequency", "direction", "latitude", "longitude")
+        xarray.Dataset({"d2fd": (dims, stack)}, coords=coords | places).to_netcdf(path)
+        series = read_wavespectra(path, "era5")
+        assert going_to[7] == 112.5
+        assert series.H_m0[0] == pytest.approx(3.0, rel=PRINTED)
+        assert math.degrees(series.come_from[0]) == pytest.approx(292.5, abs=0.1)
+
+    def test_a_sea_keeps_the_energy_and_turns_with_the_ship(self):
+        series = from_wavespectra(dataset())
+        for heading, beta in ((300.0, 180.0), (210.0, 90.0), (120.0, 0.0)):
+            sea = series.sea(0, math.radians(heading))
+            assert sea.H_m0 == pytest.approx(2.0, rel=1e-9)
+            strongest = max(sea.trains, key=lambda train: train.spectrum.moment(0))
+            assert math.degrees(math.remainder(strongest.beta - math.radians(beta), 2.0 * math.pi)) == pytest.approx(0.0, abs=1e-6)
+
+    def test_records_with_missing_numbers_are_counted_and_not_used(self):
+        data = dataset()
+        data["efth"][1, 0, 3, 4] = np.nan
+        series = from_wavespectra(data)
+        assert series.valid.tolist() == [True, False, True]
+        assert series.notes == ("1 of 3 records are missing",)
+        assert math.isnan(series.come_from[1])
+
+
+class TestRefusals:
+    def test_a_point_must_be_chosen_where_there_are_several(self):
+        with pytest.raises(SeaError, match=r"holds 2 points. Choose one with --point 0 to 1"):
+            from_wavespectra(dataset(2))
+        assert from_wavespectra(dataset(2), point=1).n_valid == 3
+        with pytest.raises(SeaError, match=r"--point 2: is not between 0 and 1"):
+            from_wavespectra(dataset(2), point=2)
+
+    def test_half_a_circle_is_no_directional_spectrum(self):
+        with pytest.raises(SeaError, match="not even over the full circle"):
+            from_wavespectra(dataset().isel(dir=slice(0, 12)))
+
+    def test_negative_energy_is_told(self):
+        data = dataset()
+        data["efth"][2] = -data["efth"][2]
+        with pytest.raises(SeaError, match="negative energy in 1 records"):
+            from_wavespectra(data)
+
+    @pytest.mark.parametrize("form", list(FORMATS))
+    def test_a_file_of_another_kind_is_one_line(self, tmp_path, form):
+        path = tmp_path / "waves.txt"
+        path.write_text("nothing of the kind\n")
+        with pytest.raises(SeaError) as e:
+            read_wavespectra(path, form)
+        assert str(e.value).startswith(f"waves.txt: cannot be read as {form} (")
+        assert "\n" not in str(e.value)
+
+    def test_an_unknown_format_is_told(self, tmp_path):
+        with pytest.raises(SeaError, match=r'--format "grib": is not one of era5, ww3'):
+            read_wavespectra(tmp_path / "x", "grib")

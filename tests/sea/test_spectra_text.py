@@ -1,0 +1,91 @@
+"""Seas as text, and directions between compass and ship."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from stillhook.errors import SeaError, UnitError
+from stillhook.sea.directions import DirectionSense, coming_from, geographic, relative
+from stillhook.sea.sea_text import parse_sea, parse_wave, sea_from_dict, sea_to_dict, spectrum_from_dict
+
+ROUNDING = 1e-12
+angles = st.floats(0.0, 2.0 * math.pi, exclude_max=True)
+
+
+class TestSeas:
+    def test_each_train_may_have_its_own_side_and_spread(self):
+        sea = parse_sea("jonswap Hs=2 m Tp=8 s heading=150 deg spread=4 + pm Hs=1 m Tp=14 s", heading=math.pi)
+        wind, swell = sea.trains
+        assert math.degrees(wind.beta) == pytest.approx(150.0)
+        assert (wind.spread, swell.spread, swell.beta) == (4.0, None, math.pi)
+        assert sea_from_dict(sea_to_dict(sea)) == sea
+
+    def test_a_sea_without_a_side_is_refused(self):
+        with pytest.raises(SeaError, match="no heading"):
+            parse_sea("pm Hs=1 m Tp=8 s")
+
+    def test_a_spread_that_is_none_is_refused(self):
+        with pytest.raises(SeaError, match="spread 0: is not between 1 and 200"):
+            parse_sea("pm Hs=1 m Tp=8 s heading=0 deg spread=0")
+        with pytest.raises(UnitError, match="not a plain number"):
+            parse_sea("pm Hs=1 m Tp=8 s heading=0 deg spread=wide")
+
+    def test_the_place_stands_first_in_every_error(self):
+        with pytest.raises(SeaError, match=r'^lift.toml: sea.waves: "pm": pm has no Hs'):
+            parse_wave("pm", "lift.toml: sea.waves")
+
+    @pytest.mark.parametrize("text", [None, 3, "pm Hs=1 m Tp=8 s +", "+ pm Hs=1 m Tp=8 s"])
+    def test_what_is_no_wave_is_refused(self, text):
+        with pytest.raises(SeaError):
+            parse_wave(text)
+
+    @pytest.mark.parametrize("data", [{"type": "sine"}, {"type": "jonswap"}, {}, {"type": "measured", "omega": [1.0]}])
+    def test_stored_waves_that_are_none_are_refused(self, data):
+        with pytest.raises(SeaError, match="stored waves"):
+            spectrum_from_dict(data)
+
+
+class TestDirections:
+    @pytest.mark.parametrize(
+        ("heading", "come_from", "beta"),
+        [
+            (0.0, 0.0, 180.0),  # bow north, waves from north: head sea
+            (0.0, 180.0, 0.0),  # from astern: following
+            (0.0, 90.0, 90.0),  # bow north, waves from east, which is starboard
+            (0.0, 270.0, 270.0),  # from west: port
+            (270.0, 0.0, 90.0),  # bow west, waves from north: starboard
+            (45.0, 90.0, 135.0),  # from 45 deg off the starboard bow
+        ],
+    )
+    def test_a_ship_meets_waves_where_its_crew_would_point(self, heading, come_from, beta):
+        found = relative(math.radians(come_from), math.radians(heading))
+        assert math.degrees(found) == pytest.approx(beta, abs=1e-9)
+
+    @given(angles, angles)
+    def test_to_the_ship_and_back(self, come_from, heading):
+        back = geographic(relative(come_from, heading), heading)
+        assert math.cos(back - come_from) == pytest.approx(1.0, abs=ROUNDING)
+
+    @pytest.mark.parametrize(
+        ("sense", "number"),
+        [
+            (DirectionSense.FROM_NORTH, 270.0),
+            (DirectionSense.TO_NORTH, 90.0),
+            (DirectionSense.FROM_EAST, 180.0),
+            (DirectionSense.TO_EAST, 0.0),
+        ],
+    )
+    def test_a_westerly_is_a_westerly_in_every_sense(self, sense, number):
+        assert math.degrees(coming_from(math.radians(number), sense)) == pytest.approx(270.0, abs=1e-9)
+
+    @given(angles, angles)
+    def test_turning_the_ship_to_starboard_turns_the_waves_to_port(self, come_from, heading):
+        turned = relative(come_from, heading + 0.1) - relative(come_from, heading)
+        assert math.cos(turned - 0.1) == pytest.approx(1.0, abs=ROUNDING)
+
+    def test_arrays_turn_as_numbers_do(self):
+        come_from = np.radians([0.0, 90.0, 200.0])
+        assert relative(come_from, 0.3) == pytest.approx([relative(float(x), 0.3) for x in come_from])
