@@ -19,7 +19,7 @@ ComplexArray = NDArray[np.complex128]
 ULP = 2.0**-52
 DIRECTIONS = 36
 """Directions over 180 deg: 5 deg apart. Their sums of smooth functions of direction are right to rounding for whole exponents up to 70."""
-AROUND, FINE = 36, 20
+AROUND, FINE = 36, 10
 """Sectors of the full circle into which measured directions are shared out, and points within each."""
 MOST = 0.999
 """Closest to a single direction that measured numbers are taken [1]: 2.6 deg of spread."""
@@ -61,6 +61,9 @@ def maximum_entropy(c_1: ComplexArray, c_2: ComplexArray, count: int = AROUND) -
     c_2 = c_1**2 + from_middle * np.minimum(1.0, MOST * left / np.maximum(np.abs(from_middle), MOST * left))
     phi_1 = (c_1 - c_2 * np.conj(c_1)) / left
     phi_2 = c_2 - c_1 * phi_1
-    back = np.abs(1.0 - phi_1[..., None] * np.exp(-1j * angle) - phi_2[..., None] * np.exp(-2j * angle)) ** 2
+    turn = phi_2 * np.conj(phi_1) - phi_1
+    squares = [1.0 + np.abs(phi_1) ** 2 + np.abs(phi_2) ** 2, 2.0 * turn.real, 2.0 * turn.imag, -2.0 * phi_2.real, -2.0 * phi_2.imag]
+    waves = [np.ones(fine), np.cos(angle), np.sin(angle), np.cos(2.0 * angle), np.sin(2.0 * angle)]
+    back = np.stack(squares, axis=-1) @ np.stack(waves)  # |1 - phi_1 e^(-i theta) - phi_2 e^(-2 i theta)|^2, multiplied out
     share = (1.0 / back).reshape(*c_1.shape, count, FINE).sum(axis=-1)
     return np.asarray(share / share.sum(axis=-1, keepdims=True), dtype=np.float64)
