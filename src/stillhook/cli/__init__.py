@@ -23,6 +23,7 @@ from stillhook.cli import (
     friction,
     identify,
     maps,
+    payload,
     runs,
     sea,
     stability,
@@ -73,6 +74,7 @@ app.add_typer(certificate.app, name="certificate")
 app.add_typer(identify.app, name="identify")
 app.add_typer(friction.app, name="friction")
 app.add_typer(vessel.app, name="vessel")
+app.add_typer(payload.app, name="payload")
 
 
 def main() -> None:

@@ -11,8 +11,18 @@ from pydantic import Field, field_validator, model_validator
 
 from stillhook import units as u
 from stillhook.errors import LiftError
-from stillhook.lift.shapes import BODIES, Box, Disc, FloatArray, Frame, Plate, Shape, Spool, SuctionAnchor
+from stillhook.lift.members import Frame, Spool
+from stillhook.lift.shapes import Body, Box, Disc, FloatArray, Plate, Shape, SuctionAnchor
 from stillhook.scenario import Record
+
+BODIES: dict[str, type[Body]] = {
+    "plate": Plate,
+    "box": Box,
+    "disc": Disc,
+    "suction-anchor": SuctionAnchor,
+    "spool": Spool,
+    "frame": Frame,
+}
 
 
 class Part(Record):

@@ -6,7 +6,8 @@ at its value in unbounded water:
 
     A33(h) = A33 (1 - (1 - x)^3),  x = (h - contact) / l,  l = 3 A33 / (1/2 rho C_s A_s)
 
-so the peak of the momentum force is 1/2 rho C_s A_s v^2, and its sum is the momentum A33 v. For a solid disc l is one radius.
+so the peak of the momentum force is 1/2 rho C_s A_s v^2, and its sum is the momentum A33 v. For a solid disc l is one radius. Water
+inside a body comes on top, evenly over the depth `filling`.
 """
 
 from __future__ import annotations
@@ -26,10 +27,10 @@ FloatArray = NDArray[np.float64]
 
 C_S_FLAT = 5.0
 """Slamming coefficient of bodies that are not smooth cylinders, at the least (DNV-RP-N103; check against your edition)."""
-C_S_ROUND = 3.0
-"""Slamming coefficient of smooth round cylinders, at the least (DNV-RP-N103; check against your edition)."""
 CONTRACTION = 0.62
 """Area of the jet behind a sharp-edged hole as part of the hole: pi / (pi + 2) = 0.611 for a slot, 0.62 measured for round holes."""
+ENGAGED = 0.25
+"""Part of the height under a suction anchor's roof over which the roof takes the water inside along (assumed)."""
 RISE = 3.0
 """The added mass levels out over three times the length that its first slope would take."""
 
@@ -92,23 +93,34 @@ class Body(Shape):
 
     C_s: Number = Field(default=C_S_FLAT, gt=0, description="slamming coefficient, 2 / (rho A_s) dA33/dh at the first touch")
 
-    def covered_mass(self, rho: float) -> float:
-        """Added mass in unbounded water [kg]."""
+    def outer_mass(self, rho: float) -> float:
+        """Added mass of the flow around the body in unbounded water [kg]."""
         raise NotImplementedError
 
+    def inner_mass(self, rho: float) -> float:
+        """Water inside that goes along with the covered body [kg]."""
+        return 0.0
+
+    @property
+    def filling(self) -> float:
+        """Depth below `contact` over which the water inside is taken along [m]."""
+        return 0.0
+
     def rise(self, rho: float) -> float:
-        """Depth below `contact` over which the added mass rises [m]."""
-        return RISE * self.covered_mass(rho) / (0.5 * rho * self.C_s * self.solid_area)
+        """Depth below `contact` over which the added mass of the outer flow rises [m]."""
+        return RISE * self.outer_mass(rho) / (0.5 * rho * self.C_s * self.solid_area)
 
     def area(self, h: FloatArray) -> FloatArray:
         return np.where(h > self.contact, self.solid_area, 0.0)
 
     def added_mass(self, h: FloatArray, rho: float) -> FloatArray:
-        x = np.clip((h - self.contact) / self.rise(rho), 0.0, 1.0)
-        return np.asarray(self.covered_mass(rho) * (1.0 - (1.0 - x) ** 3))
+        below = np.clip(h - self.contact, 0.0, None)
+        outer = self.outer_mass(rho) * (1.0 - (1.0 - np.clip(below / self.rise(rho), 0.0, 1.0)) ** 3)
+        inner = self.inner_mass(rho) * np.clip(below / self.filling, 0.0, 1.0) if self.filling > 0.0 else 0.0
+        return np.asarray(outer + inner)
 
     def reach(self, rho: float) -> float:
-        return max(self.tall, self.contact + self.rise(rho))
+        return max(self.tall, self.contact + max(self.rise(rho), self.filling))
 
 
 class Rectangle(Body):
@@ -131,7 +143,7 @@ class Rectangle(Body):
     def mouth(self) -> float:
         return self.length * self.width / (2.0 * (self.length + self.width))
 
-    def covered_mass(self, rho: float) -> float:
+    def outer_mass(self, rho: float) -> float:
         whole = formula.plate(rho, self.length, self.width) * formula.height_factor(self.length * self.width, self.height)
         return whole * formula.perforation_factor(self.perforation)
 
@@ -143,7 +155,7 @@ class Plate(Rectangle):
 
 
 class Box(Rectangle):
-    """A box whose bottom and top are closed or perforated alike, flooded from the first touch on: a protection cover, a cabinet.
+    """A box whose bottom and top are closed or perforated alike, flooded as it goes down: a protection cover, a cabinet.
 
     The water inside goes with it as far as the perforation allows.
     """
@@ -151,9 +163,13 @@ class Box(Rectangle):
     kind: Literal["box"] = "box"
     wall: u.Length = Field(default=0.0, ge=0, description="thickness of bottom, top and sides")
 
-    def covered_mass(self, rho: float) -> float:
+    @property
+    def filling(self) -> float:
+        return self.height
+
+    def inner_mass(self, rho: float) -> float:
         inside = math.prod(max(side - 2.0 * self.wall, 0.0) for side in (self.length, self.width, self.height))
-        return super().covered_mass(rho) + rho * inside * formula.perforation_factor(self.perforation)
+        return rho * inside * formula.perforation_factor(self.perforation)
 
 
 class Disc(Body):
@@ -180,14 +196,18 @@ class Disc(Body):
     def mouth(self) -> float:
         return self.diameter / 4.0
 
-    def covered_mass(self, rho: float) -> float:
+    def outer_mass(self, rho: float) -> float:
         whole = formula.disc(rho, self.diameter / 2.0) * formula.height_factor(self._whole_area, self.height)
         return whole * formula.perforation_factor(self.perforation)
 
 
 class SuctionAnchor(Body):
-    """A cylinder with an open underside and a roof with hatches. Air leaves freely through the hatches; water inside goes with the roof as
-    far as the hatches allow, and on the seabed all of it has to leave through them."""
+    """A cylinder with an open underside and a roof with hatches.
+
+    Air leaves through the hatches. Once the roof meets the water inside it takes it along, as far as the hatches allow, over the depth
+    `engaged`, a quarter of the height under the roof unless given (assumed): a shorter one slams harder, by the momentum of that water. On
+    the seabed all of it has to leave through the hatches.
+    """
 
     kind: Literal["suction-anchor"] = "suction-anchor"
     diameter: u.Length = Field(gt=0, description="outer diameter")
@@ -195,6 +215,7 @@ class SuctionAnchor(Body):
     wall: u.Length = Field(gt=0, description="thickness of the skirt")
     roof: u.Length = Field(gt=0, description="thickness of the roof with its stiffeners")
     hatch: Number = Field(gt=0, le=formula.PERFORATION_MOST, description="open area of the hatches as part of the inner area")
+    engaged: u.Length | None = Field(default=None, gt=0, description="depth over which the roof takes the water inside along; a quarter")
 
     @model_validator(mode="after")
     def _hollow(self) -> SuctionAnchor:
@@ -228,10 +249,16 @@ class SuctionAnchor(Body):
     def mouth(self) -> float:
         return self.diameter / 4.0
 
-    def covered_mass(self, rho: float) -> float:
-        outside = formula.disc(rho, self.diameter / 2.0) * formula.height_factor(self._outer, self.height)
-        inside = rho * self._inner * self.contact
-        return (outside + inside) * formula.perforation_factor(self.hatch)
+    @property
+    def filling(self) -> float:
+        return self.engaged or ENGAGED * self.contact
+
+    def outer_mass(self, rho: float) -> float:
+        whole = formula.disc(rho, self.diameter / 2.0) * formula.height_factor(self._outer, self.height)
+        return whole * formula.perforation_factor(self.hatch)
+
+    def inner_mass(self, rho: float) -> float:
+        return rho * self._inner * self.contact * formula.perforation_factor(self.hatch)
 
     def share(self, h: FloatArray) -> FloatArray:
         skirt, roof = self.contact * (self._outer - self._inner), self.roof * self.solid_area
@@ -251,76 +278,3 @@ class SuctionAnchor(Body):
     def vent_pressure(self, v: float, rho: float) -> float:
         """Over-pressure under the roof while the skirt sinks into the seabed at v, all water leaving through the hatches [Pa]."""
         return 0.5 * rho * (v / (CONTRACTION * self.hatch)) ** 2
-
-
-class Round(Body):
-    """Round horizontal members, flooded, over one or more layers."""
-
-    default_C_D: ClassVar[float] = 1.2
-    C_s: Number = Field(default=C_S_ROUND, gt=0, description="slamming coefficient, 2 / (rho A_s) dA33/dh at the first touch")
-    diameter: u.Length = Field(gt=0, description="outer diameter with coating")
-    length: u.Length = Field(gt=0, description="length of all horizontal members together")
-    height: u.Length | None = Field(default=None, gt=0, description="from the lowest underside to the highest top; else the diameter")
-
-    @property
-    def tall(self) -> float:
-        return max(self.height or 0.0, self.diameter)
-
-    @property
-    def solid_area(self) -> float:
-        return self.diameter * self.length
-
-    @property
-    def mouth(self) -> float:
-        return self.diameter / 2.0
-
-    def covered_mass(self, rho: float) -> float:
-        """That of a circular cylinder in two-dimensional flow, as much water as its outside encloses."""
-        return rho * math.pi / 4.0 * self.diameter**2 * self.length
-
-    def _layers(self, h: FloatArray) -> FloatArray:
-        """Part of the members that the surface has reached [-]: they lie evenly over the height."""
-        spread = self.tall - self.diameter
-        return np.where(h > 0.0, np.clip(h / spread, 0.0, 1.0) if spread > 0.0 else 1.0, 0.0)
-
-    def area(self, h: FloatArray) -> FloatArray:
-        return np.asarray(self.solid_area * self._layers(h))
-
-    def added_mass(self, h: FloatArray, rho: float) -> FloatArray:
-        """The rise of one member, averaged over members that lie evenly over the height."""
-        spread, rise = self.tall - self.diameter, self.rise(rho)
-        if spread <= 0.0:
-            return super().added_mass(h, rho)
-        top, low = (np.clip(x / rise, 0.0, None) for x in (h, h - spread))
-        return np.asarray(self.covered_mass(rho) * rise / spread * (_risen(top) - _risen(low)))
-
-    def reach(self, rho: float) -> float:
-        return self.rise(rho) + self.tall - self.diameter if self.tall > self.diameter else max(self.tall, self.rise(rho))
-
-
-def _risen(x: FloatArray) -> FloatArray:
-    """Integral of 1 - (1 - x)^3 from 0, held at 1 beyond x = 1 [-]."""
-    inside = np.minimum(x, 1.0)
-    return np.asarray(x - 0.25 * (1.0 - (1.0 - inside) ** 4))
-
-
-class Spool(Round):
-    """A horizontal pipe, flooded: straight or bent, its legs far apart."""
-
-    kind: Literal["spool"] = "spool"
-
-
-class Frame(Round):
-    """An open frame of round members that are far apart (three diameters or more): template, protection structure, manifold frame."""
-
-    kind: Literal["frame"] = "frame"
-
-
-BODIES: dict[str, type[Body]] = {
-    "plate": Plate,
-    "box": Box,
-    "disc": Disc,
-    "suction-anchor": SuctionAnchor,
-    "spool": Spool,
-    "frame": Frame,
-}

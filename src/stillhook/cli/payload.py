@@ -1,0 +1,89 @@
+"""`stillhook payload list|show`: what hangs on the hook, and what water makes of it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from stillhook.cli.cranes import Json
+from stillhook.cli.show import human, print_json, print_table, print_values, unit_of
+
+app = typer.Typer(no_args_is_help=True, help="Payloads: list them, and show their weight, added mass, drag and slamming in water.")
+
+RHO = "1025 kg/m^3"
+OUT_FILES = ("payload.png", "payload.json")
+PAYLOAD_HELP = "Name of the library, or path of a payload file (TOML)."
+COLUMNS = ("h", "V", "A33", "dA33", "B")
+EVERY = 4  # of the levels, on the printed table
+
+
+@app.command("list")
+def list_payloads(json: Json = False) -> None:
+    """List the payloads of the library. Example: stillhook payload list"""
+    from stillhook.library.payloads import payloads, read_payload
+    from stillhook.units import show as text
+
+    known = [read_payload(name) for name in payloads()]
+    if json:
+        print_json([{"payload": p.name, "title": p.title, "mass": p.mass, "height": p.height} for p in known])
+        return
+    rows = [(p.name, p.title, text(p.mass, "mass"), text(p.height, "length")) for p in known]
+    print_table(("payload", "what it is", "mass", "height"), rows, left=2)
+
+
+@app.command("show")
+def show(
+    payload: Annotated[str, typer.Argument(help=PAYLOAD_HELP, metavar="PAYLOAD|FILE")],
+    rho: Annotated[str, typer.Option(help="Density of the water.")] = RHO,
+    out: Annotated[Path | None, typer.Option("--out", help="Folder for a picture and payload.json; nothing is written without it.")] = None,
+    json: Json = False,
+) -> None:
+    """Weight in water, added mass, drag, slamming and sinking speed of a payload, over submergence, with the source of every number.
+
+    Example: stillhook payload show suction-anchor-85t
+    """
+    from stillhook.errors import LiftError
+    from stillhook.io.payload_sheet import payload_numbers
+    from stillhook.library.payloads import read_payload
+    from stillhook.units import came, parse
+    from stillhook.whole import check_folder
+
+    density = parse(rho, "density", "--rho")
+    if density <= 0.0:
+        raise LiftError(f"--rho = {came(rho)}: a density must be greater than 0.")
+    if out is not None:
+        check_folder(out, OUT_FILES)
+    load = read_payload(payload)
+    answer = payload_numbers(load, density)
+    if out is not None:
+        _write(out, load, density, answer)
+    if json:
+        print_json(answer)
+        return
+    _print(answer)
+    if out is not None:
+        print("written: " + ", ".join(str(out / name) for name in OUT_FILES))
+
+
+def _print(answer: dict[str, Any]) -> None:
+    print(f"{answer['payload']}: {answer['title'] or 'payload of your own'} ({answer['shape']})")
+    print_values({k: v for k, v in answer.items() if isinstance(v, float)})
+    header = [f"{name} [{unit_of(name) or '-'}]" for name in COLUMNS]
+    levels = answer["levels"]
+    rows = [[human(name, level[name], 4) for name in COLUMNS] for level in levels[::EVERY]]
+    print_table(header, rows, left=0, title="Over submergence: every fourth level")
+    stated = [(s["field"], s["kind"], s["source"]) for s in answer["sources"]]
+    print_table(("field", "kind", "source"), stated, left=3)
+    print("Coefficients are recalled from DNV-RP-N103: check against your edition. A model test or CFD beats all of them.")
+
+
+def _write(out: Path, load: Any, rho: float, answer: dict[str, Any]) -> None:
+    from stillhook.io.payload_sheet import payload_figure
+    from stillhook.io.results import to_json
+    from stillhook.whole import whole_folder
+
+    with whole_folder(out) as part:
+        payload_figure(load, rho).savefig(part / OUT_FILES[0], dpi=120)
+        (part / OUT_FILES[1]).write_text(to_json(answer) + "\n", encoding="utf-8")

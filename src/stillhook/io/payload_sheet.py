@@ -1,0 +1,80 @@
+"""What a payload's description amounts to: numbers of the covered payload, over submergence, near the bottom, and their picture."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+from stillhook.engine.lift_payload import pack_payload
+from stillhook.io.figures import COLOURS, GREY
+from stillhook.lift.payload import Payload
+from stillhook.physics.payload import LEVELS
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+DEPTH = 1000.0
+"""Depth that stands in the record [m]; no number of the sheet hangs on it."""
+
+
+def payload_numbers(payload: Payload, rho: float) -> dict[str, Any]:
+    """Numbers of a payload in water of density rho [kg/m^3], in SI, named as in `stillhook.variables`.
+
+    Errors: LiftError where it floats.
+    """
+    record, rows = pack_payload(payload, rho, DEPTH)
+    V, A33, _, B = (float(x) for x in rows[-1])
+    W_sub = record.W - rho * record.g * V
+    heaviest = float(rows[:, 2].max())
+    return {
+        "payload": payload.name,
+        "title": payload.title,
+        "shape": "levels" if payload.shape is None else payload.shape.kind,
+        "mass": payload.mass,
+        "height": payload.height,
+        "rho": rho,
+        "V": V,
+        "W_sub": W_sub,
+        "A33": A33,
+        "A_p": payload.covered(rho).A_p,
+        "C_D": payload.C_D,
+        "v_sink": math.sqrt(W_sub / B) if B > 0.0 else None,
+        "F_slam_1": heaviest,
+        "h_slam": (float(rows[:, 2].argmax()) / record.i_dh) if heaviest > 0.0 else None,
+        "reach": record.reach,
+        "gap": record.gap_0,
+        "settlement": payload.seabed.settlement,
+        "v_bottom": math.sqrt(W_sub / (B * (1.0 + record.bottom_B))) if B > 0.0 else None,
+        "levels": [{"h": j / record.i_dh, "V": row[0], "A33": row[1], "dA33": row[2], "B": row[3]} for j, row in enumerate(rows.tolist())],
+        "sources": [{"field": k, "kind": s.kind.value, "source": s.text} for k, s in payload.sources.items()],
+    }
+
+
+def payload_figure(payload: Payload, rho: float) -> Figure:
+    """Displaced volume, added mass, its slope as slamming at 1 m/s, and drag over submergence; dots: the levels that a run uses."""
+    from matplotlib.figure import Figure  # heavy: only where pictures are wanted
+
+    record, rows = pack_payload(payload, rho, DEPTH)
+    h = [j / record.i_dh for j in range(LEVELS)]
+    smooth = payload.curve(rho)
+    figure = Figure(figsize=(11.0, 4.5), layout="constrained")
+    axes = figure.subplots(1, 4, sharey=True)
+    for ax, name, x, y in (
+        (axes[0], "displaced volume [m^3]", smooth.V, rows[:, 0]),
+        (axes[1], "added mass [t]", smooth.A33 / 1e3, rows[:, 1] / 1e3),
+        (axes[3], "drag at 1 m/s [kN]", 0.5 * rho * payload.C_D * smooth.A_p / 1e3, rows[:, 3] / 1e3),
+    ):
+        ax.plot(x, smooth.h, color=COLOURS[0], lw=1.2)
+        ax.plot(y, h, ".", ms=4, color=COLOURS[1])
+        ax.set_xlabel(name)
+    axes[2].stairs(rows[:-1, 2] / 1e3, h, orientation="horizontal", color=COLOURS[1])
+    axes[2].set_xlabel("slamming at 1 m/s [kN]")
+    for ax in axes:
+        ax.axhline(payload.height, color=GREY, lw=0.8, ls=":")
+        ax.grid(alpha=0.3)
+        ax.set_xlim(left=0.0)
+    axes[0].set_ylim(record.reach, 0.0)
+    axes[0].set_ylabel("underside under the surface [m]")
+    axes[0].text(0.03, payload.height, "covered", transform=axes[0].get_yaxis_transform(), va="bottom", fontsize="small", color=GREY)
+    figure.suptitle(f"{payload.name}: {payload.title or 'payload of your own'}", fontsize="medium")
+    return figure
