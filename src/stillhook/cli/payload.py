@@ -30,7 +30,7 @@ def list_payloads(json: Json = False) -> None:
         print_json([{"payload": p.name, "title": p.title, "mass": p.mass, "height": p.height} for p in known])
         return
     rows = [(p.name, p.title, text(p.mass, "mass"), text(p.height, "length")) for p in known]
-    print_table(("payload", "what it is", "mass", "height"), rows, left=2)
+    print_table(("payload", "what it is", "mass", "height"), rows, texts={1})
 
 
 @app.command("show")

@@ -1,0 +1,69 @@
+"""`stillhook payload`: tables for people, SI for machines, one line for mistakes."""
+
+import json
+
+import pytest
+
+from stillhook.cli import run
+from stillhook.library.payloads import payloads, read_payload
+from stillhook.variables import BY_NAME
+
+
+def answer(capsys, *arguments: str):
+    assert run(["payload", *arguments, "--json"]) == 0
+    return json.loads(capsys.readouterr().out)
+
+
+def test_the_list_names_every_payload(capsys):
+    assert [row["payload"] for row in answer(capsys, "list")] == list(payloads())
+    assert run(["payload", "list"]) == 0
+    assert all(name in capsys.readouterr().out for name in payloads())
+
+
+@pytest.mark.parametrize("name", payloads())
+def test_a_sheet_gives_its_numbers_in_si_under_known_names(capsys, name):
+    found = answer(capsys, "show", name)
+    load = read_payload(name)
+    assert set(found) | set(found["levels"][0]) | set(found["sources"][0]) - {"source"} <= set(BY_NAME)
+    assert found["mass"] == load.mass
+    assert found["A33"] == pytest.approx(load.covered(1025.0).A33)
+    assert found["levels"][-1]["h"] == pytest.approx(found["reach"])
+    assert {s["field"] for s in found["sources"]} == set(load.sources)
+
+
+def test_a_payload_of_ones_own_is_shown_in_the_water_that_is_asked_for(capsys, tmp_path):
+    path = tmp_path / "mine.toml"
+    path.write_text('mass = "40 t"\nshape = "disc"\ndiameter = "5 m"\nheight = "0.4 m"\n', encoding="utf-8")
+    salt, fresh = (answer(capsys, "show", str(path), "--rho", f"{rho} kg/m^3") for rho in (1025, 1000))
+    assert fresh["A33"] == pytest.approx(salt["A33"] * 1000.0 / 1025.0)
+    assert fresh["W_sub"] > salt["W_sub"]
+    assert run(["payload", "show", str(path)]) == 0
+    out = capsys.readouterr().out
+    assert "mine: payload of your own (disc)" in out
+    assert "given in mine.toml" in out
+
+
+def test_a_picture_and_numbers_are_written_on_request_only(capsys, tmp_path):
+    out = tmp_path / "sheet"
+    assert run(["payload", "show", "spool-20t"]) == 0
+    assert not out.exists()
+    assert run(["payload", "show", "spool-20t", "--out", str(out)]) == 0
+    assert sorted(p.name for p in out.iterdir()) == ["payload.json", "payload.png"]
+    assert json.loads((out / "payload.json").read_text(encoding="utf-8"))["payload"] == "spool-20t"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "line"),
+    [
+        (("show", "mud-mat"), 'error: No payload "mud-mat": the library has manifold-60t'),
+        (("show", "spool-20t", "--rho", "1025"), 'error: --rho = "1025": no unit; write "1025 kg/m^3"'),
+        (("show", "spool-20t", "--rho", "0 kg/m^3"), 'error: --rho = "0 kg/m^3": a density must be greater than 0.'),
+        (("show", "spool-20t", "--rho", "9000 kg/m^3"), 'error: Payload "spool-20t": it floats'),
+        (("show", "missing.toml"), 'error: "missing.toml": no such file.'),
+    ],
+)
+def test_mistakes_end_in_one_line(capsys, arguments, line):
+    assert run(["payload", *arguments]) == 2
+    said = capsys.readouterr().err
+    assert said.startswith(line)
+    assert said.count("\n") == 1
