@@ -17,7 +17,8 @@ def answer(capsys, *arguments: str):
 def test_the_list_names_every_payload(capsys):
     assert [row["payload"] for row in answer(capsys, "list")] == list(payloads())
     assert run(["payload", "list"]) == 0
-    assert all(name in capsys.readouterr().out for name in payloads())
+    out = capsys.readouterr().out
+    assert all(name in out for name in payloads())
 
 
 @pytest.mark.parametrize("name", payloads())
