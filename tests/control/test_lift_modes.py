@@ -28,7 +28,7 @@ from stillhook.control.plc import MANUAL, SSC
 
 CYCLE = 0.01
 SET = LiftSettings(
-    t_cycle=CYCLE, a_max=0.2, v_max=0.5, v_enter=0.1, omega_T=0.5, v_soft=0.3, omega_s=0.1, tau_F=0.5, tau_slow=20.0,
+    t_cycle=CYCLE, a_max=0.2, v_max=0.5, v_enter=0.1, omega_T=0.5, v_soft=0.3, F_soft=1.0e6, omega_s=0.1, tau_F=0.5, tau_slow=20.0,
     tau_hung=200.0, t_fade=2.0, F_landed=0.5e6, F_least=15e3, EA=8.4e8, L_0=60.0, q_dry=0.0, q_wet=0.0, h_tip=30.0, code=SSC,
 )  # fmt: skip
 F_0 = 1.0e6

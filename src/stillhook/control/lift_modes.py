@@ -32,11 +32,12 @@ class Stage(NamedTuple):
 class LiftSettings(NamedTuple):
     """t_cycle [s]; a_max ramp of the joystick [m/s^2]; v_max highest speed that tension control adds [m/s]; v_enter tip speed below which
     compensation may start [m/s]; omega_T bandwidth of tension control on a load that stands [rad/s]; v_soft speed that splash mode adds
-    per deviation of the tension as large as its mean [m/s]; omega_s return to the slow position [rad/s]; tau_F low-pass of the load cell
-    [s]; tau_slow time constant of the mean tension, tau_hung that of the tension before touch-down [s]; t_fade time in which a law grows
-    to its full size [s]; F_landed fall of the tension by which touch-down is known [N]; F_least tension that compensation and tension
-    control need to start [N]; EA [N] and L_0 [m] of the wire, from which the PLC knows its stiffness; q_dry and q_wet weight of the wire in
-    air and in water [N/m], h_tip crane tip above the water [m]; code mode code of the controller while compensating."""
+    per deviation of the tension as large as F_soft [m/s], the weight of all mass that moves, added mass included [N]; omega_s return to
+    the slow position [rad/s]; tau_F low-pass of the load cell [s]; tau_slow time constant of the mean tension, tau_hung that of the
+    tension before touch-down [s]; t_fade time in which a law grows to its full size [s]; F_landed fall of the tension by which touch-down
+    is known [N]; F_least tension that compensation and tension control need to start [N]; EA [N] and L_0 [m] of the wire, from which the
+    PLC knows its stiffness; q_dry and q_wet weight of the wire in air and in water [N/m], h_tip crane tip above the water [m]; code mode
+    code of the controller while compensating."""
 
     t_cycle: float
     a_max: float
@@ -44,6 +45,7 @@ class LiftSettings(NamedTuple):
     v_enter: float
     omega_T: float
     v_soft: float
+    F_soft: float
     omega_s: float
     tau_F: float
     tau_slow: float
@@ -126,13 +128,14 @@ def tension_speed(F, F_ref, k, omega_T):
 
 
 @scalar
-def soft_speed(F, F_slow, F_least, v_soft):
-    """Wire speed, hoisting positive [m/s], by which splash mode gives way: v_soft per deviation of F as large as the mean F_slow [N].
+def soft_speed(F, F_slow, F_soft, v_soft):
+    """Wire speed, hoisting positive [m/s], by which splash mode gives way: v_soft per deviation of F from F_slow as large as F_soft [N].
 
-    The winch is then a damper of F_slow / v_soft to all that changes faster than the mean. A gain by the wire's stiffness, as tension
-    control has, would be ten times too stiff for it: 60 m of wire stretch by centimetres under the force of a wave.
+    The winch is then a damper of F_soft / v_soft to all that changes faster than the mean. F_soft = (m + A33) g keeps one distance from
+    instability whatever hangs: what the winch makes of the load's acceleration is then v_soft / g of it. A gain by the wire's stiffness,
+    as tension control has, would be ten times too stiff: 60 m of wire stretch by centimetres under the force of a wave.
     """
-    return -v_soft * (F - F_slow) / fmax(F_slow, F_least)
+    return -v_soft * (F - F_slow) / F_soft
 
 
 @scalar
@@ -199,7 +202,7 @@ def supervise(y, m, stage, s):
     F_ref = low_pass(m.F_ref, stage.F_set, s.t_fade, s.t_cycle) if tension else F_1
     s_ref = m.s_ref - v_joy * s.t_cycle if splash else y.s_w
     k = s.EA / (s.L_0 + fmax(y.s_w, 0.0))
-    soft = grown * soft_speed(F_2, F_slow, s.F_least, s.v_soft) + s.omega_s * (y.s_w - s_ref)
+    soft = grown * soft_speed(F_2, F_slow, s.F_soft, s.v_soft) + s.omega_s * (y.s_w - s_ref)
     law = tension_speed(F_1, F_ref, k, s.omega_T) if tension else 0.0
     law = clip(soft if splash else law, -s.v_max, s.v_max)
     v_op = v_joy + law

@@ -38,7 +38,7 @@ SEA = ("wave", "heading", "spread", "seed", "amplitudes")
 TIP = ("at", "height", "motion")
 BOOM = ("pedestal", "slew", "main", "knuckle", "offset")
 WATER = ("depth", "rho")
-ROOM = 120.0
+ROOM = 60.0
 """Time that a run is given beyond its programme as planned [s]: entry conditions, ramps, and a while to see the end."""
 LATE = 1.1
 """Factor on the planned time for the same reason."""

@@ -99,7 +99,7 @@ class Stage(Record):
 class WinchSettings(Record):
     """How the winch modes are set. None of it is published; every default is assumed, for the reason beside it."""
 
-    ramp: u.Acceleration = Field(default=0.2, gt=0, description="ramp of the joystick: half a metre per second in 2.5 s")
+    ramp: u.Acceleration = Field(default=0.1, gt=0, description="ramp of the joystick: half a metre per second in 5 s")
     v_max: u.Speed = Field(default=0.5, gt=0, description="highest speed that tension control adds; under half of what a 250 t winch does")
     v_enter: u.Speed = Field(
         default=0.1, gt=0, description="tip speed below which compensation starts: near crest or trough, without a bump"
@@ -110,7 +110,9 @@ class WinchSettings(Record):
         le=2.0,
         description="bandwidth of tension control on a load that stands; a quarter of K_p v_max at marginal stability",
     )
-    v_soft: u.Speed = Field(default=0.3, ge=0, le=2.0, description="speed of splash mode per deviation of the tension as large as its mean")
+    v_soft: u.Speed = Field(
+        default=1.0, ge=0, le=3.0, description="speed of splash mode per deviation of the tension by (m + A33) g; unstable from twice that"
+    )
     omega_s: u.Frequency = Field(
         default=0.1, ge=0, le=1.0, description="return of splash mode to the slow position, in a minute: below all waves"
     )
