@@ -5,12 +5,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.sea.plank import plank
 
 from stillhook.errors import SeaError
 from stillhook.io.rao_csv import write_rao_csv
 from stillhook.io.vessel_file import read_vessel
 from stillhook.sea.rao import DOFS, Rao
-from tests.sea.plank import plank
 
 OMEGA, BETA = np.linspace(0.1, 1.5, 8), np.radians(np.arange(0.0, 360.0, 30.0))
 DIGITS = 1e-5  # six digits of numbers up to 1

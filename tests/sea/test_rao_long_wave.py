@@ -5,10 +5,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from tests.sea.plank import BETA, plank
 
 from stillhook.sea.long_wave import long_wave_limits, long_wave_scales, long_wave_test, remarks, wavenumber, wrong_line
 from stillhook.sea.rao import Rao
-from tests.sea.plank import BETA, plank
 
 OTHER_SIDE = np.array([1, -1, 1, -1, 1, -1])[:, None, None]
 DEGREES = np.array([1, 1, 1, 180 / np.pi, 180 / np.pi, 180 / np.pi])[:, None, None]

@@ -5,11 +5,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from tests.sea.plank import plank_motions
 
 from stillhook.errors import SeaError
 from stillhook.io.vessel_file import read_vessel
 from stillhook.sea.long_wave import wavenumber
-from tests.sea.plank import plank_motions
 
 yaml = pytest.importorskip("yaml")
 
