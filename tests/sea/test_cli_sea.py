@@ -99,7 +99,7 @@ class TestRefusals:
             (["jonswap Hs=1 Tp=8 s"], 'Hs = "1": no unit; write "1 m"'),
             (["jonswap Hs=1,5 m Tp=8 s"], 'a comma in the number; write a point, "1.5 m"'),
             (["jonswap Hs=1 m"], "jonswap has no Tp. Give Hs, Tp."),
-            (["jonswap Hs=1 m Tp=8 s gama=3"], '"gama" is not one of Hs, Tp, gamma, norm of jonswap'),
+            (["jonswap Hs=1 m Tp=8 s gama=3"], '"gama" is not one of Hs, Tp, Tz, gamma, norm of jonswap'),
             (["jonswap Hs=1 m Tp=8 s gamma=33"], "gamma = 33 is not between 1 and 10"),
             (["jonswap Hs=1 m Tp=8 s gamma=two"], 'gamma = "two": not a plain number'),
             (["jonswap Hs=1 m Tp=8 s norm=other"], 'norm = "other" is not one of exact, printed'),

@@ -15,6 +15,22 @@ ROUNDING = 1e-12
 angles = st.floats(0.0, 2.0 * math.pi, exclude_max=True)
 
 
+class TestPeriods:
+    @pytest.mark.parametrize(
+        "text", ["pm Hs=2 m Tz=6 s", "jonswap Hs=2 m Tz=6 s gamma=3.3", "jonswap Hs=2 m Tz=6 s", "jonswap Hs=5 m Tz=6 s"]
+    )
+    def test_a_zero_crossing_period_that_is_given_comes_out(self, text):
+        assert parse_wave(text).T_m02 == pytest.approx(6.0, rel=1e-9)
+
+    def test_both_periods_are_one_too_many(self):
+        with pytest.raises(SeaError, match="Tp and Tz are both given"):
+            parse_wave("pm Hs=2 m Tp=8 s Tz=6 s")
+
+    def test_a_sea_of_neither_is_refused(self):
+        with pytest.raises(SeaError, match="pm has no Tp"):
+            parse_wave("pm Hs=2 m")
+
+
 class TestSeas:
     def test_each_train_may_have_its_own_side_and_spread(self):
         sea = parse_sea("jonswap Hs=2 m Tp=8 s heading=150 deg spread=4 + pm Hs=1 m Tp=14 s", heading=math.pi)

@@ -197,6 +197,28 @@ def gamma_of(H_s: float, T_p: float) -> float:
     return math.exp(5.75 - 1.15 * ratio) if ratio < 5.0 else 1.0
 
 
+def peak_period_of(T_z: float, H_s: float, gamma: float | None = None) -> float:
+    """Peak period [s] of the JONSWAP spectrum whose T_m02 is T_z [s]; gamma None: by the rule for H_s [m] and the period that comes out.
+
+    With the rule there is one answer: T_z grows with T_p all the way.
+    """
+    if gamma is not None:
+        return T_z / _zero_crossing_ratio(gamma)
+    low, high = T_z, 1.5 * T_z  # T_m02/T_p lies between 0.71 and 0.85
+    for _ in range(60):
+        middle = (low + high) / 2.0
+        if middle * _zero_crossing_ratio(gamma_of(H_s, middle)) < T_z:
+            low = middle
+        else:
+            high = middle
+    return (low + high) / 2.0
+
+
+def _zero_crossing_ratio(gamma: float) -> float:
+    """T_m02/T_p of a JONSWAP spectrum."""
+    return math.sqrt(_integral(0, 5.0, gamma, math.inf) / _integral(2, 5.0, gamma, math.inf))
+
+
 @dataclass(frozen=True)
 class Mixed(Peaks):
     """Spectra on top of one another, of waves from the same side."""

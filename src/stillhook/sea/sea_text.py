@@ -10,14 +10,14 @@ from typing import Any
 from stillhook.errors import SeaError, UnitError
 from stillhook.sea.measured import Measured
 from stillhook.sea.ochi_hubble import Hump, OchiHubble
-from stillhook.sea.parametric import Jonswap, Mixed, Peaks, pierson_moskowitz
+from stillhook.sea.parametric import Jonswap, Mixed, Peaks, peak_period_of, pierson_moskowitz
 from stillhook.sea.spectrum import Sea, Train, WaveSpectrum, check_spread
 from stillhook.sea.torsethaugen import Torsethaugen
 from stillhook.units import came, parse
 
 FIELDS: Mapping[str, tuple[str, ...]] = {
-    "jonswap": ("Hs", "Tp", "gamma", "norm"),
-    "pm": ("Hs", "Tp"),
+    "jonswap": ("Hs", "Tp", "Tz", "gamma", "norm"),
+    "pm": ("Hs", "Tp", "Tz"),
     "torsethaugen": ("Hs", "Tp", "norm"),
     "ochi-hubble": ("Hs1", "Tp1", "lambda1", "Hs2", "Tp2", "lambda2"),
 }
@@ -25,7 +25,7 @@ FIELDS: Mapping[str, tuple[str, ...]] = {
 PLACED = ("heading", "spread")
 """What a wave train of a sea may have besides."""
 ALLOWED = 'Write "jonswap Hs=2 m Tp=8 s gamma=3.3", "pm Hs=2 m Tp=8 s", "torsethaugen Hs=2 m Tp=8 s" or ochi-hubble; sums with " + "'
-_OPTIONAL = ("gamma", "norm", *PLACED)
+_OPTIONAL = ("Tz", "gamma", "norm", *PLACED)
 _KEY = re.compile(r"(?:^|\s)([A-Za-z_]+[0-9]?)\s*=\s*")
 _NUMBER = re.compile(r"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
 
@@ -34,7 +34,7 @@ def parse_wave(text: str, where: str = "") -> Peaks:
     """The wave spectrum that a text names; sums with spaces round the plus sign.
 
     - `jonswap Hs=1 m Tp=8 s gamma=3.3` (gamma by the rule of T_p/sqrt(H_s) if left out; norm=printed for 1 - 0.287 ln(gamma))
-    - `pm Hs=1 m Tp=8 s`
+    - `pm Hs=1 m Tp=8 s`; both also take T_m02 in place of the peak period: `pm Hs=1 m Tz=5.7 s`
     - `torsethaugen Hs=2 m Tp=8 s`
     - `ochi-hubble Hs1=2 m Tp1=14 s lambda1=3 Hs2=1 m Tp2=7 s lambda2=1`
 
@@ -90,20 +90,24 @@ def _term(term: str, whole: str, place: str) -> tuple[str, str, dict[str, str]]:
         if known[key.lower()] in values:
             raise SeaError(f"{whole}: {key} is given twice. Give it once.")
         values[known[key.lower()]] = value.strip()
+    if "Tz" in values and "Tp" in values:
+        raise SeaError(f"{whole}: Tp and Tz are both given. Give one of them.")
     for key in FIELDS[name]:
-        if key not in values and key not in _OPTIONAL:
+        if key not in values and key not in _OPTIONAL and not (key == "Tp" and "Tz" in values):
             raise SeaError(f"{whole}: {name} has no {key}. Give {', '.join(k for k in FIELDS[name] if k not in _OPTIONAL)}.")
     return whole, name, values
 
 
 def _spectrum(where: str, name: str, values: Mapping[str, str]) -> Peaks:
-    kinds = {"Hs": "length", "Tp": "time"}
+    kinds = {"Hs": "length", "Tp": "time", "Tz": "time"}
     x = {
         key: parse(text, kinds[key[:2]], f"{where}: {key}") if key[:2] in kinds else _number(text, f"{where}: {key}")
         for key, text in values.items()
         if key not in ("norm", *PLACED)
     }
     norm = values.get("norm", "exact")
+    if "Tz" in x:
+        x["Tp"] = peak_period_of(x["Tz"], x["Hs"], 1.0 if name == "pm" else x.get("gamma"))
     match name:
         case "jonswap":
             return Jonswap(x["Hs"], x["Tp"], x.get("gamma"), norm, where=where)

@@ -5,7 +5,7 @@ developed and has one peak. Fitted for the Norwegian continental shelf, H_s up t
 Source: Torsethaugen and Haver 2004, DNV-RP-C205 appendix A; check against your edition; the numbers are in `COEFFICIENTS`.
 Differs from print: the peaks are normalised exactly, so that H_m0 is H_s; the printed 3.26 (1 + 1.1 ln(gamma)^1.19)/gamma, norm "printed",
 leaves H_m0 within 2 % of it. A gamma that comes out below 1 (seas of very small steepness) is taken as 1.
-The tail omega^-4 makes m_3 and m_4 depend on the cut, and puts 7 % of m_2 above it.
+The tail omega^-4 makes m_3 and m_4 depend on the cut, and puts 4 to 9 % of m_2 above it.
 """
 
 from __future__ import annotations
