@@ -19,19 +19,22 @@ from stillhook.units import show
 
 @dataclass(frozen=True)
 class Duty:
-    """F mean tension at the winch [N]; m moving mass [kg], at least F/g; s_w wire paid out at rest [m], which sets layer and stiffness;
-    sensors between winch and PLC."""
+    """F mean tension at the winch [N]; s_w wire paid out at rest [m], which sets the layer; sensors between winch and PLC."""
 
     F: float
-    m: float
     s_w: float
     sensors: Sensors = field(default_factory=Sensors)
 
-    def scenario(self, crane: Crane, mode: Mode, tip: Motion, settled: float, duration: float) -> Scenario:
-        """The run of the twin under a motion of the tip; settled time that is not counted [s]. Tension beyond that of the hook is payload,
-        moving mass beyond it added mass: the twin's wire is a spring without mass."""
+    def on_spring(self, crane: Crane, k: float, zeta: float) -> Crane:
+        """The crane with a wire of stiffness k [N/m] and damping ratio zeta: what then happens to the tension is known."""
+        w = crane.wire
+        EA = w.E * w.fill * math.pi / 4.0 * w.d**2
+        return crane.model_copy(update={"wire": w.model_copy(update={"E": w.E * k * (w.L_0 + self.s_w) / EA, "zeta": zeta})})
+
+    def scenario(self, crane: Crane, mode: Mode, tip: Motion, settled: float, duration: float, more: float = 0.0) -> Scenario:
+        """The run of the twin under a motion of the tip; settled time that is not counted [s]; more mass that moves without weight [kg].
+        Tension beyond that of the hook is payload."""
         load = self.F / G - crane.hook_mass
-        more = self.m - load - crane.hook_mass
         water = Water.model_construct(volume=0.0, added_mass=more, C_D=0.0, area=0.0, rho=RHO_SEA) if more > 0.0 else None
         return Scenario.model_construct(
             load=load, s_w=self.s_w, tip=tip, mode=mode, duration=duration, warm_up=settled, water=water, sensors=self.sensors
@@ -46,6 +49,15 @@ class Duty:
         if not self.F / G >= crane.hook_mass:
             F, hook = show(self.F, "force"), show(crane.hook_mass, "mass")
             raise LiftError(f"residual: a tension of {F} is less than the weight of the hook, {hook}. Give the mean tension at the winch.")
+
+
+STRETCH, DAMPED = 200.0, 0.95
+"""Stretch of a wire so soft that the tension stands [m]: half a metre of motion changes it by 0.25 %; its damping ratio."""
+
+
+def soft(crane: Crane, duty: Duty) -> Crane:
+    """The crane on a wire so soft that the tension stands."""
+    return duty.on_spring(crane, duty.F / STRETCH, DAMPED)
 
 
 def run_twin(

@@ -16,6 +16,7 @@ from stillhook.physics.scalar import G
 from stillhook.response.duty import Duty
 from stillhook.response.rod import End, Rod
 from stillhook.sea.long_wave import wavenumber
+from stillhook.sea.wave_field import decay
 from stillhook.units import show
 
 FloatArray = NDArray[np.float64]
@@ -40,18 +41,14 @@ class Hung:
 
     @property
     def duty(self) -> Duty:
-        """What the winch holds, without sensors between it and the PLC: a third of the wire moves with the load."""
-        return Duty(F=self.F_top, m=max(self.end.moving + self.end.m_h + self.rod.mass / 3.0, self.F_top / G), s_w=self.s_w)
+        """What the winch holds, with ideal sensors between it and the PLC."""
+        return Duty(F=self.F_top, s_w=self.s_w)
 
     def decay(self, omega: FloatArray) -> FloatArray:
         """Vertical motion of the water at the payload per elevation above it [-], shape of omega; 0 in air."""
         if self.z is None:
             return np.zeros_like(omega)
-        k = wavenumber(omega, self.depth)
-        if math.isinf(self.depth):
-            return np.asarray(np.exp(k * self.z))
-        kd, kh = k * self.depth, k * (self.depth + self.z)  # sinh kh/sinh kd, without overflow
-        return np.asarray(np.exp(kh - kd) * -np.expm1(-2.0 * kh) / -np.expm1(-2.0 * kd))
+        return np.asarray(decay(wavenumber(omega, self.depth), np.array([self.z]), self.depth)[0])
 
 
 def hung(crane: Crane, lift: Lowering, z: float) -> Hung:

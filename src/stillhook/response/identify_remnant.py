@@ -12,7 +12,7 @@ from stillhook.crane import Crane
 from stillhook.engine.run import Ending, Progress, Result
 from stillhook.errors import LiftError
 from stillhook.plants.state import Signals
-from stillhook.response.duty import Duty, run_twin
+from stillhook.response.duty import Duty, run_twin, soft
 from stillhook.response.remnant import Remnant
 from stillhook.response.residual import Residual
 from stillhook.scenario import Mode
@@ -47,7 +47,7 @@ def identify_remnant(
     """
     motions = [(T, sigma, _motion(T, sigma, SEED + n)) for n, (T, sigma) in enumerate((T, s) for T in MEAN_PERIODS for s in DEVIATIONS)]
     cases = [duty.scenario(crane, mode, tip, SETTLE, LENGTH) for _, _, tip in motions]
-    results = run_twin(crane, cases, SPACING, threads=threads, progress=progress)
+    results = run_twin(soft(crane, duty), cases, SPACING, threads=threads, progress=progress)
     lost = [sigma for (_, sigma, _), r in zip(motions, results, strict=True) if r.ending is not Ending.DONE]
     kept = [s for s in DEVIATIONS if s < min(lost, default=math.inf)]
     if not kept:

@@ -20,7 +20,9 @@ from stillhook.engine.lanes import VL
 from stillhook.engine.run import Ending, Progress, Result
 from stillhook.errors import LiftError, StillhookError
 from stillhook.plants.state import Signals
-from stillhook.response.duty import Duty, run_twin
+from stillhook.response.duty import Duty, run_twin, soft
+from stillhook.response.give import Give
+from stillhook.response.identify_give import identify_give
 from stillhook.response.identify_remnant import identify_remnant
 from stillhook.response.remnant import Remnant
 from stillhook.response.residual import HARMONICS, Residual
@@ -39,11 +41,12 @@ SETTLE, WAVES = 30.0, 4
 """Time after which a sine is taken as settled [s], ramp included; whole waves over which the answer is taken."""
 SPACING = 0.05
 """Spacing of the series that the answer is taken from [s], or the next shorter one that the PLC cycle allows."""
-OWN = ("duty.py", "identify_residual.py", "identify_remnant.py", "remnant.py", "residual.py")
+OWN = ("duty.py", "give.py", "identify_give.py", "identify_residual.py", "identify_remnant.py", "remnant.py", "residual.py")
 """Files that a table follows from beside crane, duty and `results_hash`."""
 
 TABLES = ("omega", "v", "C", "harmonics", "saturated")
 REMNANT = ("T_z", "sigma_v", "omega", "S", "gain")
+GIVE = ("omega", "v", "Y")
 
 
 def identify_residual(
@@ -74,8 +77,11 @@ def identify_residual(
     cases = [
         duty.scenario(crane, mode, Sine.from_si(v * T / (2.0 * math.pi), T), SETTLE, SETTLE + WAVES * T) for T in periods for v in speeds
     ]
-    sines = _table(run_twin(crane, cases, SPACING, threads=threads, progress=progress), periods, speeds, duty.about(crane, mode))
-    made = replace(sines, remnant=identify_remnant(crane, duty, mode, sines, threads=threads, progress=progress))
+    sines = _table(
+        run_twin(soft(crane, duty), cases, SPACING, threads=threads, progress=progress), periods, speeds, duty.about(crane, mode)
+    )
+    remnant = identify_remnant(crane, duty, mode, sines, threads=threads, progress=progress)
+    made = replace(sines, remnant=remnant, give=identify_give(crane, duty, mode, threads=threads, progress=progress))
     if cache:
         _write(file, made)
     return made
@@ -124,7 +130,7 @@ def _key(crane: Crane, duty: Duty, mode: Mode, periods: Sequence[float], speeds:
     own = b"".join(Path(__file__).with_name(name).read_bytes() for name in OWN)
     what = {
         "code": results_hash(), "own": hashlib.sha256(own).hexdigest(), "crane": content(crane), "mode": mode.value, "F": duty.F,
-        "m": duty.m, "s_w": duty.s_w, "sensors": duty.sensors.model_dump(mode="json"), "periods": list(periods), "speeds": list(speeds),
+        "s_w": duty.s_w, "sensors": duty.sensors.model_dump(mode="json"), "periods": list(periods), "speeds": list(speeds),
     }  # fmt: skip
     return hashlib.sha256(json.dumps(what, sort_keys=True).encode()).hexdigest()[:32]
 
@@ -134,12 +140,14 @@ def _read(file: Path) -> Residual | None:
     with contextlib.suppress(OSError, ValueError, KeyError, EOFError, BadZipFile, LiftError), np.load(file, allow_pickle=False) as data:
         fields = {name: data[name] for name in TABLES}
         remnant = Remnant(**{name: data[f"remnant_{name}"] for name in REMNANT})
-        return Residual(**fields, about=str(data["about"]), remnant=remnant)
+        give = Give(**{name: data[f"give_{name}"] for name in GIVE})
+        return Residual(**fields, about=str(data["about"]), remnant=remnant, give=give)
     return None
 
 
 def _write(file: Path, made: Residual) -> None:
     """Keep a table; a folder that cannot be written to is no reason to fail."""
     arrays = {name: getattr(made, name) for name in TABLES} | {f"remnant_{name}": getattr(made.remnant, name) for name in REMNANT}
+    arrays |= {f"give_{name}": getattr(made.give, name) for name in GIVE}
     with contextlib.suppress(StillhookError, OSError), whole_file(file) as part, open(part, "wb") as out:
         np.savez_compressed(out, about=np.array(made.about), **arrays)

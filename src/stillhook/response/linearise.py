@@ -41,12 +41,12 @@ QUANTITIES = ("load", "load_rate", "relative", "top", "top_rate", "sling", "slin
 """Displacement of the payload and its speed, its speed through the water; tension at the crane tip and in the slings with their rates."""
 
 
-def answers(omega: FloatArray, hung: Hung, drag: ArrayLike) -> dict[str, Answer]:
-    """Every one of `QUANTITIES` at omega and linear drags [N s/m] that broadcast with it.
+def answers(omega: FloatArray, hung: Hung, drag: ArrayLike, give: ArrayLike = 0.0) -> dict[str, Answer]:
+    """Every one of `QUANTITIES` at omega and linear drags [N s/m] that broadcast with it; give of the winch [m/N].
 
     The wave's force on the payload is that of the water's acceleration on displaced water and added mass, and of drag by its speed.
     """
-    t = transfers(omega, hung.rod, hung.end, drag)
+    t = transfers(omega, hung.rod, hung.end, drag, give)
     water, rate = hung.decay(omega), 1j * omega
     inertia = -(omega**2) * (hung.rho_V + hung.end.A33)
     F = (inertia + rate * np.asarray(drag, dtype=np.float64)) * water

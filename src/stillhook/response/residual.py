@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from stillhook.errors import LiftError
+from stillhook.response.give import Give
 from stillhook.response.remnant import Remnant
 
 FloatArray = NDArray[np.float64]
@@ -40,7 +41,8 @@ class Residual:
 
     omega (m,) [rad/s] ascending; v (k,) speed amplitudes [m/s] ascending; C (m, k); harmonics (4, m, k): size of the wire's motion at 2 to
     5 times the frequency over the tip's height; saturated (m, k): share of the time in which the pumps stand at their stop [-]; about:
-    winch, mode, load and wire in words; remnant: what irregular motions leave beside C, None for nothing.
+    winch, mode, load and wire in words; remnant: what irregular motions leave beside C, None for nothing;
+    give: how far the winch gives to a changing tension, None for not at all. All but `give` hold while the tension stands.
     Errors: LiftError for other shapes.
     """
 
@@ -51,6 +53,7 @@ class Residual:
     saturated: FloatArray = field(repr=False)
     about: str = ""
     remnant: Remnant | None = None
+    give: Give | None = None
 
     def __post_init__(self) -> None:
         shape = (len(self.omega), len(self.v))

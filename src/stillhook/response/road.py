@@ -35,7 +35,9 @@ SPEEDS = np.geomspace(1e-4, 10.0, 36)
 SLOW = np.geomspace(0.01, 8.0, 400)
 """Frequencies on which the remnant of the winch is taken to the load [rad/s]."""
 BLOCK = 1024
-"""Sea states that are worked out together."""
+"""Sea states that are worked out together at most."""
+ALIKE = 1.3
+"""Factor within which deviations of the tip's speed share one give of the winch, that of their middle."""
 LEAST = 1e-300
 
 
@@ -134,26 +136,38 @@ def sigmas(forcing: Forcing, hung: Hung, residual: Residual) -> Sigmas:
     out[:, v == 0.0] = 0.0
     trial = SPEEDS if hung.B > 0.0 else SPEEDS[:1]
     drag = hung.C_lin + drag_of_gaussian(hung.B, trial)
-    tables = _Tables(forcing, hung, drag, residual)
-    moving = np.flatnonzero(v > 0.0)
-    for i in range(0, len(moving), BLOCK):
-        rows = moving[i : i + BLOCK]
-        out[:, rows] = _block(forcing, rows, trial, drag, tables, residual)
+    for rows in _blocks(v, residual):
+        tables = _Tables(forcing, hung, drag, residual, float(np.sqrt(v[rows[0]] * v[rows[-1]])))
+        for i in range(0, len(rows), BLOCK):
+            out[:, rows[i : i + BLOCK]] = _block(forcing, rows[i : i + BLOCK], trial, drag, tables, residual)
     return Sigmas(*out)
+
+
+def _blocks(v: FloatArray, residual: Residual) -> list[NDArray[np.intp]]:
+    """Moving sea states by rising speed of the tip, in blocks of about the same speed where the give of the winch hangs on it."""
+    rising = np.argsort(v, kind="stable")
+    rising = rising[v[rising] > 0.0]
+    if residual.give is None or not len(rising):
+        return [rising] if len(rising) else []
+    step = np.floor(np.log(v[rising] / v[rising[0]]) / math.log(ALIKE))
+    return np.split(rising, np.flatnonzero(np.diff(step)) + 1)
 
 
 class _Tables:
     """What every sea state shares: squared answers (s, m) by quantity for s drags, and answers to the remnant."""
 
-    def __init__(self, forcing: Forcing, hung: Hung, drag: FloatArray, residual: Residual) -> None:
-        at_drags = answers(forcing.omega, hung, drag[:, None])
+    def __init__(self, forcing: Forcing, hung: Hung, drag: FloatArray, residual: Residual, sigma_v: float) -> None:
+        def give(omega: FloatArray) -> ComplexArray:
+            return np.zeros(len(omega), complex) if residual.give is None else residual.give.at(omega, math.sqrt(2.0) * sigma_v)
+
+        at_drags = answers(forcing.omega, hung, drag[:, None], give(forcing.omega))
         self.by_u = {q: np.abs(a.u) ** 2 for q, a in at_drags.items()}
         self.waves = bool(np.any(hung.decay(forcing.omega) ** 2 > 1e-9))
         self.both = {q: 2.0 * a.u * np.conj(a.wave) for q, a in at_drags.items()} if self.waves else {}
         self.by_wave = {q: np.abs(a.wave) ** 2 for q, a in at_drags.items()} if self.waves else {}
         self.remnant: dict[str, FloatArray] = {}
         if residual.remnant is not None:
-            slow = answers(SLOW, hung, drag[:, None])
+            slow = answers(SLOW, hung, drag[:, None], give(SLOW))
             self.remnant = {q: residual.remnant.integrated(np.abs(a.u) ** 2, SLOW) for q, a in slow.items()}
             self.remnant["u"] = residual.remnant.integrated(np.ones((1, len(SLOW))), SLOW)
 

@@ -186,7 +186,7 @@ class Transfers(NamedTuple):
     sling_F: ComplexArray
 
 
-def transfers(omega: ArrayLike, rod: Rod, end: End, drag: ArrayLike = 0.0) -> Transfers:
+def transfers(omega: ArrayLike, rod: Rod, end: End, drag: ArrayLike = 0.0, give: ArrayLike = 0.0) -> Transfers:
     r"""Motion and tension per motion of the wire's top end and per force on the payload.
 
     .. math:: q_L = \frac{K u + F_e\,\mathrm{sinc}\,p}{K\cos p + D\,\mathrm{sinc}\,p}, \quad
@@ -195,10 +195,13 @@ def transfers(omega: ArrayLike, rod: Rod, end: End, drag: ArrayLike = 0.0) -> Tr
 
     with F_e = F k_s/(k_s + D_p), written with sinc p = sin(p)/p so that a wire without mass is a spring.
 
-    Parameters: omega [rad/s], above 0; drag Sigma linear drag of the payload [N s/m]; both broadcast. A force up on the payload
+    Parameters: omega [rad/s], above 0; drag Sigma linear drag of the payload [N s/m]; give complex compliance of the winch,
+    wire paid out per tension [m/N], through which u comes as through `Rod.k_top`; all broadcast. A force up on the payload
     slackens the wire: top_F is negative at low frequencies.
     """
-    w, Sigma = np.broadcast_arrays(np.asarray(omega, dtype=np.float64), np.asarray(drag, dtype=np.float64))
+    w, Sigma, Y = np.broadcast_arrays(
+        np.asarray(omega, dtype=np.float64), np.asarray(drag, dtype=np.float64), np.asarray(give, dtype=np.complex128)
+    )
     EA = rod.EA * (1.0 + 1j * w * rod.beta)
     K = EA / rod.L
     p = w * rod.L * np.sqrt(rod.mu / EA)
@@ -213,7 +216,7 @@ def transfers(omega: ArrayLike, rod: Rod, end: End, drag: ArrayLike = 0.0) -> Tr
     load_u, load_F = soft * hook_u, soft * (hook_F + flex)
     by_top = load_u, hook_u, top_u, D * hook_u, D_p * load_u
     by_force = load_F, hook_F, top_F, D * hook_F - soft, D_p * load_F - 1.0
-    yields = 0.0 if math.isinf(rod.k_top) else 1.0 / (rod.k_top * (1.0 + 1j * w * rod.beta))
+    yields = Y + (0.0 if math.isinf(rod.k_top) else 1.0 / (rod.k_top * (1.0 + 1j * w * rod.beta)))
     through = 1.0 / (1.0 + yields * top_u)  # motion that comes through the spring above
     pairs = ((through * u, F - yields * top_F * through * u) for u, F in zip(by_top, by_force, strict=True))
     return Transfers(*(each for pair in pairs for each in pair))

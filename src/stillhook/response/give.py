@@ -1,0 +1,37 @@
+"""How far a winch gives to a changing tension while it compensates: oil in its lines, slip, passive circuit, friction that moves."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stillhook.errors import LiftError
+
+FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+
+
+@dataclass(frozen=True, eq=False)
+class Give:
+    """Wire paid out per tension, complex, over frequency and the tip's speed amplitude: omega (m,) [rad/s] and v (k,) [m/s] ascending,
+    Y (m, k) [m/N]. Linear in the logarithms of both; beyond the ends the nearest holds."""
+
+    omega: FloatArray = field(repr=False)
+    v: FloatArray = field(repr=False)
+    Y: ComplexArray = field(repr=False)
+
+    def __post_init__(self) -> None:
+        if self.Y.shape != (len(self.omega), len(self.v)):
+            raise LiftError(f"give: a table of shape {self.Y.shape} for {len(self.omega)} frequencies and {len(self.v)} amplitudes.")
+
+    def at(self, omega: FloatArray, v: float) -> ComplexArray:
+        """Y [m/N] at frequencies (n,) [rad/s] and one speed amplitude of the tip [m/s]."""
+        x = np.log([max(v, 1e-12)])
+        over_v = np.concatenate([_joined(x, np.log(self.v), row) for row in self.Y])
+        return _joined(np.log(omega), np.log(self.omega), over_v)
+
+
+def _joined(x: FloatArray, knots: FloatArray, values: ComplexArray) -> ComplexArray:
+    return np.asarray(np.interp(x, knots, values.real) + 1j * np.interp(x, knots, values.imag), dtype=np.complex128)
