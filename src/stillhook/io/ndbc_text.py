@@ -188,6 +188,10 @@ Source: www.ndbc.noaa.gov/faq/wavespectra.shtml.
 ROUNDED = 0.0006
 """Real-time files print three digits of a frequency [Hz]."""
 
+SOUND = 0.25
+"""Part by which widths of bands that touch may differ from half the way to either neighbour: 0.2 where the width doubles from one band to
+the next. Rounded frequencies lead further astray."""
+
 
 def bands(f: FloatArray, where: str) -> tuple[FloatArray, FloatArray]:
     """Centres and widths of bands (m,) [Hz] with these centres.
@@ -219,5 +223,4 @@ def _widths(f: FloatArray) -> FloatArray:
         width[i + 1] = 2.0 * step[i] - width[i]
     for i in range(even[0], 0, -1):
         width[i - 1] = 2.0 * step[i - 1] - width[i]
-    sound = np.all(width > 0.3 * half) and np.all(width < 3.0 * half)
-    return width if sound else half
+    return width if np.all(np.abs(width - half) < SOUND * half) else half
