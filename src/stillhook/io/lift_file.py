@@ -13,6 +13,7 @@ from stillhook.io.case_file import read_tip
 from stillhook.io.fields import Fields, described
 from stillhook.io.vessel_file import read_vessel
 from stillhook.library import load_crane
+from stillhook.library.files import nearest
 from stillhook.library.payloads import read_payload
 from stillhook.library.vessels import vessel_file, vessels
 from stillhook.lift.lowering import DeepWire, Lowering, Rigging
@@ -93,6 +94,9 @@ def load_lift(path: str | Path, *, seed: int | None = None, duration: str | None
     if str(path) in lifts():
         with as_file(files("stillhook.library") / "lifts" / f"{path}.toml") as file:
             return described(file, lambda table, at: _lift(table, at, seed, duration))
+    if "." not in str(path) and not Path(path).exists():
+        have = f"{', '.join(lifts())}{nearest(str(path), lifts())}"
+        raise LiftError(f"No lift {came(str(path))}: the library has {have} A file's name ends in .toml.")
     return described(path, lambda table, at: _lift(table, at, seed, duration))
 
 
