@@ -59,6 +59,12 @@ def test_of_several_speeds_standstill_is_read(tmp_path: Path) -> None:
     assert np.abs(ship.H - plank_motions(ship.omega, ship.beta)).max() < DIGITS
 
 
+def test_a_file_with_headings_all_round_is_read_without_a_mirror(tmp_path: Path) -> None:
+    ship = read_vessel(written(tmp_path, lines(headings=np.arange(0.0, 360.0, 30.0))))
+    assert np.abs(ship.H - plank_motions(ship.omega, ship.beta)).max() < DIGITS
+    assert not any("mirrored" in note for note in ship.notes)
+
+
 def refused(folder: Path, text: list[str]) -> str:
     with pytest.raises(SeaError) as caught:
         read_vessel(written(folder, text))
@@ -68,7 +74,7 @@ def refused(folder: Path, text: list[str]) -> str:
     return message
 
 
-@pytest.mark.parametrize("length", range(7, len(lines()), 41))
+@pytest.mark.parametrize("length", [0, 1, 6, *range(7, len(lines()), 41)])
 def test_a_file_that_is_cut_off_anywhere_is_refused(tmp_path: Path, length: int) -> None:
     assert "the file is cut off" in refused(tmp_path, lines()[:length])
 

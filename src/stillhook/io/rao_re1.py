@@ -5,13 +5,14 @@ frequencies and degrees of freedom; per speed: speed, sinkage, trim, and where m
 heading [deg]: per frequency [rad/s]: number of the degree of freedom, real and imaginary part, six times. Translations [m/m], rotations
 [rad/m], exp(+i omega t), x aft, y to starboard, z up; heading 0 head sea, 90 waves from port, 180 following sea; a wave crest at the
 reference point at phase 0. The file says nothing of this: the long-wave limits confirm signs, phases and units (`sea.long_wave`), the
-order of bow and stern is VERES's own. Only the zero-speed part is read: a crane vessel at work stands still.
+order of bow and stern is VERES's own. Headings up to 180 deg are one side of a ship that is the same on the other. Only the zero-speed
+part is read: a crane vessel at work stands still.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -61,9 +62,7 @@ def read_re1(path: Path, text: str) -> Rao:
     freedom, hold no zero speed, or whose headings or frequencies are out of order."""
     lines = text.splitlines()
     r = _Reader(path.name, iter(list(enumerate(lines, start=1))[TITLES:]))
-    if len(lines) <= TITLES or "TRANSFER FUNCTION" not in lines[0].upper():
-        raise SeaError(f'{path.name}: does not begin with "MOTION TRANSFER FUNCTIONS", as a ShipX/VERES .re1 does. Check the file.')
-    if "MOTION" not in lines[0].upper():
+    if lines and "TRANSFER FUNCTION" in lines[0].upper() and "MOTION" not in lines[0].upper():
         raise SeaError(f"{path.name}: {came(lines[0].strip())}: not the motions. Give the .re1, not the forces (.re8).")
     r.numbers(2, "density and gravity")
     L, B, T = r.numbers(3, "Lpp, breadth and draught")
@@ -86,9 +85,11 @@ def read_re1(path: Path, text: str) -> Rao:
         f"Lpp {L:.6g} m, breadth {B:.6g} m, draught {T:.6g} m, centre of gravity {VCG:.4g} m above the keel",
         f"read as ShipX/VERES: {SHIPX.describe()}",
     )
+    one_side = float(np.max(degrees)) <= 180.0
+    convention = SHIPX if one_side else replace(SHIPX, mirror=False)
     title = lines[2].partition(":")[2].strip() or path.stem
     source = f"{path.name} (ShipX/VERES .re1, zero speed)"
-    return to_rao(SHIPX, name=title, omega=omega, heading=np.radians(degrees), H=H, source=source, origin=origin, notes=notes)
+    return to_rao(convention, name=title, omega=omega, heading=np.radians(degrees), H=H, source=source, origin=origin, notes=notes)
 
 
 def _counts(r: _Reader) -> tuple[int, int, int]:

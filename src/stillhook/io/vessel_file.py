@@ -40,7 +40,7 @@ def read_untested(path: str | os.PathLike[str]) -> Rao:
     if _begins(file, b"\x89HDF", b"CDF"):
         return read_capytaine(file)
     text = _text(file)
-    if "TRANSFER FUNCTION" in text[:1000].upper():
+    if file.suffix.lower() == ".re1" or "TRANSFER FUNCTION" in text[:1000].upper():
         return read_re1(file, text)
     if "VesselTypes:" in text:
         return read_orcaflex(file, text)
