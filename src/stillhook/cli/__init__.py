@@ -22,6 +22,7 @@ from stillhook.cli import (
     envelope,
     friction,
     identify,
+    lower,
     maps,
     payload,
     runs,
@@ -69,6 +70,7 @@ tune.register(app)
 uncertainty.register(app)
 validate.register(app)
 tip.register(app)
+lower.register(app)
 app.add_typer(calc.app, name="calc")
 app.add_typer(certificate.app, name="certificate")
 app.add_typer(identify.app, name="identify")
