@@ -68,11 +68,13 @@ class Rao:
     def at(self, omega: ArrayLike, beta: ArrayLike) -> ComplexArray:
         """H at frequencies (k,) [rad/s] and a heading [rad]: shape (6, k); at headings (j,): shape (6, j, k).
 
-        Frequency: through every value of the table by monotone cubics (PCHIP) of real and imaginary part, so that neither goes beyond the
-        two values that it lies between. Below the lowest frequency: the deviation from the limits of a floating body in waves much longer
-        than it fades with the wavenumber. Above the highest: 0, as if so short a wave moved nothing (`Rao.notes` says how much the table
-        still holds there). Heading: periodic cubic spline through the complex values, all round; a straight line between two headings would
-        cut the corner of a phase that turns, and lose up to 6 % of a tip's motion in short waves between headings 10 deg apart.
+        Frequency: the mean of the straight line and the monotone cubic (PCHIP) through the complex values, so that real and imaginary part
+        stay between the two values that they lie between. What lies there the table does not say; some programs go straight, others by a
+        spline, and on 36 frequencies of a ship of 83 m these differ by 1.2 % in the motion of a crane tip in waves of 8 s, by up to 5 % in
+        waves of 6 s. The mean is about half of that from either. Below the lowest frequency: the deviation from the limits of a floating
+        body in waves much longer than it fades with the wavenumber. Above the highest: 0, as if so short a wave moved nothing (`Rao.notes`
+        says how much the table still holds there). Heading: periodic cubic spline through the complex values, all round; a straight line
+        would cut the corner of a phase that turns, and lose up to 6 % of a tip's motion in short waves between headings 10 deg apart.
         """
         beta = np.asarray(beta, dtype=np.float64)
         H = self._mixed(omega, self.heading_weights(beta.ravel()), np.eye(len(DOFS)))
@@ -112,7 +114,10 @@ class Rao:
 
         values = np.moveaxis(self.H, -1, 0)
         re, im = PchipInterpolator(self.omega, values.real, axis=0), PchipInterpolator(self.omega, values.imag, axis=0)
-        return np.ascontiguousarray(np.moveaxis(re.c + 1j * im.c, 1, -1))
+        c = 0.5 * (re.c + 1j * im.c)
+        c[3] += 0.5 * values[:-1]
+        c[2] += 0.5 * np.diff(values, axis=0) / np.diff(self.omega)[:, None, None]
+        return np.ascontiguousarray(np.moveaxis(c, 1, -1))
 
     def _mixed(self, omega: ArrayLike, headings: FloatArray, motions: FloatArray) -> ComplexArray:
         """Sums of motions (q, 6) over sums of headings (j, m) at frequencies (k,): (q, j, k)."""
