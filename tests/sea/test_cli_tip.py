@@ -96,29 +96,13 @@ def test_out_writes_picture_series_and_summary_that_agree(capsys, vessel, tmp_pa
     assert json.loads((out / "summary.json").read_text())["sigma_z"] == found["sigma_z"]
 
 
-def test_the_same_seed_writes_the_same_series(capsys, vessel, tmp_path):
+def test_the_same_seed_writes_the_same_series_and_another_does_not(capsys, vessel, tmp_path):
+    given = ("--vessel", vessel, "--at", AT, "--wave", WAVE, "--heading", "90", "--duration", "5 min")
     texts = []
-    for i, seed in enumerate(("4", "4", "5")):
-        out = tmp_path / str(i)
-        answer(
-            capsys,
-            "--vessel",
-            vessel,
-            "--at",
-            AT,
-            "--wave",
-            WAVE,
-            "--heading",
-            "90",
-            "--duration",
-            "5 min",
-            "--seed",
-            seed,
-            "--out",
-            str(out),
-        )
-        texts.append((out / "tip.json").read_text())
-    assert texts[0] == texts[1] != texts[2]
+    for seed in ("4", "5", "4"):
+        answer(capsys, *given, "--seed", seed, "--out", str(tmp_path))
+        texts.append((tmp_path / "tip.json").read_text())
+    assert texts[0] == texts[2] != texts[1]
 
 
 def test_exact_rotations_are_told_beside_the_linear_motion(capsys, vessel, tmp_path):
@@ -144,6 +128,35 @@ def test_a_log_of_a_motion_sensor_gives_the_same_numbers(capsys, shared_data):
     assert at_sensor["sigma_z"] == pytest.approx(1.0961, rel=0.01)
     assert at_tip["sigma_v"] > at_sensor["sigma_v"]
     assert "read as" in at_tip["notes"][0]
+    assert "--at: z is missing" in refusal(capsys, "--log", log, "--at", AT)
+
+
+def test_measured_spectra_are_taken_record_by_record(capsys, vessel, shared_data, tmp_path):
+    """The sea of the record, 38 bands; and what the command asks for when it is not told enough."""
+    buoy = str(shared_data / "sea_ndbc_46042" / "46042w1996.txt.gz")
+    at = ("--vessel", vessel, "--at", AT, "--wave", buoy)
+    found = answer(capsys, *at, "--record", "1996-01-05T12:00", "--heading", "90")
+    assert found["sea"]["H_m0"] == pytest.approx(2.46, abs=0.005)
+    assert found["sea"]["T_p"] == pytest.approx(1.0 / 0.06)
+    assert found["sigma_z"] < 2.0 * found["sea"]["H_m0"] / 4.0
+    assert "Choose one with --record" in refusal(capsys, *at, "--heading", "90")
+    assert "has no directions. Give --heading" in refusal(capsys, *at, "--record", "0")
+    assert "no directions are taken from it" in refusal(capsys, *at, "--record", "0", "--heading", "90", "--ship", "30")
+    met = tmp_path / "met.txt"
+    met.write_text("#YY  MM DD hh mm WDIR WSPD GST  WVHT   DPD   APD MWD\n#yr  mo dy hr mn degT m/s  m/s     m   sec   sec degT\n"
+                   "2019 08 01 00 00 999  99.0 99.0  1.50  9.00  6.00 270\n")  # fmt: skip
+    assert "no spectra" in refusal(capsys, "--vessel", vessel, "--at", AT, "--wave", str(met), "--record", "0", "--heading", "90")
+
+
+def test_seeds_give_the_largest_values_that_were_met_with_their_intervals(capsys, vessel):
+    given = ("--vessel", vessel, "--at", AT, "--wave", WAVE, "--heading", "90", "--duration", "1 h", "--seeds", "12")
+    found = answer(capsys, *given)
+    for name in ("z_mpm", "v_mpm", "a_mpm"):
+        met = found["maxima"][name]
+        assert met["low"] < met["value"] < met["high"]
+        assert met["value"] == pytest.approx(found[name], rel=0.08)  # twelve seeds
+    assert run(["tip", *given]) == 0
+    assert "of 12 seeds (95 %)" in capsys.readouterr().out
 
 
 def test_the_table_for_people_has_the_numbers_and_where_the_vessel_ends(capsys, vessel):
@@ -172,6 +185,10 @@ def test_the_table_for_people_has_the_numbers_and_where_the_vessel_ends(capsys, 
             "is not a length and an angle",
         ),
         (("--at", AT, "--wave", WAVE, "--heading", "0", "--exact"), "--exact: is for the series"),
+        (("--at", AT, "--wave", WAVE, "--heading", "0", "--record", "0"), "--record: belongs to a file of measured waves"),
+        (("--at", AT, "--wave", WAVE, "--heading", "0", "--seeds", "2"), "seeds = 2: give 5 to 1000"),
+        (("--at", AT, "--wave", WAVE, "--heading", "all", "--seeds", "20"), "--seeds: is for one heading"),
+        (("--at", AT, "--wave", f"{WAVE} heading=20 deg", "--heading", "all"), "have a heading of their own"),
         (("--at", AT, "--wave", WAVE, "--log", "x.csv"), "belongs to a vessel in waves"),
         (("--at", AT, "--wave", WAVE, "--heading", "0", "--seed", "-1", "--out", "never-made"), "whole number of 0 or more"),
     ],

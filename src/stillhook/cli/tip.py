@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -15,19 +14,26 @@ from stillhook.cli.show import human, print_json, print_table, print_values, uni
 
 if TYPE_CHECKING:
     from stillhook.sea.rao import Rao
-    from stillhook.sea.spectrum import Sea
     from stillhook.sea.tip import TipPoint
 
 OUT_FILES = ("tip.png", "tip.json", "tip.csv", "summary.json")
 SHOWN = ("sigma_z", "sigma_v", "sigma_a", "T_z", "T_p", "T_z_counted", "bandwidth")
+LARGEST = (("z", "height"), ("v", "speed"), ("a", "acceleration"))
 ALL_ROUND = "all"
 EVERY = 15  # deg: headings of --heading all
-WAVE_HELP = 'Waves: "jonswap Hs=2 m Tp=8 s gamma=3.3", pm, torsethaugen, ochi-hubble; sums with " + ", each may have a heading=150 deg.'
+WAVE_HELP = (
+    'Waves: "jonswap Hs=2 m Tp=8 s gamma=3.3", pm, torsethaugen, ochi-hubble; sums with " + ", each may have a heading=150 deg; '
+    "or a file of measured spectra (NDBC)."
+)
 HEADING_HELP = (
     "Direction in which the waves travel, counter-clockwise from the bow: 0 following, 90 coming from starboard, 180 head sea, "
     "270 coming from port; or all."
 )
+AT_HELP = 'Crane tip from the RAO\'s reference point: "x=-20 m, y=-18 m", forward and to port.'
+PEDESTAL_HELP = 'In place of --at: heel of the boom, "x=-10 m, y=-6 m, z=15 m", z above water.'
+KNUCKLE_HELP = 'Knuckle boom: length and angle below the main boom\'s line, "15 m 60 deg".'
 LOG_HELP = "Log of a motion sensor (CSV or $PSXN,23) in place of vessel and waves; --at is then from the sensor, with z."
+SEEDS_HELP = "Realisations of the sea whose largest values are met and fitted (Gumbel, 95 % intervals); 20 or more tell something."
 
 
 def register(app: typer.Typer) -> None:
@@ -36,21 +42,20 @@ def register(app: typer.Typer) -> None:
 
 def tip(
     vessel: Annotated[str | None, typer.Option(help="Vessel: a name of the library, or a file (.re1, CSV, NetCDF, YAML).")] = None,
-    at: Annotated[
-        str | None, typer.Option(help='Crane tip from the RAO\'s reference point: "x=-20 m, y=-18 m", forward and to port.')
-    ] = None,
+    at: Annotated[str | None, typer.Option(help=AT_HELP)] = None,
     wave: Annotated[str | None, typer.Option(help=WAVE_HELP)] = None,
     heading: Annotated[str | None, typer.Option(help=HEADING_HELP)] = None,
     spread: Annotated[float | None, typer.Option(help="Short-crested waves: exponent n of cos^n about the heading.")] = None,
-    pedestal: Annotated[
-        str | None, typer.Option(help='In place of --at: heel of the boom, "x=-10 m, y=-6 m, z=15 m", z above water.')
-    ] = None,
+    record: Annotated[str | None, typer.Option(help="Of a file of measured waves: its record, by number from 0 or by time (UTC).")] = None,
+    ship: Annotated[str | None, typer.Option(help="Where the bow points, clockwise from north, for measured directions.")] = None,
+    pedestal: Annotated[str | None, typer.Option(help=PEDESTAL_HELP)] = None,
     slew: Annotated[str | None, typer.Option(help='Where the boom points, from the bow to port: "270 deg" is starboard.')] = None,
     main: Annotated[str | None, typer.Option(help='Main boom: length and angle above the horizontal, "25 m 50 deg".')] = None,
-    knuckle: Annotated[str | None, typer.Option(help='Knuckle boom: length and angle below the main boom\'s line, "15 m 60 deg".')] = None,
+    knuckle: Annotated[str | None, typer.Option(help=KNUCKLE_HELP)] = None,
     log: Annotated[Path | None, typer.Option(help=LOG_HELP)] = None,
     duration: Annotated[str, typer.Option(help="Time of the extremes, and length of the series.")] = "3 h",
-    seed: Annotated[int, typer.Option(help="Seed of the series.")] = 1,
+    seed: Annotated[int, typer.Option(help="Seed of the series, or the first of --seeds.")] = 1,
+    seeds: Annotated[int | None, typer.Option(help=SEEDS_HELP)] = None,
     exact: Annotated[bool, typer.Option("--exact", help="Series with the ship's rotations in full; --at then has z.")] = False,
     out: Annotated[Path | None, typer.Option("--out", help="Folder for picture, series (tip.json, tip.csv) and summary.json.")] = None,
     json: Json = False,
@@ -59,106 +64,45 @@ def tip(
 
     Example: stillhook tip --vessel FILE.re1 --at "x=-20 m, y=-18 m" --wave "jonswap Hs=1 m Tp=8 s gamma=3.3" --heading 180
     """
+    from stillhook.cli.tip_inputs import place, refuse, sea_of
     from stillhook.errors import SeaError
     from stillhook.units import parse
     from stillhook.whole import check_folder
 
     time = parse(duration, "time", "--duration")
     if log is not None:
-        _refuse_with_log(
-            {
-                "--vessel": vessel,
-                "--wave": wave,
-                "--heading": heading,
-                "--spread": spread,
-                "--pedestal": pedestal,
-                "--out": out,
-                "--exact": exact or None,
-            }
+        unused = {"--vessel": vessel, "--wave": wave, "--heading": heading, "--spread": spread, "--record": record, "--ship": ship}
+        unused |= {"--pedestal": pedestal, "--slew": slew, "--main": main, "--knuckle": knuckle}
+        refuse(
+            unused | {"--seeds": seeds, "--exact": exact, "--out": out}, "belongs to a vessel in waves, and --log holds a motion already."
         )
         _of_log(log, at, time, json=json)
         return
-    for name, value in (("--vessel", vessel), ("--wave", wave)):
-        if value is None:
-            raise SeaError(f"{name}: missing. Give --vessel, --at and --wave, or a log with --log. See --help.")
-    assert vessel is not None
-    assert wave is not None
-    point = _point(at, pedestal, slew, main, knuckle)
+    if vessel is None or wave is None:
+        missing = "--vessel" if vessel is None else "--wave"
+        raise SeaError(f"{missing}: missing. Give --vessel, --at and --wave, or a log with --log. See --help.")
+    point = place(at, pedestal, slew, main, knuckle)
     if out is not None:
         check_folder(out, OUT_FILES)
-    from stillhook.io.vessel_file import read_vessel
-
     if exact and (point.z is None or out is None):
         raise SeaError("--exact: is for the series, and needs --out and the tip's height z in --at.")
+    from stillhook.io.vessel_file import read_vessel
+
+    rao = read_vessel(vessel)
     if heading == ALL_ROUND:
-        _all_round(read_vessel(vessel), wave, spread, point, time, json=json)
+        refuse({"--seeds": seeds, "--out": out, "--ship": ship}, "is for one heading. Leave it out, or give one --heading.")
+        if "heading" in wave:
+            raise SeaError(f"--heading all: the waves of {wave!r} have a heading of their own. Leave that out.")
+        _all_round(rao, wave, spread, record, point, time, json=json)
         return
-    sea = _sea(wave, heading, spread)
-    _in_sea(read_vessel(vessel), sea, point, time, seed, out, exact=exact, json=json)
-
-
-def _refuse_with_log(options: dict[str, Any]) -> None:
-    from stillhook.errors import SeaError
-
-    for name, value in options.items():
-        if value is not None:
-            raise SeaError(f"{name}: belongs to a vessel in waves, and --log holds a motion already. Leave one of them out.")
-
-
-def _angle(text: str, where: str) -> float:
-    """An angle [rad]; a bare number is in degrees."""
-    from stillhook.units import parse
-
-    return parse(f"{text.strip()} deg" if re.fullmatch(r"\s*[+-]?[0-9.]+\s*", text) else text, "angle", where)
-
-
-def _sea(wave: str, heading: str | None, spread: float | None) -> Sea:
-    from stillhook.sea.sea_text import parse_sea
-
-    return parse_sea(wave, heading=None if heading is None else _angle(heading, "--heading"), spread=spread, where="--wave")
-
-
-def _point(at: str | None, pedestal: str | None, slew: str | None, main: str | None, knuckle: str | None) -> TipPoint:
-    from stillhook.errors import SeaError
-    from stillhook.sea.boom import Boom
-    from stillhook.sea.tip import TipPoint, parse_point
-
-    parts = {"--pedestal": pedestal, "--slew": slew, "--main": main, "--knuckle": knuckle}
-    given = [name for name, value in parts.items() if value is not None]
-    if at is not None:
-        if given:
-            raise SeaError(f"{given[0]}: the tip is given by --at already. Give --at, or --pedestal, --slew and --main.")
-        return parse_point(at, "--at")
-    missing = [name for name in ("--pedestal", "--slew", "--main") if parts[name] is None]
-    if missing:
-        need = 'a tip, --at "x=-20 m, y=-18 m"' if not given else f"{', '.join(missing)} as well"
-        raise SeaError(f"{missing[0] if given else '--at'}: missing. Give {need}, or a crane with --pedestal, --slew and --main.")
-    heel = parse_point(pedestal or "", "--pedestal")
-    if heel.z is None:
-        raise SeaError("--pedestal: z is missing. Give the height of the boom's heel above still water as well.")
-    boom = Boom(
-        pedestal=(f"{heel.x!r} m", f"{heel.y!r} m", f"{heel.z!r} m"),
-        slew=f"{_angle(slew or '', '--slew')!r} rad",
-        main=_length_and_angle(main or "", "--main"),
-        knuckle=None if knuckle is None else _length_and_angle(knuckle, "--knuckle"),
-    )
-    return TipPoint(*boom.tip)
-
-
-def _length_and_angle(text: str, where: str) -> tuple[str, str]:
-    from stillhook.errors import SeaError
-    from stillhook.units import came
-
-    match = re.fullmatch(r"\s*(\S+ \S+)\s+(\S+ \S+)\s*", text)
-    if match is None:
-        raise SeaError(f'{where} {came(text)}: is not a length and an angle. Write "25 m 50 deg".')
-    return match[1], match[2]
-
-
-def _in_sea(rao: Rao, sea: Sea, point: TipPoint, duration: float, seed: int, out: Path | None, *, exact: bool, json: bool) -> None:
     from stillhook.sea.tip import tip_summary
 
-    summary = tip_summary(rao, sea, point, duration)
+    sea = sea_of(wave, heading, spread, record, ship)
+    summary = tip_summary(rao, sea, point, time)
+    if seeds is not None:
+        from stillhook.sea.tip_seeds import seed_extremes
+
+        summary["maxima"] = seed_extremes(rao, sea, point.x, point.y, time, seeds, seed)
     if out is not None:
         from stillhook.io.tip_files import write_tip
 
@@ -174,11 +118,14 @@ def _in_sea(rao: Rao, sea: Sea, point: TipPoint, duration: float, seed: int, out
 
 
 def _of_log(log: Path, at: str | None, duration: float, *, json: bool) -> None:
+    from stillhook.errors import SeaError
     from stillhook.io.motion_file import read_tip_motion
     from stillhook.sea.tip import motion_statistics, parse_point
 
     point = None if at is None else parse_point(at, "--at")
-    arm = None if point is None else (f"{point.x!r} m", f"{point.y!r} m", f"{point.z or 0.0!r} m")
+    if point is not None and point.z is None:
+        raise SeaError("--at: z is missing. Give the tip's height above the motion sensor as well.")
+    arm = None if point is None else (f"{point.x!r} m", f"{point.y!r} m", f"{point.z!r} m")
     motion = read_tip_motion(log, tip=arm)
     summary = {"log": log.name, "duration": duration, **motion_statistics(motion, duration), "notes": [motion.report]}
     if json:
@@ -190,22 +137,36 @@ def _of_log(log: Path, at: str | None, duration: float, *, json: bool) -> None:
 
 def _print(summary: dict[str, Any]) -> None:
     print_values({name: summary[name] for name in SHOWN if name in summary})
-    rows = []
-    for name, label in (("z", "height"), ("v", "speed"), ("a", "acceleration")):
-        levels = [f"{name}_{level}" for level in ("mpm", "p90", "max") if f"{name}_{level}" in summary]
-        rows.append([label, *(f"{human(key, summary[key], 4)} {unit_of(key)}" for key in levels)])
-    header = ["", "most probable maximum", "90 % stay below", "met in the log"][: len(rows[0])]
+    columns = {"mpm": "most probable maximum", "p90": "90 % stay below", "max": "met in the log"}
+    levels = [level for level in columns if f"z_{level}" in summary]
+    header, rows = ["", *(columns[level] for level in levels)], []
+    maxima = summary.get("maxima")
+    if maxima is not None:
+        header += [f"{columns[level]}\nof {maxima['seeds']} seeds (95 %)" for level in ("mpm", "p90")]
+    for name, label in LARGEST:
+        cells = [f"{human(key, summary[key], 4)} {unit_of(key)}" for key in (f"{name}_{level}" for level in levels)]
+        if maxima is not None:
+            cells += [_interval(maxima.get(key), key) for key in (f"{name}_mpm", f"{name}_p90")]
+        rows.append([label, *cells])
     print_table(header, rows, title=f"largest in {summary['duration'] / 3600.0:.4g} h")
     for note in summary["notes"]:
         wrapped(note)
 
 
-def _all_round(rao: Rao, wave: str, spread: float | None, point: TipPoint, duration: float, *, json: bool) -> None:
+def _interval(found: dict[str, float] | None, key: str) -> str:
+    if found is None:
+        return "-"
+    value, low, high = (human(key, found[part], 3) for part in ("value", "low", "high"))
+    return f"{value} ({low} to {high}) {unit_of(key)}"
+
+
+def _all_round(rao: Rao, wave: str, spread: float | None, record: str | None, point: TipPoint, duration: float, *, json: bool) -> None:
+    from stillhook.cli.tip_inputs import sea_of
     from stillhook.sea.tip import tip_summary
 
     found = {}
     for degrees in range(0, 360, EVERY):
-        summary = tip_summary(rao, _sea(wave, str(degrees), spread), point, duration)
+        summary = tip_summary(rao, sea_of(wave, str(degrees), spread, record, None), point, duration)
         found[degrees] = {k: v for k, v in summary.items() if isinstance(v, float) and k != "duration"}
     if json:
         rows = [{"beta": math.radians(d), **values} for d, values in found.items()]

@@ -102,7 +102,7 @@ def _origins(ax: Any, response: TipResponse) -> None:
 
 def _headings(ax: Any, rao: Rao, sea: Sea, at: TipPoint) -> None:
     first = sea.trains[0].beta
-    turns = np.radians(np.arange(0.0, 361.0, 10.0))
+    turns = np.radians(np.arange(0.0, 361.0, 15.0))
     for colour, label, y in ((COLOURS[1], "this tip", at.y), (COLOURS[5], "tip on the other side", -at.y)):
         turned = [Sea(tuple(Train(t.spectrum, t.beta - first + turn, t.spread) for t in sea.trains)) for turn in turns]
         ax.plot(np.degrees(turns), [60.0 * tip_response(rao, s, at.x, y).sigma_v for s in turned], color=colour, lw=1.5, label=label)

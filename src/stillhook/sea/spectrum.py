@@ -49,6 +49,10 @@ class WaveSpectrum(ABC):
     def to_dict(self) -> dict[str, Any]:
         """Plain SI numbers and texts; `stillhook.sea.sea_text.spectrum_from_dict` is the way back."""
 
+    def notes(self) -> tuple[str, ...]:
+        """What the spectrum had to say about how it was made, a line each."""
+        return ()
+
     def weights(self) -> FloatArray:
         """Weights [rad/s] with which sums over `grid` are integrals: the trapezoid rule; band widths where it is measured in bands."""
         return trapezoid(self.grid())
@@ -155,5 +159,7 @@ class Sea:
         return math.fsum(train.spectrum.moment(n) for train in self.trains)
 
     def describe(self) -> str:
-        """The sea in words and units."""
+        """The sea in words and units; of many trains, as a directional record has, the first and the height of all."""
+        if len(self.trains) > 4:
+            return f"{len(self.trains)} wave trains, Hm0={self.H_m0:.4g} m in all, the first {self.trains[0].describe()}"
         return " + ".join(train.describe() for train in self.trains)

@@ -166,7 +166,8 @@ def tip_response(rao: Rao, sea: Sea, x: float, y: float) -> TipResponse:
 def tip_summary(rao: Rao, sea: Sea, at: TipPoint, duration: float) -> dict[str, Any]:
     """What there is to say of a tip in a sea, in SI and with the names of `stillhook.variables`; duration [s] is that of the extremes."""
     response = tip_response(rao, sea, at.x, at.y)
-    waves = {"H_m0": sea.H_m0, "T_p": 2.0 * math.pi / float(response.omega[np.argmax(response.S_wave)]), "text": sea.describe()}
+    T_p = 2.0 * math.pi / float(response.omega[np.argmax(response.S_wave)]) if len(sea.trains) > 1 else sea.trains[0].spectrum.peak_period
+    waves = {"H_m0": sea.H_m0, "T_p": T_p, "text": sea.describe()}
     limits = {
         "omega_first": response.omega_table[0],
         "omega_last": response.omega_table[1],
@@ -200,10 +201,12 @@ def _table_notes(response: TipResponse) -> list[str]:
 
 
 def _edges(sea: Sea, rao: Rao) -> FloatArray:
-    """Edges of cells [rad/s] that resolve sea and vessel: the frequencies of both, and within the vessel's table steps of STEP."""
+    """Edges of cells [rad/s] that resolve sea and vessel: bands of the one, frequencies of the other, within its table steps of STEP."""
     low = min(float(train.spectrum.grid()[0]) for train in sea.trains) / 2.0
     high = max(train.spectrum.omega_cut for train in sea.trains)
-    marks = np.concatenate([train.spectrum.grid() for train in sea.trains] + [rao.omega, np.arange(low, min(high, rao.omega[-1]), STEP)])
+    spectra = [train.spectrum for train in sea.trains]
+    bands = [s.grid() + side * s.weights() / 2.0 for s in spectra for side in (-1.0, 1.0)]
+    marks = np.concatenate([*bands, rao.omega, np.arange(low, min(high, rao.omega[-1]), STEP)])
     return np.unique(np.concatenate((marks[(marks > low) & (marks < high)], [low, high])))
 
 
