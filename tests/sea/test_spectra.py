@@ -5,7 +5,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from stillhook.errors import SeaError
@@ -93,6 +93,7 @@ class TestJonswap:
     def test_the_printed_norm_misses_the_height_by_less_than_one_per_cent(self, gamma):
         assert Jonswap(2.0, 10.0, gamma, "printed").H_m0 == pytest.approx(2.0, rel=1e-2)
 
+    @settings(max_examples=30)
     @given(heights, periods, gammas)
     def test_the_grid_gives_every_moment_up_to_its_end(self, H_s, T_p, gamma):
         wave = Jonswap(H_s, T_p, gamma)
@@ -117,6 +118,7 @@ class TestJonswap:
         assert gamma_of(4.0, 10.0 - 1e-9) == pytest.approx(1.0, rel=1e-6)
         assert Jonswap(4.0, 8.0).gamma == pytest.approx(math.exp(1.15), rel=ROUNDING)
 
+    @settings(max_examples=30)
     @given(heights, periods, gammas, st.floats(1.1, 2.0))
     def test_scaling_time_scales_moments(self, H_s, T_p, gamma, factor):
         slow, quick = Jonswap(H_s, T_p * factor, gamma), Jonswap(H_s, T_p, gamma)
@@ -159,6 +161,13 @@ class TestTorsethaugen:
         for T_p, side in ((14.0, 1.0), (6.0, -1.0)):
             first, second = Torsethaugen(3.0, T_p).peaks
             assert math.copysign(1.0, second.omega_p - first.omega_p) == side
+
+    def test_a_primary_peak_flatter_than_the_plain_one_is_told(self):
+        wave = Torsethaugen(1.0, 6.5)
+        assert wave.peaks[0].gamma == 1.0
+        assert wave.notes() == ("gamma of the primary peak comes out at 0.966 and is taken as 1",)
+        assert Mixed((wave, pierson_moskowitz(1.0, 8.0))).notes() == wave.notes()
+        assert Torsethaugen(3.0, 8.0).notes() == ()
 
     def test_seas_outside_the_fit_are_refused(self):
         with pytest.raises(SeaError, match=r"Tp = 4 s with Hs = 9 m is outside the fit, 6 s"):

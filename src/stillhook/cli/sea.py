@@ -100,7 +100,7 @@ def _of_spectrum(wave: Any) -> dict[str, Any]:
     numbers = {"H_m0": wave.H_m0, "T_p": wave.peak_period, "T_m01": wave.T_m01, "T_m02": wave.T_m02, "T_e": wave.T_e}
     moments = {f"m_{n}": wave.moment(n) for n in range(5)}
     steep = {"S_p": steepness(numbers["H_m0"], numbers["T_p"]), "S_s": steepness(numbers["H_m0"], numbers["T_m02"])}
-    notes = list(doubts(numbers["H_m0"], numbers["T_p"], numbers["T_m02"]))
+    notes = [*wave.notes(), *doubts(numbers["H_m0"], numbers["T_p"], numbers["T_m02"])]
     return {"waves": wave.describe()} | numbers | moments | {"omega_cut": wave.omega_cut} | steep | {"notes": notes}
 
 

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from stillhook.errors import SeaError
 from stillhook.io.ndbc_text import FILLS, SHORT_FILL, Records, bands, numbers, read_records
+from stillhook.sea.directions import DirectionSense, coming_from
 from stillhook.sea.measured import SpectrumSeries
 from stillhook.sea.parametric import HIGHEST
 from stillhook.sea.states import SeaStates
@@ -128,7 +129,8 @@ def read_states(path: str | os.PathLike[str] | Records) -> SeaStates:
             raise SeaError(
                 f"{records.name}: line {records.lines[i]}: {name} = {column[name][i]:g} is not between 0 and {most:g}. Mend the line."
             )
+    come_from = coming_from(np.radians(column["MWD"]), DirectionSense.FROM_NORTH)
     valid = np.isfinite(H)
     notes = [f"{missing} of {len(H)} records have no wave height"] if (missing := int(np.count_nonzero(~valid))) else []
     notes += records.notes
-    return SeaStates(records.time, valid, H, column["DPD"], column["APD"], np.radians(column["MWD"]), records.name, tuple(notes))
+    return SeaStates(records.time, valid, H, column["DPD"], column["APD"], come_from, records.name, tuple(notes))

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from stillhook.errors import SeaError
 from stillhook.io.ndbc import read_spectra, spread_out
 from stillhook.io.ndbc_text import bands, read_records
+from stillhook.sea.directions import DirectionSense, coming_from
 from stillhook.sea.measured import Directional, SpectrumSeries
 from stillhook.sea.spreading import AROUND, maximum_entropy, sectors
 
@@ -57,8 +58,9 @@ def read_directional(path: str | os.PathLike[str]) -> SpectrumSeries:
     """
     series = read_spectra(path)
     alpha_1, alpha_2, r_1, r_2 = (_part(file, name, series) for file, name in zip(companions(path), _PARTS, strict=True))
-    first = np.asarray(r_1 * np.exp(1j * np.radians(alpha_1)), dtype=np.complex128)
-    second = np.asarray(r_2 * np.exp(2j * np.radians(alpha_2)), dtype=np.complex128)
+    theta_1, theta_2 = (coming_from(np.radians(alpha), DirectionSense.FROM_NORTH) for alpha in (alpha_1, alpha_2))
+    first = np.asarray(r_1 * np.exp(1j * theta_1), dtype=np.complex128)
+    second = np.asarray(r_2 * np.exp(2j * theta_2), dtype=np.complex128)
     known = np.isfinite(first) & np.isfinite(second)
     valid = series.valid & known.any(axis=1)
     filled = _fill(first, second, known, series, valid)

@@ -16,6 +16,7 @@ import numpy as np
 
 from stillhook.errors import SeaError
 from stillhook.io.ndbc_text import bands
+from stillhook.sea.directions import DirectionSense, coming_from
 from stillhook.sea.measured import Directional, SpectrumSeries
 from stillhook.sea.parametric import HIGHEST
 from stillhook.units import came
@@ -74,7 +75,7 @@ def from_wavespectra(data: xarray.Dataset, source: str = "wavespectra", point: i
         raise SeaError(f"{source}: its spectra have no time. Give a file with times.")
     efth = _at(efth, source, point).transpose("time", "freq", "dir").sortby(["time", "freq", "dir"])
     f = efth["freq"].values.astype(np.float64)
-    theta = np.radians(efth["dir"].values.astype(np.float64))
+    theta = coming_from(np.radians(efth["dir"].values.astype(np.float64)), DirectionSense.FROM_NORTH)
     step = 2.0 * np.pi / len(theta)
     if len(theta) < 4 or np.max(np.abs(np.diff(theta) - step)) > EVEN * step:
         raise SeaError(f"{source}: {len(theta)} directions that are not even over the full circle. Give the whole directional spectrum.")

@@ -112,6 +112,10 @@ class SpectrumSeries:
     directional: Directional | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
+        for name in ("omega", "width", "S", "time", "valid"):
+            copy = np.array(getattr(self, name))
+            copy.flags.writeable = False
+            object.__setattr__(self, name, copy)
         check_bands(self.omega, self.width, self.source)
         if self.S.shape != (len(self.time), len(self.omega)) or self.valid.shape != self.time.shape:
             raise SeaError(f"{self.source}: spectra of shape {self.S.shape} for {len(self.time)} times and {len(self.omega)} bands.")

@@ -234,6 +234,9 @@ class Mixed(Peaks):
     def peaks(self) -> tuple[Peak, ...]:
         return tuple(peak for term in self.terms for peak in term.peaks)
 
+    def notes(self) -> tuple[str, ...]:
+        return tuple(note for term in self.terms for note in term.notes())
+
     def describe(self) -> str:
         return " + ".join(term.describe() for term in self.terms)
 

@@ -4,7 +4,7 @@ Primary and secondary peak have the shape x^-4 exp(-x^-4); the primary is raised
 developed and has one peak. Fitted for the Norwegian continental shelf, H_s up to 11 m.
 Source: Torsethaugen and Haver 2004, DNV-RP-C205 appendix A; check against your edition; the numbers are in `COEFFICIENTS`.
 Differs from print: the peaks are normalised exactly, so that H_m0 is H_s; the printed 3.26 (1 + 1.1 ln(gamma)^1.19)/gamma, norm "printed",
-leaves H_m0 within 2 % of it. A gamma that comes out below 1 (seas of very small steepness) is taken as 1.
+leaves H_m0 within 2 % of it. A gamma that comes out below 1 (seas of very small steepness) is taken as 1 and told.
 The tail omega^-4 makes m_3 and m_4 depend on the cut, and puts 4 to 9 % of m_2 above it.
 """
 
@@ -69,7 +69,12 @@ class Torsethaugen(Peaks):
     def peaks(self) -> tuple[Peak, ...]:
         first, second = self._parts()
         parts = (first, second) if second[0] > 0.0 else (first,)
-        return tuple(Peak(H**2 / 16.0, 2.0 * math.pi / T, 4.0, gamma, self._scale(gamma)) for H, T, gamma in parts)
+        held = ((H, T, max(gamma, 1.0)) for H, T, gamma in parts)
+        return tuple(Peak(H**2 / 16.0, 2.0 * math.pi / T, 4.0, gamma, self._scale(gamma)) for H, T, gamma in held)
+
+    def notes(self) -> tuple[str, ...]:
+        gamma = self._parts()[0][2]
+        return (f"gamma of the primary peak comes out at {gamma:.3g} and is taken as 1",) if gamma < 1.0 else ()
 
     def _parts(self) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
         """Height [m], period [s] and gamma of the primary and of the secondary peak."""
@@ -85,7 +90,7 @@ class Torsethaugen(Peaks):
             r = c["a_20"] + (1.0 - c["a_20"]) * math.exp(-((over / c["a_2"]) ** 2))
             gamma = c["k_g"] * (2.0 * math.pi * H_s / (G * T_f**2)) ** c["g_exp"] * (1.0 + c["a_3"] * over) if H_s > 0.0 else 1.0
             T_2 = c["a_f"] * (H_s * math.sqrt(1.0 - r**2)) ** (1.0 / 3.0)
-        return (r * H_s, T_p, max(gamma, 1.0)), (H_s * math.sqrt(1.0 - r**2), T_2, 1.0)
+        return (r * H_s, T_p, gamma), (H_s * math.sqrt(1.0 - r**2), T_2, 1.0)
 
     def _scale(self, gamma: float) -> float:
         """Variance of a peak over what was asked for."""
