@@ -374,6 +374,7 @@ LIFT = (
     _v("x", "x", "m", "length", "forward", "place from the reference point of a vessel's motions"),
     _v("y", "y", "m", "length", "to port", "place from the reference point of a vessel's motions"),
     _v("z_per_wave", "", "m/m", "", "", "size of the vertical motion of a point of a vessel per metre of wave, heading by heading over the periods"),
+    _v("leeway", "", "1", "", "", "share by which a vessel's table leaves the vertical motion of a point open between its frequencies, where it is most: half of what a spline and straight lines differ by"),
     _v("peaks", "", "", "", "", "largest value of each motion of a vessel with its period and heading; size in m/m or rad/m"),
     _v("longest_wave", "T", "s", "time", "", "period of the longest wave of a vessel's table"),
     _v("motions", "", "", "", "", "surge to yaw in the longest wave against the limit of a floating body: share of it, found and limit (real, imaginary) where they differ most, verdict"),

@@ -144,3 +144,8 @@ def test_a_heading_that_is_no_number_is_refused() -> None:
 def test_a_vessel_cannot_be_changed() -> None:
     with pytest.raises(ValueError, match="read-only"):
         plank().H[0, 0, 0] = 1.0
+
+
+def test_a_finer_table_leaves_less_open_between_its_frequencies() -> None:
+    open_by = [plank(np.linspace(0.1, 2.2, n)).leeway(-20.0, -8.0) for n in (15, 29, 57)]
+    assert open_by[0] > 3.0 * open_by[1] > 9.0 * open_by[2]  # second order in the spacing: 4 times each

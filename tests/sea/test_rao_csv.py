@@ -1,5 +1,6 @@
 """Vessels as CSV with declared conventions: the same ship in every convention is the same ship; what is not declared or does not fit is refused."""
 
+import gzip
 from itertools import product
 from pathlib import Path
 
@@ -239,3 +240,9 @@ def test_a_name_that_is_neither_file_nor_vessel_of_the_library_is_told(tmp_path:
         read_vessel("no-such-ship")
     with pytest.raises(SeaError, match="is a folder"):
         read_vessel(tmp_path)
+
+
+def test_a_compressed_file_is_told(tmp_path: Path) -> None:
+    (tmp_path / "a.re1").write_bytes(gzip.compress(b"MOTION TRANSFER FUNCTIONS"))
+    with pytest.raises(SeaError, match="is compressed. Unpack it"):
+        read_vessel(tmp_path / "a.re1")

@@ -70,7 +70,11 @@ def _found(path: str | os.PathLike[str]) -> Path:
 
 
 def _text(file: Path) -> str:
+    data = file.read_bytes()
+    if data.startswith((b"\x1f\x8b", b"PK")):
+        raise SeaError(f"{file.name}: is compressed. Unpack it.")
+    data = data.replace(b"\r\r\n", b"\n")
     try:
-        return file.read_bytes().decode("utf-8-sig")
+        return data.decode("utf-8-sig")
     except UnicodeDecodeError:
-        return file.read_bytes().decode("cp1252", errors="replace")
+        return data.decode("cp1252", errors="replace")

@@ -18,6 +18,7 @@ ComplexArray = NDArray[np.complex128]
 
 DOFS = ("surge", "sway", "heave", "roll", "pitch", "yaw")
 TURN = 2.0 * np.pi
+OPEN = (5.0, 12.0)  # s: waves in which `Rao.leeway` is told
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,6 +100,18 @@ class Rao:
         if not np.isfinite(turned).all():
             raise SeaError(f"{self.name}: heading {came(str(beta))} is not a number. Give an angle in deg or rad.")
         return np.asarray(self._spline(self.beta[0] + np.mod(turned - self.beta[0], TURN)))
+
+    def leeway(self, x: float, y: float) -> float:
+        """How far the table leaves the vertical motion of the point (x, y) [m] open between its frequencies, as a share of it: half of what
+        a cubic spline and straight lines differ by, in root mean square over waves of OPEN periods, from the side where it is most."""
+        from scipy.interpolate import CubicSpline
+
+        h = np.asarray(self.H[2] + y * self.H[3] - x * self.H[4])
+        omega = np.linspace(max(TURN / OPEN[1], self.omega[0]), min(TURN / OPEN[0], self.omega[-1]), 400)
+        line = np.array([np.interp(omega, self.omega, row.real) + 1j * np.interp(omega, self.omega, row.imag) for row in h])
+        spline = CubicSpline(self.omega, h, axis=1)(omega)
+        straight, curved = (np.sqrt(np.mean(np.abs(H) ** 2, axis=1)) for H in (line, spline))
+        return float(np.max(np.abs(curved - straight) / (curved + straight)))
 
     @cached_property
     def _spline(self) -> Any:
