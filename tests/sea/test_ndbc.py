@@ -169,6 +169,7 @@ class TestBadFiles:
             (OLD.replace("   .50", "  -.50"), "line 2: negative energy -0.5 m^2/Hz at 0.06 Hz"),
             (OLD.replace("   .50", "  five"), 'line 2: "five" is not a number'),
             (OLD.replace("   .50", "   nan"), 'line 2: "nan" is not a finite number'),
+            (OLD.replace("96 01 01 01", "96 01 -1 01"), 'line 3: "96 01 -1 01" is no date and hour'),
             (OLD.replace("96 01 01 01", "96 13 01 01"), 'line 3: "96 13 01 01" is no date and hour'),
             (OLD.replace(".030   .040", ".040   .030"), "4 frequencies (0.04, 0.03, 0.05, ...) do not ascend"),
             (OLD.replace("4.00", "40000.00"), "line 2: Hm0 of 80 m is higher than any sea (40 m)"),

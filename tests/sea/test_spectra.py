@@ -13,7 +13,7 @@ from stillhook.sea.ochi_hubble import Hump, OchiHubble
 from stillhook.sea.parametric import CUT, Jonswap, Mixed, gamma_of, pierson_moskowitz
 from stillhook.sea.sea_text import parse_wave, spectrum_from_dict
 from stillhook.sea.spectrum import Sea, Train
-from stillhook.sea.spreading import cos_power
+from stillhook.sea.spreading import cos_power, maximum_entropy, sectors
 from stillhook.sea.steepness import doubts, steepest
 from stillhook.sea.torsethaugen import Torsethaugen
 
@@ -25,6 +25,7 @@ ROUNDING = 1e-12
 gammas = st.floats(1.0, 10.0)
 heights = st.floats(0.1, 15.0)
 periods = st.floats(3.0, 20.0)
+angles = st.floats(-math.pi, math.pi)
 
 
 def integral(wave, n, upper):
@@ -250,6 +251,34 @@ class TestSpreading:
     def test_an_exponent_that_is_none_is_refused(self, n):
         with pytest.raises(SeaError, match="is not between 1 and 200"):
             Train(pierson_moskowitz(1.0, 8.0), 0.0, n)
+
+
+class TestMaximumEntropy:
+    @given(st.lists(st.tuples(st.floats(0.0, 1.0), angles, st.floats(0.0, 1.0), angles), min_size=1, max_size=5))
+    def test_any_four_numbers_give_shares_that_are_shares(self, four):
+        r_1, a_1, r_2, a_2 = np.array(four).T
+        share = maximum_entropy(r_1 * np.exp(1j * a_1), r_2 * np.exp(2j * a_2))
+        assert np.all(np.isfinite(share))
+        assert share.min() >= 0.0
+        assert share.sum(axis=-1) == pytest.approx(1.0, rel=ROUNDING)
+
+    def test_nothing_known_is_all_round_alike(self):
+        share = maximum_entropy(np.zeros(1, dtype=complex), np.zeros(1, dtype=complex))
+        assert share[0] == pytest.approx(1.0 / 36.0, rel=ROUNDING)
+
+    @pytest.mark.parametrize("n", [2.0, 4.0, 8.0])
+    def test_a_cosine_power_sea_comes_back_in_its_first_two_coefficients(self, n):
+        theta, weight = cos_power(n, 720)
+        c_1, c_2 = (np.array([np.sum(weight * np.exp(1j * k * (theta + 1.0)))]) for k in (1, 2))
+        share = maximum_entropy(c_1, c_2)[0]
+        for k, c in ((1, c_1[0]), (2, c_2[0])):
+            assert np.sum(share * np.exp(1j * k * sectors())) == pytest.approx(c, abs=5e-3)  # sectors of 10 deg blur by half a per cent
+
+    def test_turning_the_sea_by_a_sector_turns_the_shares(self):
+        turn = math.radians(10.0)
+        c_1, c_2 = np.array([0.7 + 0.1j]), np.array([0.3 - 0.1j])
+        here, there = maximum_entropy(c_1, c_2)[0], maximum_entropy(c_1 * np.exp(1j * turn), c_2 * np.exp(2j * turn))[0]
+        assert np.roll(here, 1) == pytest.approx(there, rel=1e-9)
 
 
 class TestSteepness:

@@ -13,6 +13,7 @@ import os
 import stat
 import zlib
 from dataclasses import dataclass
+from datetime import datetime
 from pathlib import Path
 
 import numpy as np
@@ -118,11 +119,9 @@ def _time(words: list[str], where: str) -> str:
     try:
         year, month, day, hour, minute = (int(w) for w in (*words, "0")[:5])
         year += 0 if year > 99 else 1900 if year >= 70 else 2000
-        text = f"{year:04d}-{month:02d}-{day:02d}T{hour:02d}:{minute:02d}:00"
-        np.datetime64(text)
-    except ValueError:
+        return datetime(year, month, day, hour, minute).isoformat()
+    except (ValueError, OverflowError):
         raise SeaError(f"{where}: {came(' '.join(words))} is no date and hour. Mend or remove the line.") from None
-    return text
 
 
 def _in_order(name: str, header: list[str], time: NDArray[np.datetime64], rows: list[list[str]], lines: list[int]) -> Records:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from datetime import datetime, timedelta
 from typing import Any, ClassVar
 
 import numpy as np
@@ -166,8 +167,9 @@ class SpectrumSeries:
                 raise SeaError(f"{self.source}: record {text} does not exist. The last one is {len(self) - 1}.")
             return int(text)
         try:
-            time = np.datetime64(text.removesuffix("Z").replace(" ", "T"), "s")
-        except ValueError:
+            said = datetime.fromisoformat(text.removesuffix("Z"))
+            time = np.datetime64(said.replace(tzinfo=None) - (said.utcoffset() or timedelta(0)), "s")
+        except (ValueError, OverflowError):
             raise SeaError(f"{self.source}: record {came(record)} is no number and no time. Write 12 or 1996-01-05T12:00.") from None
         at = np.flatnonzero(self.time == time)
         if len(at) == 0:

@@ -26,6 +26,7 @@ from numpy.typing import NDArray
 
 from stillhook.errors import SeaError
 from stillhook.sea.spectrum import WaveSpectrum
+from stillhook.units import came
 
 FloatArray = NDArray[np.float64]
 
@@ -255,4 +256,4 @@ def check_height_and_period(H_s: float, T_p: float, where: str) -> None:
 def check_norm(norm: str, where: str) -> None:
     """Refuse a norm that is neither exact nor printed. Errors: SeaError."""
     if norm not in NORMS:
-        raise SeaError(f'{where}: norm = "{norm}" is not one of {", ".join(NORMS)}. Leave it out for exact.')
+        raise SeaError(f"{where}: norm = {came(norm)} is not one of {', '.join(NORMS)}. Leave it out for exact.")
