@@ -215,3 +215,11 @@ def test_a_light_load_on_a_long_wire_is_felt_as_it_lands():
     assert rows[-1][2].done
     assert rows[-1][0].F - wire(rows[-1][0].s_w) == pytest.approx(0.3 * W, rel=0.03)
     assert rows[-1][1].F_hold == pytest.approx(rows[-1][0].F, rel=0.01)  # the passive circuit carries the wire as well
+
+
+def test_a_landed_load_is_not_given_slack_by_the_ramp_of_the_joystick():
+    """From 0.5 m/s the ramp alone would pay out 1.25 m more; what is paid out stays within the filters' second."""
+    bottom = 101.0
+    force = lambda t, s_w: F_0 if s_w < bottom else max(F_0 - 8e6 * (s_w - bottom), 0.0)
+    rows = run([stage(STAGE_LANDING, v=-0.5, F_set=0.4 * F_0, value=30.0)], 10.0, force=force)
+    assert max(y.s_w for y, _, _ in rows) - bottom < 0.5 * 1.3

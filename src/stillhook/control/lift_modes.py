@@ -174,7 +174,8 @@ def supervise(y, m, stage, s):
     """One PLC cycle of the lift modes: what was read and remembered, and the stage in force, give orders and the new memory.
 
     A stage waits for its entry condition in the mode that was on before, joystick at rest. The programme that is done or stuck rests with
-    the joystick and keeps the law of its last stage. Speeds are continuous: the joystick ramps, a law starts from nothing.
+    the joystick and keeps the law of its last stage. Speeds are continuous: the joystick ramps (and dies away within tau_F where a tension is
+    held: a landed load would else be given slack), a law starts from nothing.
     """
     F_wire = wire_weight(y.s_w, s)
     F = y.F - F_wire
@@ -196,7 +197,8 @@ def supervise(y, m, stage, s):
     tension = now_in and (stage.mode == STAGE_TENSION or (stage.mode == STAGE_LANDING and down))
     resting = not now_in or tension or m.done > 0.0 or m.stuck > 0.0
     v = 0.0 if resting else stage.v
-    v_joy = m.v_joy + clip(v - m.v_joy, -s.a_max * s.t_cycle, s.a_max * s.t_cycle)
+    ramped = m.v_joy + clip(v - m.v_joy, -s.a_max * s.t_cycle, s.a_max * s.t_cycle)
+    v_joy = low_pass(m.v_joy, 0.0, s.tau_F, s.t_cycle) if tension else ramped
 
     grown = since / (since + s.t_fade)
     F_ref = low_pass(m.F_ref, stage.F_set, s.t_fade, s.t_cycle) if tension else F_1

@@ -169,12 +169,12 @@ def _place(top: Fields, folder: Path, depth: float, length: float, seed: int | N
     """Where the load hangs, and what moves there."""
     where, height = _point(top)
     tip = Fields(top.table.get("tip", {}), "tip.", LiftError)
+    if seed is not None and "sea" not in top:
+        raise LiftError("--seed: belongs to waves, and the file has no [sea]. Leave it out.")
     if "motion" in tip:
         for key in ("vessel", "sea"):
             if key in top:
                 raise LiftError(f"{key}: given beside tip.motion, which stands in place of vessel and sea. Leave one of them out.")
-        if seed is not None:
-            raise LiftError("--seed: the motion of the tip is given by tip.motion, and has no seed. Leave it out.")
         motion = read_tip(tip.table["motion"], folder)
         return Place(motion, None, height, f"tip: {motion.describe()}; still water")
     if "sea" not in top:

@@ -1,0 +1,193 @@
+"""`stillhook lower` as a user meets it."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray
+
+from stillhook.cli import run
+from stillhook.control.lift_modes import wire_weight
+from stillhook.engine.lift_programme import settings
+from stillhook.engine.lower import lower
+from stillhook.errors import StillhookError
+from stillhook.io.lift_file import load_lift
+from stillhook.io.lowering_figures import about_mean, save_animation, stretches
+from stillhook.io.lowering_files import ANIMATION, OUT_FILES, static_tension
+from stillhook.variables import BY_NAME
+
+DOWN = """
+name = "lid to the seabed"
+crane = "nov-250t"
+start = "2 m"
+ramp = "2 s"
+duration = "180 s"
+[payload]
+name = "lid"
+mass = "30 t"
+shape = "plate"
+length = "5 m"
+width = "4 m"
+height = "0.5 m"
+[tip]
+height = "20 m"
+motion = "sine 0.3 m 9 s"
+[water]
+depth = "25 m"
+[wire]
+nodes = 5
+[[stage]]
+name = "through"
+mode = "splash"
+lower = "30 m/min"
+depth = "10 m"
+[[stage]]
+name = "down"
+mode = "ahc"
+lower = "30 m/min"
+depth = "20 m"
+[[stage]]
+name = "land"
+mode = "landing"
+lower = "12 m/min"
+hold = "100 kN"
+time = "20 s"
+"""
+
+
+@pytest.fixture
+def lift_toml(tmp_path: Path) -> Path:
+    path = tmp_path / "lid.toml"
+    path.write_text(DOWN)
+    return path
+
+
+@pytest.fixture(scope="module")
+def landed(tmp_path_factory: pytest.TempPathFactory) -> tuple[xarray.Dataset, object]:
+    path = tmp_path_factory.mktemp("lid") / "lid.toml"
+    path.write_text(DOWN)
+    file = load_lift(path)
+    return lower(file.crane, file.lift), file
+
+
+def refusal(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
+    """The one line of an error; nothing else is printed and the exit code is 2."""
+    assert run(["lower", *arguments]) == 2
+    out = capsys.readouterr()
+    assert out.out == ""
+    lines = out.err.strip().splitlines()
+    assert len(lines) == 1, lines
+    return lines[0]
+
+
+def test_a_payload_goes_through_the_surface_and_lands_in_one_run(capsys, lift_toml):
+    code = run(["lower", str(lift_toml), "--json"])
+    found = json.loads(capsys.readouterr().out)
+    assert found["status"] == "ok", found["notes"]
+    assert code == 0
+    assert [s["name"] for s in found["stages"]] == ["through", "down", "land", "after"]
+    assert [s["mode"] for s in found["stages"]] == ["splash", "ahc", "landing", ""]
+    assert found["t_landed"] is not None
+    assert found["z_load_end"] == pytest.approx(-25.0, abs=0.5)
+    named = {key for key in (*found, *found["stages"][0]) if key not in BY_NAME} - {"name"}
+    assert not named
+
+
+def test_the_tension_that_is_held_after_landing_is_the_one_that_was_set(landed):
+    run_, file = landed
+    last = run_.sel(time=slice(130.0, None))
+    wire = wire_weight(float(last["s_w"].mean()), settings(file.crane, file.lift))
+    held = last["F_w"].mean().item() - wire
+    assert held == pytest.approx(100e3, rel=0.15)  # 50 m of wire: millimetres of control error are tens of kN
+
+
+def test_tension_at_rest_is_what_the_run_swings_about(landed):
+    """While nothing lies on the bottom, the mean of tension over static tension is 1."""
+    run_, file = landed
+    free = run_.sel(time=slice(5.0, 60.0))
+    ratio = free["F_w"].values / static_tension(free, file.crane, file.lift)
+    assert ratio.mean() == pytest.approx(1.0, abs=0.03)  # drag of a plate that sinks at 0.5 m/s takes a part
+
+
+def test_pictures_series_and_numbers_are_written_together(capsys, lift_toml, tmp_path):
+    out = tmp_path / "out"
+    assert run(["lower", str(lift_toml), "--out", str(out)]) == 0
+    assert {p.name for p in out.iterdir()} == set(OUT_FILES)
+    text = capsys.readouterr().out
+    assert "status: ok" in text
+    assert "not validated" in text
+    stored = json.loads((out / "summary.json").read_text())
+    with xarray.open_dataset(out / "lowering.nc") as series:
+        assert float(series["F_w"].max()) <= stored["F_w_max"] * (1.0 + 1e-9)
+        assert series["z_load"].values[-1] == pytest.approx(stored["z_load_end"], abs=0.01)
+
+
+def test_an_animation_has_as_many_pictures_as_its_time_asks_for(landed, tmp_path):
+    from PIL import Image
+
+    run_, file = landed
+    short = run_.sel(time=slice(2.0, 4.0))
+    path = save_animation(short, file.lift, tmp_path / ANIMATION, title="lid")
+    with Image.open(path) as picture:
+        assert picture.n_frames == 20
+
+
+def test_surface_and_seabed_are_worth_a_picture(landed):
+    run_, file = landed
+    surface, seabed = stretches(run_, file.lift)
+    z = run_["z_load"].values
+    assert z[surface.first] > 0.0 > z[surface.last]
+    assert z[seabed.first] > -25.0 > z[seabed.last]
+
+
+def test_a_straight_path_has_no_motion_about_its_mean():
+    t = np.arange(0.0, 100.0, 0.1)
+    assert np.abs(about_mean(t, 3.0 - 0.2 * t)).max() < 1e-9
+
+
+def test_a_run_that_ends_before_its_programme_answers_with_1(capsys, lift_toml):
+    assert run(["lower", str(lift_toml), "--duration", "20 s"]) == 1
+    out = capsys.readouterr().out
+    assert "status: unfinished" in out
+    assert 'the run of 20 s ends in stage "through"' in out
+
+
+def test_a_stage_that_times_out_leaves_the_programme_stuck(capsys, lift_toml):
+    lift_toml.write_text(DOWN.replace('depth = "10 m"', 'depth = "10 m"\ntimeout = "5 s"'))
+    assert run(["lower", str(lift_toml), "--duration", "20 s"]) == 1
+    out = capsys.readouterr().out
+    assert "status: stuck" in out
+    assert 'stage "through" did not end within its timeout of 5 s' in out
+
+
+def test_a_load_above_the_swl_is_an_overload_or_refused(capsys, lift_toml):
+    lift_toml.write_text(DOWN.replace('mass = "30 t"', 'mass = "260 t"'))
+    assert run(["lower", str(lift_toml), "--duration", "5 s"]) in (1, 2)
+    out = capsys.readouterr()
+    assert "overload" in out.out or "SWL" in out.err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (["nowhere.toml"], "nowhere.toml"),
+        (["nothing"], 'No lift "nothing": the library has anchor-to-3000m'),
+        (["LIFT", "--duration", "5"], "--duration"),
+        (["LIFT", "--seed", "3"], "--seed: belongs to waves"),
+        (["LIFT", "--animation"], "--animation: is written to a folder. Give --out as well."),
+        (["LIFT", "--step", "7 ms"], "step"),
+    ],
+)
+def test_what_cannot_be_done_is_said_in_one_line(capsys, lift_toml, arguments, says):
+    assert says in refusal(capsys, *(str(lift_toml) if a == "LIFT" else a for a in arguments))
+
+
+def test_a_folder_that_cannot_be_written_to_is_told_before_the_run(capsys, lift_toml):
+    assert "not a folder" in refusal(capsys, str(lift_toml), "--out", str(lift_toml))
+
+
+def test_a_lift_file_that_names_itself_no_crane_is_refused(lift_toml):
+    lift_toml.write_text(DOWN.replace('crane = "nov-250t"\n', ""))
+    with pytest.raises(StillhookError, match="crane: missing"):
+        load_lift(lift_toml)

@@ -1,0 +1,150 @@
+"""Lift files: the library's examples are read, and what is wrong with a file of one's own is said in one line."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from stillhook.engine.lift_programme import pack_programme
+from stillhook.errors import StillhookError
+from stillhook.io.lift_file import lifts, load_lift
+
+GOOD = """
+crane = "nov-250t"
+vessel = "supply-vessel-82m"
+payload = "manifold-60t"
+start = "3 m"
+[sea]
+wave = "jonswap Hs=1 m Tp=7 s"
+heading = "180 deg"
+[tip]
+at = "x=-10 m, y=-14 m, z=25 m"
+[water]
+depth = "200 m"
+[[stage]]
+mode = "splash"
+lower = "12 m/min"
+depth = "20 m"
+"""
+
+
+def written(folder: Path, text: str) -> Path:
+    path = folder / "lift.toml"
+    path.write_text(text)
+    return path
+
+
+def changed(folder: Path, old: str, new: str) -> Path:
+    assert old in GOOD
+    return written(folder, GOOD.replace(old, new))
+
+
+@pytest.mark.parametrize("name", lifts())
+def test_every_lift_of_the_library_can_be_packed(name):
+    file = load_lift(name)
+    rows = pack_programme(file.crane, file.lift).rows
+    assert len(rows) == len(file.lift.programme)
+    assert file.lift.waves is not None
+    assert file.lift.waves.duration >= file.lift.duration
+
+
+def test_a_lift_goes_to_3000_m_and_lands():
+    lift = load_lift("anchor-to-3000m").lift
+    assert lift.depth == 3000.0
+    assert [s.mode.value for s in lift.programme] == ["splash", "ahc", "ahc", "landing"]
+
+
+def test_the_water_at_the_load_and_the_tip_above_it_come_from_one_sea(tmp_path):
+    """In waves far longer than the ship the tip rides on the water."""
+    text = GOOD.replace("jonswap Hs=1 m Tp=7 s", "jonswap Hs=1 m Tp=22 s gamma=7").replace("200 m", "3000 m")
+    lift = load_lift(written(tmp_path, text), duration="20 min").lift
+    t = lift.waves.dt * np.arange(len(lift.waves.eta))
+    s = lift.tip.sample(t)[0]
+    assert np.corrcoef(s, lift.waves.eta)[0, 1] > 0.98
+    assert np.std(s) == pytest.approx(0.25, rel=0.1)
+
+
+def test_a_seed_makes_another_sea_and_the_same_seed_the_same(tmp_path):
+    path = written(tmp_path, GOOD)
+    first, again, other = (load_lift(path, seed=s).lift.waves.eta for s in (1, 1, 2))
+    np.testing.assert_array_equal(first, again)
+    assert np.abs(np.corrcoef(first, other)[0, 1]) < 0.5
+
+
+def test_a_run_is_as_long_as_the_programme_takes_and_some_more(tmp_path):
+    assert load_lift(written(tmp_path, GOOD)).lift.duration > 23.0 / 0.2 + 30.0
+    assert load_lift(written(tmp_path, GOOD), duration="5 min").lift.duration == 300.0
+
+
+def test_a_motion_may_stand_in_place_of_vessel_and_sea(tmp_path):
+    text = GOOD.replace('vessel = "supply-vessel-82m"\n', "").replace('at = "x=-10 m, y=-14 m, z=25 m"', 'height = "25 m"\nmotion = "sine 1 m 9 s"')
+    text = re.sub(r"\[sea\][^\[]*", "", text)
+    lift = load_lift(written(tmp_path, text)).lift
+    assert lift.waves is None
+    assert lift.tip.sample(np.array([2.25]))[0] == pytest.approx(1.0)
+
+
+def test_a_boom_gives_place_and_height_of_the_tip(tmp_path):
+    boom = '[boom]\npedestal = ["-10 m", "-6 m", "12 m"]\nslew = "270 deg"\nmain = ["25 m", "60 deg"]\n'
+    lift = load_lift(changed(tmp_path, '[tip]\nat = "x=-10 m, y=-14 m, z=25 m"\n', boom)).lift
+    assert lift.h_tip == pytest.approx(12.0 + 25.0 * np.sin(np.radians(60.0)))
+
+
+def test_a_payload_may_be_described_in_the_file(tmp_path):
+    own = '[payload]\nname = "lid"\nmass = "30 t"\nshape = "plate"\nlength = "6 m"\nwidth = "4 m"\nheight = "0.5 m"\n'
+    text = GOOD.replace('payload = "manifold-60t"\n', "") + own
+    assert load_lift(written(tmp_path, text)).lift.payload.mass == 30e3
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "says"),
+    [
+        ('crane = "nov-250t"', 'crane = "nov-25t"', 'No crane "nov-25t"'),
+        ('payload = "manifold-60t"', 'payload = "manifold"', 'No payload "manifold": the library has'),
+        ('vessel = "supply-vessel-82m"', 'vessel = "boat"', 'vessel = "boat": neither a file beside the lift file nor one of'),
+        ('vessel = "supply-vessel-82m"\n', "", "vessel: missing"),
+        ('start = "3 m"\n', "", "start: missing"),
+        ('start = "3 m"', "start = 3", "start"),
+        ('start = "3 m"', 'start = "3 m"\nspeed = "4 m/s"', "speed: unknown field"),
+        ("Hs=1 m", "Hs=1 t", "Hs"),
+        ("Hs=1 m", "Hs=0 m", "Hs"),
+        ('heading = "180 deg"\n', "", "heading"),
+        ('heading = "180 deg"', "heading = 180", "heading"),
+        ('heading = "180 deg"', 'heading = "180 deg"\nseed = -1', "seed = -1: give a whole number of 0 or more"),
+        ('heading = "180 deg"', 'heading = "180 deg"\nseed = true', "seed = true"),
+        ('heading = "180 deg"', 'heading = "180 deg"\nspread = "wide"', "give the exponent n of cos^n"),
+        ('heading = "180 deg"', 'heading = "180 deg"\nspraed = 2', "spraed: unknown field"),
+        (", z=25 m", "", "tip: its height above the water is missing"),
+        ('at = "x=-10 m, y=-14 m, z=25 m"', 'height = "25 m"', "tip: its place is missing"),
+        (", z=25 m", ', z=25 m"\nheight = "25 m', "tip.height: given beside z in tip.at"),
+        ('depth = "200 m"\n', "", "water.depth: missing"),
+        ('depth = "200 m"', 'depth = "-200 m"', "depth"),
+        ('mode = "splash"', 'mode = "plunge"', "mode"),
+        ('depth = "20 m"', "landed = true\ndepth = '20 m'", "depth and landed ends it"),
+        ('depth = "20 m"', 'tension = "200 kN"', "duration: missing, and only the run can tell when stage 1 ends by tension"),
+        ('[tip]\nat = "x=-10 m, y=-14 m, z=25 m"', '[tip]\nheight = "20 m"\nmotion = "sine 1 m 9 s"', "vessel: given beside tip.motion"),
+        ("[[stage]]", "[stage]", "stage: no stages"),
+        ("[[stage]]", "[[stag]]", "stag: unknown field"),
+        ("[water]", "[water", "not valid TOML"),
+    ],
+)  # fmt: skip
+def test_what_is_wrong_is_said_in_one_line_that_names_the_file(tmp_path, old, new, says):
+    path = changed(tmp_path, old, new)
+    with pytest.raises(StillhookError) as error:
+        load_lift(path)
+    assert "\n" not in str(error.value)
+    assert says in str(error.value)
+    assert str(error.value).startswith("lift.toml")
+
+
+def test_a_name_that_is_none_lists_the_lifts_there_are():
+    with pytest.raises(StillhookError, match=r'No lift "anchor-to-300m": the library has .*did you mean "anchor-to-3000m"'):
+        load_lift("anchor-to-300m")
+
+
+def test_a_seed_belongs_to_waves(tmp_path):
+    text = re.sub(r"\[sea\][^\[]*", "", GOOD.replace('vessel = "supply-vessel-82m"\n', ""))
+    text = text.replace('at = "x=-10 m, y=-14 m, z=25 m"', 'height = "25 m"\nmotion = "sine 1 m 9 s"')
+    with pytest.raises(StillhookError, match=r"belongs to waves, and the file has no \[sea\]"):
+        load_lift(written(tmp_path, text), seed=3)
