@@ -32,7 +32,9 @@ def vessel_figure(rao: Rao, point: tuple[float, float] | None = None) -> Figure:
         _curves(ax, rao, period, scale * np.abs(rao.at(omega, _beta())[d]))
         _dots(ax, rao, scale, d)
         limit = scale * float(np.abs(long_wave_limits(np.array([_STEEPEST[dof]]))[d, 0]))
-        ax.plot(period, limit * long_wave_scales(omega, rao.depth)[d], color=GREY, lw=0.8, ls=":", label="largest of long waves")
+        top = ax.get_ylim()[1]
+        ax.plot(period, limit * long_wave_scales(omega, rao.depth)[d], color=GREY, lw=0.8, ls=":", label="body that rides on the water")
+        ax.set_ylim(top=top)
         ax.set_title(f"{dof} [{unit}]", fontsize="medium")
     if point is not None:
         _points(figure, axes[2], rao, period, point)
@@ -45,7 +47,7 @@ def vessel_figure(rao: Rao, point: tuple[float, float] | None = None) -> Figure:
         ax.set_xlabel("wave period [s]")
     handles, labels = axes[0, 0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=len(labels), fontsize="small", frameon=False)
-    figure.suptitle("\n".join(textwrap.wrap(f"{rao.name}: motions of {rao.origin or 'the reference point'}", 110)), fontsize="medium")
+    figure.suptitle("\n".join(textwrap.wrap(f"{rao.name}, reference point: {rao.origin or 'not said'}", 110)), fontsize="medium")
     return figure
 
 
@@ -81,6 +83,6 @@ def _points(figure: Any, axes: Any, rao: Rao, period: FloatArray, point: tuple[f
         sizes = np.abs(rao.vertical([2.0 * math.pi / T], angles, x, y)[:, 0])
         axes[2].plot(np.degrees(angles), sizes, color=colour, lw=1.3, label=f"{T:g} s")
     axes[2].set_title("the same over the heading [m/m]", fontsize="medium")
-    axes[2].set_xlabel("waves travel, counter-clockwise from the bow [deg]")
+    axes[2].set_xlabel("waves travel, ccw from the bow [deg]")
     axes[2].set_xticks(range(0, 361, 90))
     axes[2].legend(fontsize="small")
