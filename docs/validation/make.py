@@ -17,6 +17,7 @@ HERE = Path(__file__).resolve().parent
 CASES = (
     "controllers_at_their_best",
     "feedforward_gains",
+    "hull_convergence",
     "offshore_100t",
     "offshore_200t",
     "paper_a_motor_models",
@@ -31,10 +32,12 @@ CASES = (
     "paper_e_scenario_2",
     "paper_e_stability",
     "paper_e_scenario_3",
+    "payload_in_water",
     "power_unit_loss",
     "threshold_study",
     "truth_defects",
     "uncertainty",
+    "wave_spectra",
 )
 MEASURED = ("bench_staircase",)  # need data that are not in the repository: left as they are where those are not at hand
 

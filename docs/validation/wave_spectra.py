@@ -1,0 +1,124 @@
+"""Wave spectra: periods against published ratios and fits, moments against integration of another kind, and where moments end."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+from blocks import claims_table, save, table
+from matplotlib.figure import Figure
+from scipy.integrate import quad
+
+from stillhook.io.figures import COLOURS, GREY
+from stillhook.sea.parametric import CUT, Jonswap, Peaks
+from stillhook.sea.sea_text import parse_wave
+from stillhook.sea.torsethaugen import Torsethaugen
+
+PAGE = "wave-spectra.md"
+GAMMAS = (1.0, 2.0, 3.3, 5.0, 7.0)
+T_P = 10.0  # s
+ZERO_CROSSING = (0.6673, 0.05037, -0.006230, 0.0003341)
+MEAN = (0.7303, 0.04936, -0.006556, 0.0003610)
+"""T_m02/T_p and T_m01/T_p as cubics in gamma. DNV-RP-C205."""
+SEAS = ("pm Hs=3 m Tp=10 s", "jonswap Hs=3 m Tp=10 s gamma=3.3", "torsethaugen Hs=3 m Tp=7 s", "torsethaugen Hs=3 m Tp=14 s",
+        "ochi-hubble Hs1=2 m Tp1=14 s lambda1=3 Hs2=2.236 m Tp2=7 s lambda2=1.2")  # fmt: skip
+FAR = 1e5  # rad/s: beyond, what is left follows from the power of the tail
+STEEP = tuple((H, T) for H in (1.0, 3.0, 6.0, 10.0) for T in (7.0, 9.0, 11.0, 14.0, 18.0))
+
+
+class Shown(NamedTuple):
+    """What the pictures show."""
+
+    seas: tuple[Peaks, ...]
+
+
+def integral(wave: Peaks, n: int, upper: float) -> float:
+    """m_n by adaptive Gauss-Kronrod integration over the logarithm of frequency, up to upper [rad/s]."""
+    peak = math.log(2.0 * math.pi / wave.peak_period)
+    edges = [peak - 2.0, *(peak + d for d in (-0.5, -0.2, 0.0, 0.2, 0.5, 1.0, 2.0)), math.log(upper)]
+    under = lambda u: math.exp(u * (n + 1)) * float(wave.density(np.array([math.exp(u)]))[0])
+    return float(sum(quad(under, a, b, epsabs=0.0, epsrel=1e-10, limit=200)[0] for a, b in pairwise(edges)))
+
+
+def moment_error(wave: Peaks, n: int, N: float) -> float:
+    """Part by which m_n differs from the integral; N power of the tail."""
+    if n >= N - 1.0:
+        return wave.moment(n) / integral(wave, n, wave.omega_cut) - 1.0
+    tail = float(wave.density(np.array([FAR]))[0]) * FAR ** (n + 1) / (N - 1.0 - n)
+    return wave.moment(n) / (integral(wave, n, FAR) + tail) - 1.0
+
+
+def cubic(coefficients: tuple[float, ...], gamma: float) -> float:
+    return sum(c * gamma**i for i, c in enumerate(coefficients))
+
+
+def compute() -> tuple[dict[str, str], Shown]:
+    waves = [Jonswap(3.0, T_P, gamma) for gamma in GAMMAS]
+    of_z = [wave.T_m02 / T_P / cubic(ZERO_CROSSING, wave.gamma) - 1.0 for wave in waves]
+    of_m = [wave.T_m01 / T_P / cubic(MEAN, wave.gamma) - 1.0 for wave in waves]
+    printed = [Jonswap(3.0, T_P, gamma, "printed").H_m0 / 3.0 - 1.0 for gamma in GAMMAS]
+    two_peaks = [Torsethaugen(H, T, "printed").H_m0 / H - 1.0 for H, T in STEEP]
+    worst = max(abs(moment_error(wave, n, 5.0)) for wave in waves for n in range(-1, 5))
+    plain = waves[0]
+    largest = lambda x: f"within {100.0 * max(abs(v) for v in x):.2f} %"
+    claims: Mapping[str, tuple[str, str, str]] = {
+        "Pierson-Moskowitz: `T_m02/T_p`": ("0.71037", f"{plain.T_m02 / T_P:.5f}", "reproduced"),
+        "Pierson-Moskowitz: `T_m01/T_p`": ("0.77177", f"{plain.T_m01 / T_P:.5f}", "reproduced"),
+        "JONSWAP, gamma 1 to 7: `T_m02/T_p` by the cubic of DNV-RP-C205": ("a fit", largest(of_z), "reproduced"),
+        "JONSWAP, gamma 1 to 7: `T_m01/T_p` by the cubic of DNV-RP-C205": ("a fit", largest(of_m), "reproduced"),
+        "JONSWAP, gamma 1 to 7: 1 − 0.287 ln(gamma) normalises": ("yes", f"`H_m0` {largest(printed)}", "an approximation; ours is exact"),
+        "Torsethaugen: 3.26 (1 + 1.1 ln(gamma)^1.19)/gamma normalises": (
+            "yes", f"`H_m0` {largest(two_peaks)}", "an approximation; ours is exact"),
+        "moments −1 to 4 against adaptive integration": ("the same", f"within {max(worst, 1e-8):.0e}", "reproduced"),
+    }  # fmt: skip
+    rows = [
+        (f"{wave.gamma:g}", f"{wave.T_m01 / T_P:.5f}", f"{cubic(MEAN, wave.gamma):.4f}", f"{wave.T_m02 / T_P:.5f}",
+         f"{cubic(ZERO_CROSSING, wave.gamma):.4f}", f"{wave.T_e / T_P:.5f}", f"{3.0 * (1.0 + p):.4f} m")
+        for wave, p in zip(waves, printed, strict=True)
+    ]  # fmt: skip
+    head = ("gamma", "`T_m01/T_p`", "by the cubic", "`T_m02/T_p`", "by the cubic", "`T_e/T_p`", "3 m by the printed norm")
+    seas = tuple(parse_wave(text) for text in SEAS)
+    return {"claims": claims_table(claims), "periods": table(head, rows), "cuts": cuts(seas)}, Shown(seas)
+
+
+def cuts(seas: tuple[Peaks, ...]) -> str:
+    """What is left of a moment above the cut, by sea."""
+    rows = []
+    for sea in seas:
+        grid, weight = sea.grid(), sea.weights()
+        left = [1.0 - float(np.sum(weight * grid**n * sea.density(grid))) / sea.moment(n) for n in range(4)]
+        shown = [f"{100.0 * part:.2g} %" if abs(part) > 2e-5 else "below 0.002 %" for part in left]
+        if "torsethaugen" in sea.describe():
+            shown[3] = "does not end"
+        rows.append((f"`{sea.describe()}`", *shown))
+    return table(("sea", "`m_0`", "`m_1`", "`m_2`", "`m_3`"), rows)
+
+
+def draw(shown: Shown) -> None:
+    figure = Figure(figsize=(10.0, 4.6), layout="constrained")
+    left, right = figure.subplots(1, 2)
+    omega = np.linspace(0.2, 2.2, 600)
+    for colour, sea in zip(COLOURS, shown.seas, strict=False):
+        left.plot(omega, sea.density(omega), color=colour, label=sea.describe().replace(" lambda1", "\n    lambda1"))
+    left.set_xlabel("angular frequency [rad/s]")
+    left.set_ylabel("S [m² s/rad]")
+    left.legend(frameon=False, fontsize="x-small")
+    plain = shown.seas[0]
+    x = np.geomspace(0.5, 60.0, 400)
+    fine = np.geomspace(0.3, 60.0, 40000)
+    for n, colour in zip(range(5), COLOURS, strict=False):
+        S = fine ** (n + 1) * plain.density(fine * 2.0 * math.pi / T_P)
+        whole = np.concatenate(([0.0], np.cumsum((S[1:] + S[:-1]) / 2.0 * np.diff(np.log(fine)))))
+        at_cut = np.interp(CUT, fine, whole)
+        right.semilogx(x, np.interp(x, fine, whole) / at_cut, color=colour, label=f"m_{n}")
+    right.axvline(CUT, color=GREY, ls="--", lw=1)
+    right.set_xlabel("where the integral ends, over the peak frequency")
+    right.set_ylabel("moment, over the one up to 12 peak frequencies")
+    right.set_ylim(0.0, 1.6)
+    right.legend(frameon=False, title="Pierson-Moskowitz")
+    for ax in (left, right):
+        ax.grid(alpha=0.3)
+    save(figure, "wave-spectra.png")
