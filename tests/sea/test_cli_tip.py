@@ -20,6 +20,13 @@ def vessel(shared_data: Path) -> str:
     return str(shared_data / "vessel_mss_supply" / "input.re1")
 
 
+@pytest.fixture
+def no_picture(monkeypatch: pytest.MonkeyPatch) -> None:
+    """For tests of the other files that are written: the picture takes longest and is looked at elsewhere."""
+    monkeypatch.setattr("stillhook.io.tip_files.tip_figure", lambda *given: None)
+    monkeypatch.setattr("stillhook.io.tip_files.save_figure", lambda figure, path: path.touch())
+
+
 def answer(capsys: pytest.CaptureFixture[str], *arguments: str) -> dict:
     assert run(["tip", *arguments, "--json"]) == 0
     return json.loads(capsys.readouterr().out)
@@ -96,6 +103,7 @@ def test_out_writes_picture_series_and_summary_that_agree(capsys, vessel, tmp_pa
     assert json.loads((out / "summary.json").read_text())["sigma_z"] == found["sigma_z"]
 
 
+@pytest.mark.usefixtures("no_picture")
 def test_the_same_seed_writes_the_same_series_and_another_does_not(capsys, vessel, tmp_path):
     given = ("--vessel", vessel, "--at", AT, "--wave", WAVE, "--heading", "90", "--duration", "5 min")
     texts = []
@@ -105,6 +113,7 @@ def test_the_same_seed_writes_the_same_series_and_another_does_not(capsys, vesse
     assert texts[0] == texts[2] != texts[1]
 
 
+@pytest.mark.usefixtures("no_picture")
 def test_exact_rotations_are_told_beside_the_linear_motion(capsys, vessel, tmp_path):
     wave = "jonswap Hs=3 m Tp=9 s gamma=1"
     series = ("--duration", "10 min", "--exact", "--out", str(tmp_path / "o"))
@@ -112,6 +121,7 @@ def test_exact_rotations_are_told_beside_the_linear_motion(capsys, vessel, tmp_p
     assert "off the linear motion" in found["series"]["report"]
 
 
+@pytest.mark.usefixtures("no_picture")
 def test_a_case_file_runs_on_the_series_that_was_written(vessel, tmp_path, capsys):
     from stillhook.io.case_file import load_case
 
@@ -129,6 +139,37 @@ def test_a_log_of_a_motion_sensor_gives_the_same_numbers(capsys, shared_data):
     assert at_tip["sigma_v"] > at_sensor["sigma_v"]
     assert "read as" in at_tip["notes"][0]
     assert "--at: z is missing" in refusal(capsys, "--log", log, "--at", AT)
+    assert 'as --at "x=-20 m' in refusal(capsys, "--log", log)
+
+
+@pytest.mark.usefixtures("no_picture")
+def test_the_series_that_was_written_has_the_numbers_of_the_spectra(capsys, vessel, tmp_path):
+    given = ("--vessel", vessel, "--at", AT, "--wave", WAVE, "--heading", "90", "--duration", "40 min", "--out", str(tmp_path))
+    spectra, series = answer(capsys, *given), answer(capsys, "--log", str(tmp_path / "tip.json"), "--duration", "40 min")
+    for name in ("sigma_z", "sigma_v", "sigma_a", "T_z", "v_mpm"):
+        assert series[name] == pytest.approx(spectra[name], rel=0.01), name  # 10 s of 40 min are left out
+    assert "Leave --at out" in refusal(capsys, "--log", str(tmp_path / "tip.json"), "--at", f"{AT}, z=1 m")
+
+
+def test_measured_directions_are_turned_by_the_ships_heading(capsys, vessel, tmp_path, monkeypatch):
+    """A sea that comes from the east is on the starboard beam of a ship that heads north, and dead ahead of one that heads east."""
+    from stillhook.sea.measured import Directional, SpectrumSeries
+
+    omega, width = np.linspace(0.5, 1.2, 8), np.full(8, 0.1)
+    theta = np.radians(np.arange(0.0, 360.0, 30.0))
+    share = np.zeros((1, 8, 12))
+    share[:, :, 3] = 1.0
+    time, S = np.array(["2020-01-01T00:00:00"], dtype="datetime64[s]"), np.full((1, 8), 0.3)
+    series = SpectrumSeries(omega, width, S, time, np.array([True]), "buoy", directional=Directional(theta, share))
+    monkeypatch.setattr("stillhook.io.sea_file.read_sea", lambda path: series)
+    file = tmp_path / "buoy.txt"
+    file.write_text("")
+    at = ("--vessel", vessel, "--at", AT, "--wave", str(file), "--record", "0")
+    for ship, heading in (("0", "90"), ("90", "180"), ("180", "270")):
+        by_ship, by_heading = answer(capsys, *at, "--ship", ship)["sigma_z"], answer(capsys, *at, "--heading", heading)["sigma_z"]
+        assert by_ship == pytest.approx(by_heading)
+    assert "Give --ship, where the bow points" in refusal(capsys, *at)
+    assert "has directions of its own" in refusal(capsys, *at, "--ship", "0", "--spread", "4")
 
 
 def test_measured_spectra_are_taken_record_by_record(capsys, vessel, shared_data, tmp_path):
@@ -177,6 +218,8 @@ def test_the_table_for_people_has_the_numbers_and_where_the_vessel_ends(capsys, 
         (("--at", AT, "--wave", WAVE, "--heading", "north"), "--heading"),
         (("--at", AT, "--wave", WAVE, "--heading", "0", "--spread", "0"), "spread 0"),
         (("--at", AT, "--wave", WAVE, "--heading", "0", "--duration", "1 s"), "too few for a largest value"),
+        (("--at", AT, "--wave", WAVE, "--heading", "0", "--duration", "-1 s"), "--duration -1 s: is not longer than 0 s"),
+        (("--at", AT, "--wave", "waves/gone.txt", "--heading", "0"), '--wave "waves/gone.txt": no such file'),
         (("--at", AT, "--slew", "0 deg", "--wave", WAVE, "--heading", "0"), "--slew: the tip is given by --at already"),
         (("--slew", "0 deg", "--wave", WAVE, "--heading", "0"), "--pedestal: missing"),
         (("--pedestal", AT, "--slew", "0 deg", "--main", "20 m 50 deg", "--wave", WAVE, "--heading", "0"), "--pedestal: z is missing"),

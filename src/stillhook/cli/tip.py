@@ -70,6 +70,8 @@ def tip(
     from stillhook.whole import check_folder
 
     time = parse(duration, "time", "--duration")
+    if time <= 0.0:
+        raise SeaError(f"--duration {duration}: is not longer than 0 s. Give the time that the largest values are asked for.")
     if log is not None:
         unused = {"--vessel": vessel, "--wave": wave, "--heading": heading, "--spread": spread, "--record": record, "--ship": ship}
         unused |= {"--pedestal": pedestal, "--slew": slew, "--main": main, "--knuckle": knuckle}
@@ -118,16 +120,24 @@ def tip(
 
 
 def _of_log(log: Path, at: str | None, duration: float, *, json: bool) -> None:
-    from stillhook.errors import SeaError
-    from stillhook.io.motion_file import read_tip_motion
+    from stillhook.cli.runs import PYTHON_POSITION
+    from stillhook.errors import MotionError, SeaError
+    from stillhook.io.motion_file import read_tip_motion, stored_motion
     from stillhook.sea.tip import motion_statistics, parse_point
 
     point = None if at is None else parse_point(at, "--at")
     if point is not None and point.z is None:
         raise SeaError("--at: z is missing. Give the tip's height above the motion sensor as well.")
     arm = None if point is None else (f"{point.x!r} m", f"{point.y!r} m", f"{point.z!r} m")
-    motion = read_tip_motion(log, tip=arm)
-    summary = {"log": log.name, "duration": duration, **motion_statistics(motion, duration), "notes": [motion.report]}
+    stored = stored_motion(log)
+    if stored is not None and arm is not None:
+        raise SeaError(f"--at: {log.name} holds the motion of a tip already. Leave --at out.")
+    try:
+        motion = stored or read_tip_motion(log, tip=arm)
+    except MotionError as e:
+        raise MotionError(str(e).replace(PYTHON_POSITION, '--at "x=-20 m, y=12 m, z=35 m"')) from None
+    notes = [motion.report] if hasattr(motion, "report") else []
+    summary = {"log": log.name, "duration": duration, **motion_statistics(motion, duration), "notes": notes}
     if json:
         print_json(summary)
         return
@@ -161,16 +171,17 @@ def _interval(found: dict[str, float] | None, key: str) -> str:
 
 
 def _all_round(rao: Rao, wave: str, spread: float | None, record: str | None, point: TipPoint, duration: float, *, json: bool) -> None:
-    from stillhook.cli.tip_inputs import sea_of
-    from stillhook.sea.tip import tip_summary
+    import numpy as np
 
-    found = {}
-    for degrees in range(0, 360, EVERY):
-        summary = tip_summary(rao, sea_of(wave, str(degrees), spread, record, None), point, duration)
-        found[degrees] = {k: v for k, v in summary.items() if isinstance(v, float) and k != "duration"}
+    from stillhook.cli.tip_inputs import sea_of
+    from stillhook.sea.tip import tip_numbers, tip_responses
+
+    turns = range(0, 360, EVERY)
+    responses = tip_responses(rao, sea_of(wave, "0", spread, record, None), point.x, point.y, np.radians(turns))
+    found = {degrees: tip_numbers(response, duration) for degrees, response in zip(turns, responses, strict=True)}
     if json:
         rows = [{"beta": math.radians(d), **values} for d, values in found.items()]
-        print_json({"vessel": rao.name, "at": summary["at"], "duration": duration, "headings": rows})
+        print_json({"vessel": rao.name, "at": {"x": point.x, "y": point.y}, "duration": duration, "headings": rows})
         return
     shown = ("sigma_z", "sigma_v", "sigma_a", "T_z", "z_mpm", "v_mpm", "a_mpm")
     cells = [[str(d), *(human(name, values[name], 4) for name in shown)] for d, values in found.items()]

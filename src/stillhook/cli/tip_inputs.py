@@ -34,6 +34,8 @@ def sea_of(wave: str, heading: str | None, spread: float | None, record: str | N
         return _measured(wave, beta, spread, record, ship)
     from stillhook.sea.sea_text import parse_sea
 
+    if "=" not in wave and re.search(r"[./\\]", wave):
+        raise SeaError(f'--wave {came(wave)}: no such file, and not waves such as "jonswap Hs=2 m Tp=8 s". Check the path.')
     refuse({"--record": record, "--ship": ship}, f"belongs to a file of measured waves, and --wave {came(wave)} is none. Leave it out.")
     return parse_sea(wave, heading=beta, spread=spread, where="--wave")
 
@@ -86,7 +88,7 @@ def place(at: str | None, pedestal: str | None, slew: str | None, main: str | No
 
 
 def _length_and_angle(text: str, where: str) -> tuple[str, str]:
-    match = re.fullmatch(r"\s*(\S+ \S+)\s+(\S+ \S+)\s*", text)
+    match = re.fullmatch(r"\s*(\S+ [^\s,]+)\s*[,\s]\s*(\S+ \S+)\s*", text)
     if match is None:
         raise SeaError(f'{where} {came(text)}: is not a length and an angle. Write "25 m 50 deg".')
     return match[1], match[2]

@@ -13,9 +13,9 @@ from stillhook.io.results import save_json
 from stillhook.sea.irregular import IrregularTip
 from stillhook.sea.rao import Rao
 from stillhook.sea.realisation import realise, tip_motion, tip_motion_exact
-from stillhook.sea.spectrum import Sea, Train
+from stillhook.sea.spectrum import Sea
 from stillhook.sea.text import motion_to_json
-from stillhook.sea.tip import TipPoint, TipResponse, tip_response
+from stillhook.sea.tip import TipPoint, TipResponse, tip_response, tip_responses
 from stillhook.whole import whole_folder
 
 if TYPE_CHECKING:
@@ -102,10 +102,10 @@ def _origins(ax: Any, response: TipResponse) -> None:
 
 def _headings(ax: Any, rao: Rao, sea: Sea, at: TipPoint) -> None:
     first = sea.trains[0].beta
-    turns = np.radians(np.arange(0.0, 361.0, 15.0))
+    turns = np.radians(np.arange(0.0, 361.0, 10.0))
     for colour, label, y in ((COLOURS[1], "this tip", at.y), (COLOURS[5], "tip on the other side", -at.y)):
-        turned = [Sea(tuple(Train(t.spectrum, t.beta - first + turn, t.spread) for t in sea.trains)) for turn in turns]
-        ax.plot(np.degrees(turns), [60.0 * tip_response(rao, s, at.x, y).sigma_v for s in turned], color=colour, lw=1.5, label=label)
+        sigma_v = [60.0 * response.sigma_v for response in tip_responses(rao, sea, at.x, y, turns - first)]
+        ax.plot(np.degrees(turns), sigma_v, color=colour, lw=1.5, label=label)
     ax.axvline(math.degrees(first) % 360.0, color=GREY, ls=":", label="heading here")
     ax.set(xlabel="heading of the waves [deg]\n0 following, 90 from starboard, 180 head sea, 270 from port", ylabel="sigma_v [m/min]")
     ax.set(xlim=(0.0, 360.0), ylim=(0.0, 1.25 * ax.get_ylim()[1]), xticks=range(0, 361, 45))

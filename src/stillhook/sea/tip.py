@@ -17,7 +17,7 @@ from stillhook.sea.motion import Motion
 from stillhook.sea.rao import Rao
 from stillhook.sea.ship_motion import LONGEST_LEVER, mean_zero_crossing_period
 from stillhook.sea.spectrum import Sea
-from stillhook.units import came, parse
+from stillhook.units import came, number, parse
 
 FloatArray = NDArray[np.float64]
 
@@ -37,8 +37,8 @@ class TipPoint:
 
     def describe(self) -> str:
         """The place in words and units."""
-        up = "" if self.z is None else f", z {self.z:g} m"
-        return f"x {self.x:g} m, y {self.y:g} m{up}"
+        up = "" if self.z is None else f", z {number(self.z)} m"
+        return f"x {number(self.x)} m, y {number(self.y)} m{up}"
 
 
 def parse_point(text: str, where: str = "at") -> TipPoint:
@@ -150,17 +150,30 @@ def tip_response(rao: Rao, sea: Sea, x: float, y: float) -> TipResponse:
     Trains are independent of one another, and so are the directions of a short-crested one, with shares w_j of its variance. What the sea
     has beyond the vessel's table is left out of S and told by `share_beyond` and `sigma_a_beyond`.
     """
+    return tip_responses(rao, sea, x, y, np.zeros(1))[0]
+
+
+def tip_responses(rao: Rao, sea: Sea, x: float, y: float, turns: FloatArray) -> list[TipResponse]:
+    """The same with the whole sea turned about the ship by each of some angles (n,) [rad, counter-clockwise]; n of them cost little more
+    than one."""
     edges = _edges(sea, rao)
-    omega, weight, last = (edges[1:] + edges[:-1]) / 2.0, np.diff(edges), rao.omega[-1]
-    S_wave, S, S_end = np.zeros_like(omega), np.zeros_like(omega), np.zeros_like(omega)
-    for train in sea.trains:
-        beta, share = train.directions()
-        density = train.spectrum.density(omega)
-        S_wave += density
-        S += density * (share @ np.abs(rao.vertical(omega, beta, x, y)) ** 2)
-        at_end = float(share @ np.abs(rao.vertical(rao.omega[-1:], beta, x, y)[:, 0]) ** 2)
-        S_end += np.where(omega > last, density * at_end, 0.0)
-    return TipResponse(omega, weight, S_wave, S, S_end, (float(rao.omega[0]), float(last)))
+    omega, weight = (edges[1:] + edges[:-1]) / 2.0, np.diff(edges)
+    trains = [(train.spectrum.density(omega), *train.directions()) for train in sea.trains]
+    angles = np.concatenate([(turns[:, None] + beta).ravel() for _, beta, _ in trains])
+    used, place = np.unique(np.round(angles % (2.0 * math.pi), 12), return_inverse=True)
+    power = np.abs(rao.vertical(omega, used, x, y)) ** 2
+    power_end = np.abs(rao.vertical(rao.omega[-1:], used, x, y)) ** 2 * (omega > rao.omega[-1])
+    S_wave = np.sum([density for density, _, _ in trains], axis=0)
+    S, S_end = np.zeros((len(turns), len(omega))), np.zeros((len(turns), len(omega)))
+    at = 0
+    for density, beta, share in trains:
+        rows = place[at : at + len(turns) * len(beta)].reshape(len(turns), len(beta))
+        at += rows.size
+        for i, row in enumerate(rows):
+            S[i] += density * (share @ power[row])
+            S_end[i] += density * (share @ power_end[row])
+    table = (float(rao.omega[0]), float(rao.omega[-1]))
+    return [TipResponse(omega, weight, S_wave, S[i], S_end[i], table) for i in range(len(turns))]
 
 
 def tip_summary(rao: Rao, sea: Sea, at: TipPoint, duration: float) -> dict[str, Any]:
@@ -168,6 +181,14 @@ def tip_summary(rao: Rao, sea: Sea, at: TipPoint, duration: float) -> dict[str, 
     response = tip_response(rao, sea, at.x, at.y)
     T_p = 2.0 * math.pi / float(response.omega[np.argmax(response.S_wave)]) if len(sea.trains) > 1 else sea.trains[0].spectrum.peak_period
     waves = {"H_m0": sea.H_m0, "T_p": T_p, "text": sea.describe()}
+    where = {"x": at.x, "y": at.y} if at.z is None else {"x": at.x, "y": at.y, "z": at.z}
+    notes = [*_table_notes(response), *rao.notes]
+    numbers = tip_numbers(response, duration)
+    return {"vessel": rao.name, "at": where, "sea": waves, "duration": duration, **numbers, "notes": notes}
+
+
+def tip_numbers(response: TipResponse, duration: float) -> dict[str, float]:
+    """The numbers among them."""
     limits = {
         "omega_first": response.omega_table[0],
         "omega_last": response.omega_table[1],
@@ -175,9 +196,7 @@ def tip_summary(rao: Rao, sea: Sea, at: TipPoint, duration: float) -> dict[str, 
         "share_beyond": response.share_beyond,
         "sigma_a_beyond": response.sigma_a_beyond,
     }
-    where = {"x": at.x, "y": at.y} if at.z is None else {"x": at.x, "y": at.y, "z": at.z}
-    notes = [*_table_notes(response), *rao.notes]
-    return {"vessel": rao.name, "at": where, "sea": waves, "duration": duration, **response.statistics(duration), **limits, "notes": notes}
+    return {**response.statistics(duration), **limits}
 
 
 def _table_notes(response: TipResponse) -> list[str]:
