@@ -1,17 +1,93 @@
 """What can be said before a lowering: refusals (LiftError, SpecError), each in one line."""
 
+import math
 
 from stillhook.crane import Crane
 from stillhook.engine.lift_pack import PackedLift
+from stillhook.engine.lift_programme import hanging
+from stillhook.engine.pack import drum_record
+from stillhook.engine.stability import MOST_STEPS, RK4_LIMIT, fastest_rates, whole_parts
+from stillhook.errors import LiftError, SpecError
 from stillhook.lift.lowering import Lowering
+from stillhook.physics.drum import LAST_TURNS, wire_usable
+from stillhook.plants.hoist import drum_geometry
+from stillhook.scenario import LONGEST
+from stillhook.sea.kinematics import WaveField
+from stillhook.units import show
 
 COUPLING = 0.1
-"""Largest mass that the wire may feign in one step, h^2 k / 4, over that of the winch as the wire feels it, J / lever^2."""
+"""Largest mass that the stiff wire feigns in one step, h^2 k / 4, over the winch's at the wire, J / lever^2; at 1 they part ways."""
+SOIL_LIMIT = 0.8
+"""Largest step times rate of a payload on the seabed; stable up to 1 (damper) and 2 (spring)."""
+FIXED_MASS = 1.0e15
+"""Mass of a load that stands [kg]: in the winch's own steps the first node moves evenly, whatever pulls."""
+COARSEST = 0.5
+"""Longest spacing of the water's samples [s]."""
 
 
 def check_lift(crane: Crane, case: Lowering) -> None:
     """Refuse what no crane of this kind can be asked, or what is no lowering. Errors: LiftError, one line."""
+    if not (math.isfinite(case.duration) and 0.0 < case.duration <= LONGEST):
+        raise LiftError(f"duration = {case.duration:g} s: a run lasts up to {LONGEST:g} s. Lower in parts.")
+    if case.payload.mass > crane.SWL:
+        raise LiftError(
+            f'Payload {show(case.payload.mass, "mass")} exceeds the SWL {show(crane.SWL, "mass")} of "{crane.name}" '
+            f"({100.0 * case.payload.mass / crane.SWL:.5g} %). Lower the mass or choose another crane."
+        )
+    _check_places(crane, case)
+    if case.tip.duration is not None and case.duration > case.tip.duration + 1e-9:
+        raise LiftError(f"duration {case.duration:g} s is longer than the motion of the tip, {case.tip.duration:g} s. Shorten the run.")
+    if case.waves is not None:
+        _check_waves(case.waves, case.duration)
+
+
+def _check_places(crane: Crane, case: Lowering) -> None:
+    """The load hangs between crane tip and seabed at the start, on wire that there is."""
+    z_0, top = show(case.z_0, "length"), case.h_tip - case.rigging.height - case.payload.height
+    if case.z_0 <= -case.depth:
+        raise LiftError(f"z_0 = {z_0}: the payload would lie on the seabed, {show(case.depth, 'length')} down. Start above it.")
+    s_w, usable = hanging(crane, case, case.z_0).s_w, float(wire_usable(drum_record(crane)))
+    if s_w < 0.0:
+        raise LiftError(
+            f"z_0 = {z_0}: the hook would be above the crane tip, which is {show(case.h_tip, 'length')} above the water. "
+            f"Rigging and payload leave room up to z_0 = {show(top, 'length')}."
+        )
+    if s_w > usable:
+        raise LiftError(
+            f'z_0 = {z_0} takes {show(s_w, "length")} of wire, and "{crane.name}" can pay out {show(usable, "length")} '
+            f"({LAST_TURNS:.0f} turns kept). Start higher or choose another crane."
+        )
+
+
+def _check_waves(waves: WaveField, duration: float) -> None:
+    if not 0.0 < waves.dt <= COARSEST:
+        raise LiftError(f"waves: samples every {waves.dt:g} s, and 0 to {COARSEST:g} s are allowed. Sample the water more finely.")
+    if duration > waves.duration + 1e-9:
+        raise LiftError(f"duration {duration:g} s is longer than the waves, {waves.duration:g} s. Shorten the run.")
+    shapes = {waves.w.shape, waves.a.shape}
+    if len(shapes) != 1 or waves.w.ndim != 2 or len(waves.w) != len(waves.eta) or waves.w.shape[1] < 2 or waves.z_0 <= 0 or waves.ds <= 0:
+        raise LiftError("waves: eta, w and a do not belong together, or there are fewer than 2 levels of depth. Make them with wave_field.")
 
 
 def check_lift_step(packed: PackedLift, step: float) -> None:
-    """Refuse a step that winch or coupling cannot follow. Errors: SpecError naming the fastest mode and the step to take."""
+    """Refuse a step that winch, coupling or seabed cannot follow. Errors: SpecError naming the fastest mode and the step to take.
+
+    The wire itself is stepped implicitly: however short and stiff, it asks for no shorter step.
+    """
+    p = packed.winch.params
+    hoist = p.hoist._replace(load=p.hoist.load._replace(m=FIXED_MASS))
+    rates = {k: v / RK4_LIMIT for k, v in fastest_rates(packed.winch._replace(params=p._replace(hoist=hoist))).items()}
+    geo = drum_geometry(packed.winch.s_w, hoist)
+    k_0 = packed.lift.rope.EA / (hoist.wire.L_0 * packed.lift.rope.EA / hoist.wire.EA)
+    rates["wire against the winch's inertia"] = math.sqrt(0.25 * k_0 * geo.lever**2 * geo.i_J / COUPLING)
+    load, wet = packed.lift.load, packed.table[-1]
+    m = load.m + wet[1]
+    rates["payload on the spring of the seabed"] = math.sqrt(load.k_soil / m) / SOIL_LIMIT
+    rates["payload in the damper of the seabed"] = load.c_soil / m / SOIL_LIMIT
+    name, rate = max(rates.items(), key=lambda i: i[1])
+    if rate * step <= 1.0:
+        return
+    t_cycle = packed.lift.t_cycle
+    parts = whole_parts(t_cycle, 1.0 / rate)
+    advice = f'Use a step of "{t_cycle / parts * 1e3:.6g} ms" or less.' if parts <= MOST_STEPS else "Check the number behind it."
+    raise SpecError(f"step {step * 1e3:.3g} ms is too long for this lift: {name} asks for {1e3 / rate:.3g} ms. {advice}")

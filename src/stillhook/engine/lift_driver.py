@@ -18,7 +18,7 @@ from stillhook.engine.stats import Stats, fold
 from stillhook.engine.window import window_add, window_turn
 from stillhook.physics.payload import LEVELS, Water, WaterForce, Wetted, middle, submergence, water_force, wetted
 from stillhook.physics.rope import Element, element, element_weight, pull_of_sling, sling_energy
-from stillhook.physics.scalar import STRICT, align_stack, scalar
+from stillhook.physics.scalar import STRICT, align_stack, fmax, scalar
 from stillhook.physics.wire import wire_stiffness
 from stillhook.plants.lift import (
     SNAP,
@@ -50,9 +50,10 @@ X, U, GEO, M, ST, Y, TIP_0, TIP_1, TIP_2 = base.X, base.U, base.GEO, base.M, bas
 
 
 class Solve(NamedTuple):
-    """What a step's rows of the wire share. d, off interior diagonal and off-diagonal [kg]; half, k elements' weight on the right side;
-    first row: d_0 [kg], r_0 its right side without the wire's own [kg m/s], T_0 and G_0 the winch's pull at rest and its slope over
-    the node's speed; payload: A_p [kg], R_p [kg m/s]; z, v predicted, force of the water; taut 1 where the wire pulls at the winch."""
+    """What the rows of a wire share in a step: d, off interior diagonal and off-diagonal [kg]; first row: d_0 diagonal [kg], T_0 the
+    winch's pull on a node at rest [N] and G_0 its fall per speed of the node [N s/m], taut 1 where the wire pulls at the winch, else 0;
+    payload: A_p [kg], R_p [kg m/s], force of the water at the foreseen speed v_mid [m/s], slope by which drag falls with the speed
+    [N s/m]."""
 
     d: float
     off: float
@@ -63,6 +64,19 @@ class Solve(NamedTuple):
     A_p: float
     R_p: float
     force: WaterForce
+    slope: float
+    v_mid: float
+
+
+class Windowed(NamedTuple):
+    """What the moving windows take: e_c while compensating, tip, payload and hook beside the joystick's path [m]; full 1 once the stage
+    has lasted as long as the window."""
+
+    e_c: float
+    tip: float
+    load: float
+    hook: float
+    full: float
 
 
 class Sums(NamedTuple):
@@ -76,7 +90,7 @@ Lane = NamedTuple(
     "Lane",
     [
         *fields(base.Lane), ("ls", LiftStats), ("ly", LiftSignals), ("hang", Hanging), ("solve", Solve), ("sums", Sums), ("F_s", float),
-        ("lift", Lift),
+        ("lift", Lift), ("stage", Stage), ("lo", Wetted), ("hi", Wetted), ("part", float), ("seen", Windowed),
     ],
 )  # fmt: skip
 """Everything that one trajectory carries, beside the rows of its wire; begins as the lane of `stillhook.engine.driver` does."""
@@ -91,20 +105,24 @@ def store(cls: type):  # type: ignore[no-untyped-def]
 
 
 load = access(Lane, LANES).load
-with_s, with_v = replace(base.State, "s_load"), replace(base.State, "v_load")
 with_plc, with_tau, with_F = replace(base.Params, "plc"), replace(Plc, "tau_F"), replace(Memory, "F")
 put_ls, put_ly, put_solve, put_water, put_works = (
     store(LiftStats), store(LiftSignals), store(Solve), store(Water), store(Works),
 )  # fmt: skip
-LS, LY, HANG, SOLVE, SUMS, F_S = (offset(Lane, f, LANES) for f in ("ls", "ly", "hang", "solve", "sums", "F_s"))
-SUP, ELEMENT, WATER, LEVEL, OMEGA_0, A_LOAD, SINCE, S_JOY, E_HELD, STAGE, K_STAGE, E_NOW, WORKS = (
+LS, LY, HANG, SOLVE, SUMS, F_S, STAGE_NOW, LO, HI, PART, SEEN = (
+    offset(Lane, f, LANES) for f in ("ls", "ly", "hang", "solve", "sums", "F_s", "stage", "lo", "hi", "part", "seen")
+)
+SUP, ELEMENT, WATER, LEVEL, OMEGA_0, A_LOAD, SINCE, S_JOY, E_HELD, STAGE, K_STAGE, E_NOW, WORKS, V_BEFORE = (
     HANG + offset(Hanging, f, LANES)
     for f in (
         "sup", "element", "water", "level", "omega_0", "a_load", "since_taut", "s_joy", "e_held", "stage", "k_stage", "E", "works",
+        "v_before",
     )
 )  # fmt: skip
-put_sup, put_element = store(Supervisor), store(Element)
+put_sup, put_element, put_seen = store(Supervisor), store(Element), store(Windowed)
+FULL = SEEN + offset(Windowed, "full", LANES)
 SUP_STAGE, SUP_DONE = (SUP + offset(Supervisor, f, LANES) for f in ("stage", "done"))
+X_S, X_V = (X + offset(base.State, f, LANES) for f in ("s_load", "v_load"))
 S_LOAD, V_LOAD = (Y + offset(Signals, f, LANES) for f in ("s_load", "v_load"))
 NY, NLY = size(Signals), size(LiftSignals)
 NS = NY + NLY
@@ -183,15 +201,15 @@ def take_water(A, B, N, lo, hi, H_w, levels):
 
 
 @scalar
-def wet_at(T, l, z, eta, pay):
-    """The payload's numbers at its submergence, from the table T of lane l."""
-    h = submergence(z, eta, pay.reach)
-    j, f = place(h * pay.i_dh, LAST_LEVEL)
-    i = 4 * j * LANES + l
-    lo = Wetted(T[i], T[i + LANES], T[i + 2 * LANES], T[i + 3 * LANES])
-    i += 4 * LANES
-    hi = Wetted(T[i], T[i + LANES], T[i + 2 * LANES], T[i + 3 * LANES])
-    return wetted(f, lo, hi)
+def look_up(A, T):
+    """The levels beside every lane's level A[PART], from the table T; A[PART] is then the part of the way between them."""
+    for l in range(LANES):
+        j, f = place(A[PART + l], LAST_LEVEL)
+        row = T[4 * j * LANES :]
+        for c in range(4):
+            A[LO + c * LANES + l] = row[c * LANES + l]
+            A[HI + c * LANES + l] = row[(4 + c) * LANES + l]
+        A[PART + l] = f
 
 
 @scalar
@@ -231,22 +249,22 @@ def relay(A, B, N):
 
 
 @scalar
-def cycle(A, B, N, S, T, n_stages, t, w):
-    """Supervisor, PLC cycle, signals and statistics of every lane; t time [s], w weight of this cycle in integrals."""
+def cycle(A, B, N, S, T, n_stages, k, n_win, t, w):
+    """Supervisor, PLC cycle, signals and statistics of every lane; t time [s] of cycle k, w weight of this cycle in integrals."""
+    for l in range(LANES):
+        row = S[min(max(int(A[SUP_STAGE + l]), 0), n_stages - 1) * STAGE_SIZE * LANES :]
+        for f in range(STAGE_SIZE):
+            A[STAGE_NOW + f * LANES + l] = row[f * LANES + l]
     for l in range(LANES):
         b = load(A, l)
         tip = Tip(b.tick.s, b.tick.v)
         geo = geometry(b.x, b.p)
         raw = sense(b.x, b.m, b.tick, tip, geo, b.p)
-        i = min(max(int(b.hang.sup.stage), 0), n_stages - 1) * STAGE_SIZE * LANES + l
-        stage = Stage(
-            S[i], S[i + LANES], S[i + 2 * LANES], S[i + 3 * LANES], S[i + 4 * LANES], S[i + 5 * LANES], S[i + 6 * LANES]
-        )
-        order, sup = supervise(Watch(t, raw.s_w, raw.F, raw.v_tip), b.hang.sup, stage, b.lift.settings)
-        k = b.tick
+        order, sup = supervise(Watch(t, raw.s_w, raw.F, raw.v_tip), b.hang.sup, b.stage, b.lift.settings)
+        o = b.tick
         tick = Tick(
-            k.s, k.v, k.a, k.s_m, k.v_m, k.a_m, order.v_op, order.s_op, order.mode, k.f_pump, k.f_known, k.n_s, k.n_F, k.f_passive,
-            k.given, k.u_p, k.u_m,
+            o.s, o.v, o.a, o.s_m, o.v_m, o.a_m, order.v_op, order.s_op, order.mode, o.f_pump, o.f_known, o.n_s, o.n_F, o.f_passive,
+            o.given, o.u_p, o.u_m,
         )  # fmt: skip
         held = order.hold > 0.5
         m = with_F(b.m, order.F_hold if held else b.m.F)
@@ -256,7 +274,7 @@ def cycle(A, B, N, S, T, n_stages, t, w):
         y = signals(c, b.x, u, m, drive, tick, geo, b.p)
         E = stored_energy(c, b.x, geo, b.p) - b.p.hoist.load.W * b.x.s_load
         put_st(A, ST + l, fold(b.st, y, powers(c, b.x, tip, b.p), E, limits(c, b.x, b.p), w))
-        A[E_HELD + l] = y.e_c if compensating(sup, stage, b.lift.settings.code) > 0.5 else b.hang.e_held
+        A[E_HELD + l] = y.e_c if compensating(sup, b.stage, b.lift.settings.code) > 0.5 else b.hang.e_held
         A[S_JOY + l] = b.hang.s_joy + sup.v_joy * b.lift.t_cycle
         put_sup(A, SUP + l, sup)
         put_u(A, U + l, u)
@@ -267,9 +285,16 @@ def cycle(A, B, N, S, T, n_stages, t, w):
     hook = B[N * ROW :]
     for l in range(LANES):
         b = load(A, l)
+        q = hook[ROW + Q + l]
+        A[PART + l] = submergence(b.lift.z_ref + q, b.hang.water.eta, b.lift.load.reach) * b.lift.load.i_dh
+        full = 1.0 if k - b.hang.k_stage >= n_win - 1.0 else 0.0
+        put_seen(A, SEEN + l, Windowed(b.hang.e_held, b.tick.s, q - b.hang.s_joy, hook[Q + l] - b.hang.s_joy, full))
+    look_up(A, T)
+    for l in range(LANES):
+        b = load(A, l)
         q, v = hook[ROW + Q + l], hook[ROW + V + l]
         z, water = b.lift.z_ref + q, b.hang.water
-        force = water_force(z, v, wet_at(T, l, z, water.eta, b.lift.load), water, b.lift.load)
+        force = water_force(z, v, wetted(b.part, b.lo, b.hi), water, b.lift.load)
         h = submergence(z, water.eta, b.lift.load.H)
         put_ly(
             A, LY + l,
@@ -283,24 +308,29 @@ def cycle(A, B, N, S, T, n_stages, t, w):
 
 
 @scalar
-def windows(A, B, N, W_, i, k, n_win):
+def windows(A, W_, i, n_win):
     """The moving windows of every lane take this cycle's sample as number i of their run."""
     w = SIGNALS * LANES
-    hook = B[N * ROW :]
-    for l in range(LANES):
-        b = load(A, l)
-        full = 1.0 if k - b.hang.k_stage >= n_win - 1.0 else 0.0
-        window_add(W_, w, l, i, n_win, full, b.hang.e_held)
-        window_add(W_, w, LANES + l, i, n_win, full, b.tick.s)
-        window_add(W_, w, 2 * LANES + l, i, n_win, full, hook[ROW + Q + l] - b.hang.s_joy)
-        window_add(W_, w, 3 * LANES + l, i, n_win, full, hook[Q + l] - b.hang.s_joy)
+    for f in range(SIGNALS):
+        for l in range(LANES):
+            window_add(W_, w, f * LANES + l, i, n_win, A[FULL + l], A[SEEN + f * LANES + l])
     if i == n_win - 1:
         window_turn(W_, w, n_win)
 
 
 @scalar
-def begin(b, q, z, v, wet_force, h):
-    """What the rows of one lane's wire share in this step; q displacement of its first node, v of its payload."""
+def ahead(q, v, a, tau):
+    """Place after tau [s] at speed v [m/s] and acceleration a [m/s^2]."""
+    return q + tau * (v + 0.5 * tau * a)
+
+
+@scalar
+def begin(b, q, v, v_mid, w, f, h):
+    """What the rows of one lane's wire share in this step: q displacement of its first node [m]; v speed of its payload now and v_mid as
+    foreseen for mid-step, when the water there moves at w [m/s] and acts with f.
+
+    Drag is straightened about v_mid, so that no payload is too light for the step.
+    """
     e, x = b.hang.element, b.x
     G = 0.5 * h * (e.c + 0.5 * h * e.k)
     k_0, c_0 = wire_stiffness(x.s_w, b.p.hoist.wire), b.p.hoist.wire.c
@@ -311,9 +341,11 @@ def begin(b, q, z, v, wet_force, h):
     G_0 = 0.5 * h * k_0 + c_0
     T_0 = k_0 * (top - q) + c_0 * v_top
     taut = 1.0 if T_0 - G_0 * x.v_load > 0.0 else 0.0
-    f = wet_force
-    R_p = (b.lift.load.m + f.m_a) * v + 0.5 * h * (f.buoyancy + f.inertia + f.drag + f.slam + f.bottom - b.lift.load.W)
-    return Solve(10.0 * e.m + 2.0 * G, e.m - G, 5.0 * e.m + G + taut * 0.5 * h * G_0, T_0, G_0, taut, b.lift.load.m + f.m_a, R_p, f)
+    m, slope = b.lift.load.m + f.m_a, 2.0 * abs(f.drag) / fmax(abs(w - v_mid), 1.0e-9)
+    R_p = m * v + 0.5 * h * (f.buoyancy + f.inertia + f.drag + slope * v_mid + f.slam + f.bottom - b.lift.load.W)
+    return Solve(
+        10.0 * e.m + 2.0 * G, e.m - G, 5.0 * e.m + G + taut * 0.5 * h * G_0, T_0, G_0, taut, m + 0.5 * h * slope, R_p, f, slope, v_mid,
+    )  # fmt: skip
 
 
 @scalar
@@ -322,12 +354,15 @@ def wire_step(A, B, N, T, t, tau, h):
     hook = B[N * ROW :]
     for l in range(LANES):
         b = load(A, l)
+        z = b.lift.z_ref + ahead(hook[ROW + Q + l], hook[ROW + V + l], b.hang.a_load, 0.5 * h)
+        A[PART + l] = submergence(z, later(b.hang.water, tau + 0.5 * h).eta, b.lift.load.reach) * b.lift.load.i_dh
+    look_up(A, T)
+    for l in range(LANES):
+        b = load(A, l)
         q, v = hook[ROW + Q + l], hook[ROW + V + l]
-        v_mid = v + 0.5 * h * b.hang.a_load
-        z = b.lift.z_ref + q + 0.5 * h * (v + 0.25 * h * b.hang.a_load)
-        water = later(b.hang.water, tau + 0.5 * h)
-        force = water_force(z, v_mid, wet_at(T, l, z, water.eta, b.lift.load), water, b.lift.load)
-        put_solve(A, SOLVE + l, begin(b, B[Q + l], z, v, force, h))
+        z, v_mid = b.lift.z_ref + ahead(q, v, b.hang.a_load, 0.5 * h), v + 0.5 * h * b.hang.a_load
+        force = water_force(z, v_mid, wetted(b.part, b.lo, b.hi), later(b.hang.water, tau + 0.5 * h), b.lift.load)
+        put_solve(A, SOLVE + l, begin(b, B[Q + l], v, v_mid, later(b.hang.water, tau + 0.5 * h).w, force, h))
         A[SUMS + l] = 0.0
         A[SUMS + LANES + l] = 0.0
     for l in range(LANES):
@@ -379,8 +414,8 @@ def finish(A, B, N, t, h):
         f, w = s.force, g.works
         put_works(A, WORKS + l, Works(
             w.top, w.damping + lost, w.gravity + h * lift.load.W * v_p, w.buoyancy + h * f.buoyancy * v_p,
-            w.inertia + (h * f.inertia - f.m_a * dv) * v_p, w.drag + h * f.drag * v_p, w.slam + h * f.slam * v_p,
-            w.bottom + h * f.bottom * v_p, w.relay,
+            w.inertia + (h * f.inertia - f.m_a * dv) * v_p, w.drag + h * (f.drag - s.slope * (v_p - s.v_mid)) * v_p,
+            w.slam + h * f.slam * v_p, w.bottom + h * f.bottom * v_p, w.relay,
         ))  # fmt: skip
         before = lift.z_ref + hook[ROW + Q + l] < -lift.load.depth
         hook[ROW + Q + l] += h * v_p
@@ -460,8 +495,8 @@ def run(A, B, N, D_, cols, H, S, n_stages, T, E, H_w, levels, dt_w, i_0, W_, G, 
             take_water(A, B, N, sample, sample[(2 + 2 * levels) * LANES :], H_w, levels)
         relay(A, B, N)
         new_stages(A, W_, G, starts, first, n_stages, k, n_win, t_cycle)
-        cycle(A, B, N, S, T, n_stages, k * t_cycle, 0.5 if (k == 0 or k == final) else 1.0)
-        windows(A, B, N, W_, k % n_win, k, n_win)
+        cycle(A, B, N, S, T, n_stages, k, n_win, k * t_cycle, 0.5 if (k == 0 or k == final) else 1.0)
+        windows(A, W_, k % n_win, n_win)
         if every > 0 and k % every == 0:
             into = out[(k // every) * NS * LANES :]
             for l in range(NY * LANES):
@@ -471,18 +506,22 @@ def run(A, B, N, D_, cols, H, S, n_stages, T, E, H_w, levels, dt_w, i_0, W_, G, 
                 more[l] = A[LY + l]
         if k == final:
             break
-        ahead = row[cols * LANES :]
+        next_row = row[cols * LANES :]
         for i in range(n_sub):
             for l in range(LANES):
-                put_tip(A, TIP_1 + l, tip_between(row, ahead, l, H, 2 * i))
+                put_tip(A, TIP_1 + l, tip_between(row, next_row, l, H, 2 * i))
             for l in range(LANES):
-                put_tip(A, TIP_2 + l, tip_between(row, ahead, l, H, 2 * i + 1))
+                put_tip(A, TIP_2 + l, tip_between(row, next_row, l, H, 2 * i + 1))
             wire_step(A, B, N, T, k * t_cycle + i * h, i * h, h)
             for l in range(LANES):
+                A[X_V + l] = B[D + l]
+            for l in range(LANES):
                 b = load(A, l)
-                x = with_v(b.x, B[D + l])
-                x = step(x, b.u, b.geo, b.tip_0, b.tip_1, b.tip_2, b.p, h)
-                put_x(A, X + l, with_s(x, B[Q + l]))
+                put_x(A, X + l, step(b.x, b.u, b.geo, b.tip_0, b.tip_1, b.tip_2, b.p, h))
+            for l in range(LANES):
+                A[X_S + l] = B[Q + l]
+                A[X_V + l] = 1.5 * B[D + l] - 0.5 * A[V_BEFORE + l]
+                A[V_BEFORE + l] = B[D + l]
             for l in range(2 * LANES):
                 A[TIP_0 + l] = A[TIP_2 + l]
 

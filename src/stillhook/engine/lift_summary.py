@@ -71,7 +71,8 @@ def unaccounted(result: LiftResult) -> float:
 
 def status(result: LiftResult, crane: Crane) -> str:
     """ "ok", or what went beyond its limit, joined by commas: those of `stillhook.engine.summary`, and "sling" (slings went slack before
-    touch-down), "overload" (more tension at the hook than the SWL and hook weigh), "stuck" (a stage timed out), "unfinished"."""
+    touch-down), "overload" (more tension in the slings than the SWL weighs), "stuck" (a stage timed out), "unfinished". "audit" is not
+    asked where the wire snaps taut within a cycle of the audit."""
     if result.ending is Ending.DIVERGED:
         return "diverged"
     r = whole(result)
@@ -84,7 +85,7 @@ def status(result: LiftResult, crane: Crane) -> str:
         beyond.append("stuck")
     elif result.hang.sup.done == 0.0:
         beyond.append("unfinished")
-    missing = abs(unaccounted(result))
+    missing = 0.0 if "slack" in beyond else abs(unaccounted(result))
     if missing > AUDIT and missing * (r.stats.pump_abs * result.t_cycle + abs(result.hang.works.gravity)) > AUDIT_FLOOR:
         beyond.append("audit")
     return ", ".join(beyond) or OK

@@ -61,7 +61,7 @@ class Hanging(NamedTuple):
     of the cycle; level at which it was taken, see `level_of`; omega_0 motor speed one step ago [rad/s]; a_load last acceleration of the
     load [m/s^2]; since_taut time since the slings came taut [s]; s_joy path that the joystick asked for [m]; e_held control error while
     compensating, the last one while not [m]; stage and k_stage that statistics are of, and the cycle it began; E energy in wire, hook,
-    load and slings, E_0 that at the start [J]."""
+    load and slings, E_0 that at the start [J]; v_before speed of the first node in the middle of the last step but one [m/s]."""
 
     sup: Supervisor
     element: Element
@@ -77,6 +77,7 @@ class Hanging(NamedTuple):
     E: float
     E_0: float
     works: Works
+    v_before: float
 
 
 class LiftStats(NamedTuple):
