@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import textwrap
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -67,7 +68,7 @@ def tip_figure(rao: Rao, sea: Sea, at: TipPoint, summary: dict[str, Any], motion
     for ax in axes.flat:
         ax.grid(alpha=0.3)
     figure.suptitle(
-        f"{rao.name}, crane tip at {at.describe()}\n{sea.describe()}\n"
+        f"{rao.name}, crane tip at {at.describe()}\n{textwrap.fill(sea.describe(), 120)}\n"
         f"sigma_z {summary['sigma_z']:.3g} m, sigma_v {60.0 * summary['sigma_v']:.3g} m/min, sigma_a {summary['sigma_a']:.3g} m/s², "
         f"T_z {summary['T_z']:.3g} s",
         fontsize="medium",
@@ -106,8 +107,9 @@ def _headings(ax: Any, rao: Rao, sea: Sea, at: TipPoint) -> None:
     for colour, label, y in ((COLOURS[1], "this tip", at.y), (COLOURS[5], "tip on the other side", -at.y)):
         sigma_v = [60.0 * response.sigma_v for response in tip_responses(rao, sea, at.x, y, turns - first)]
         ax.plot(np.degrees(turns), sigma_v, color=colour, lw=1.5, label=label)
-    ax.axvline(math.degrees(first) % 360.0, color=GREY, ls=":", label="heading here")
-    ax.set(xlabel="heading of the waves [deg]\n0 following, 90 from starboard, 180 head sea, 270 from port", ylabel="sigma_v [m/min]")
+    ax.axvline(math.degrees(first) % 360.0, ymax=0.85, color=GREY, ls=":", label="heading here")
+    waves = "waves" if len(sea.trains) == 1 else "first waves, all of them turned"
+    ax.set(xlabel=f"heading of the {waves} [deg]\n0 following, 90 from starboard, 180 head sea, 270 from port", ylabel="sigma_v [m/min]")
     ax.set(xlim=(0.0, 360.0), ylim=(0.0, 1.25 * ax.get_ylim()[1]), xticks=range(0, 361, 45))
     ax.legend(fontsize="small", frameon=False, loc="upper center", ncols=3)
 
