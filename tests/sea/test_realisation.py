@@ -2,6 +2,7 @@
 
 import math
 import pickle
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -9,9 +10,10 @@ from scipy.optimize import brentq
 
 from stillhook.errors import MotionError, SeaError
 from stillhook.sea.irregular import IrregularTip
+from stillhook.sea.long_wave import wavenumber
 from stillhook.sea.parametric import Jonswap
 from stillhook.sea.rao import Rao
-from stillhook.sea.realisation import Realisation, realise, regular, tip_motion, tip_motion_exact, wave_number
+from stillhook.sea.realisation import Realisation, realise, regular, tip_motion, tip_motion_exact
 from stillhook.sea.scale import scaled
 from stillhook.sea.spectrum import Sea, Train
 from stillhook.sea.text import motion_from_json, motion_to_json
@@ -198,17 +200,17 @@ class TestRealisation:
 class TestDepth:
     def test_wave_numbers_in_water_of_a_depth_keep_the_dispersion_relation(self):
         omega = np.array([0.05, 0.3, 0.8, 2.0])
-        k = wave_number(omega, 30.0)
         roots = [brentq(lambda x, w=w: G * x * math.tanh(30.0 * x) - w**2, 1e-9, 10.0, xtol=1e-14) for w in omega]
-        np.testing.assert_allclose(k, roots, rtol=1e-10)
+        np.testing.assert_allclose(wavenumber(omega, 30.0), roots, rtol=1e-10)
 
     def test_long_waves_on_shallow_water_run_with_the_root_of_g_d(self):
         omega = np.array([0.01])
-        assert omega[0] / wave_number(omega, 20.0)[0] == pytest.approx(math.sqrt(G * 20.0), rel=1e-4)
+        assert omega[0] / wavenumber(omega, 20.0)[0] == pytest.approx(math.sqrt(G * 20.0), rel=1e-4)
 
-    def test_short_waves_do_not_feel_the_bed(self):
-        omega = np.array([2.0])
-        assert wave_number(omega, 100.0)[0] == pytest.approx(4.0 / G)
+    def test_crests_of_a_realisation_in_shallow_water_lie_closer(self):
+        waves = regular(1.0, 14.0, 0.0)
+        shallow = replace(waves, depth=12.0)
+        assert np.angle(shallow.elevation(-10.0, 0.0)[0]) > 1.3 * np.angle(waves.elevation(-10.0, 0.0)[0])
 
 
 def water_at(field, z: float) -> np.ndarray:
@@ -259,6 +261,11 @@ class TestWaveField:
                     found = np.abs(water_at(field, z)).max()
                     assert found == pytest.approx(speed * math.exp(k * z), abs=within * speed), (period, z)
 
+    def test_every_seed_of_a_sea_has_the_same_levels(self):
+        sea = Sea((Train(Jonswap(2.0, 8.0, 3.3), HEAD, 4.0),))
+        fields = [wave_field(realise(sea, 120.0, seed, amplitudes="rayleigh"), 0.0, 0.0) for seed in range(12)]
+        assert len({(field.dt, field.w.shape) for field in fields}) == 1
+
     def test_the_lowest_level_stands_and_the_one_above_hardly_moves(self):
         field = wave_field(self.waves(), 0.0, 0.0)
         assert not field.w[:, -1].any()
@@ -267,7 +274,7 @@ class TestWaveField:
 
     def test_at_the_bed_nothing_moves_up_or_down_and_above_it_the_water_is_faster_than_deep_water(self):
         waves = regular(1.0, 10.0, HEAD, cycles=10)
-        shallow = Realisation(waves.repeat, waves.harmonic, waves.beta, waves.a, depth=15.0)
+        shallow = replace(waves, depth=15.0)
         field = wave_field(shallow, 0.0, 0.0)
         z = -field.z_0 * np.expm1(field.ds * np.arange(field.w.shape[1]))
         k = float(shallow.wave_number[0])

@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 
 from stillhook.errors import SeaError
 from stillhook.sea.irregular import SHORTEST_REPEAT, ComplexArray, IrregularTip, synthesis
+from stillhook.sea.long_wave import wavenumber
 from stillhook.sea.rao import Rao
-from stillhook.sea.ship_motion import STANDARD_GRAVITY, tip_height
+from stillhook.sea.ship_motion import tip_height
 from stillhook.sea.spectrum import Sea, WaveSpectrum
 
 FloatArray = NDArray[np.float64]
@@ -39,13 +40,15 @@ class Realisation:
     """Waves of a sea on an even grid of frequencies: everything repeats exactly after `repeat` [s].
 
     harmonic (n,) rising numbers k, omega_k = 2 pi k/repeat; beta (m,) directions of travel [rad]; a (m, n) complex amplitudes [m] at the
-    vessel's reference point, elevation Re sum a exp(i (omega t - k (x cos beta + y sin beta))). depth of the water [m], inf for deep.
+    vessel's reference point, elevation Re sum a exp(i (omega t - k (x cos beta + y sin beta))). variance (n,) of the sea at
+    each [m^2], whatever was drawn. depth of the water [m], inf for deep.
     """
 
     repeat: float
     harmonic: NDArray[np.int64] = field(repr=False)
     beta: FloatArray = field(repr=False)
     a: ComplexArray = field(repr=False)
+    variance: FloatArray = field(repr=False)
     depth: float = math.inf
     source: str = ""
     report: str = ""
@@ -58,7 +61,7 @@ class Realisation:
     @property
     def wave_number(self) -> FloatArray:
         """Wave numbers [1/m] (n,)."""
-        return wave_number(self.omega, self.depth)
+        return wavenumber(self.omega, self.depth)
 
     def elevation(self, x: float, y: float) -> ComplexArray:
         """Complex amplitudes of the surface at (x, y) [m] from the reference point, forward and to port, (n,)."""
@@ -100,17 +103,18 @@ def realise(
     rng = np.random.default_rng(seed)
     beta: list[float] = []
     a: list[ComplexArray] = []
+    whole = np.zeros(len(harmonic))
     for train in sea.trains:
         variance = _variances(train.spectrum, harmonic, d_omega)
+        whole += variance
         for direction, weight in zip(*train.directions(), strict=True):
             beta.append(float(direction))
             a.append(_draw(weight * variance, rng, drawn))
-    held = sum(float(np.sum(_variances(t.spectrum, harmonic, d_omega))) for t in sea.trains)
     report = (
         f"Seed {seed}, {drawn.value} amplitudes, {len(harmonic)} harmonics of {repeat:.6g} s up to a period of {repeat / last:.3g} s, "
-        f"{held / sea.moment(0):.2%} of the variance of the sea."
+        f"{whole.sum() / sea.moment(0):.2%} of the variance of the sea."
     )
-    return Realisation(repeat, harmonic, np.array(beta), np.array(a), depth, sea.describe(), report)
+    return Realisation(repeat, harmonic, np.array(beta), np.array(a), whole, depth, sea.describe(), report)
 
 
 def regular(amplitude: float, period: float, beta: float, *, cycles: int = 1, phase: float = 0.0, depth: float = math.inf) -> Realisation:
@@ -120,7 +124,7 @@ def regular(amplitude: float, period: float, beta: float, *, cycles: int = 1, ph
         raise SeaError(f"regular wave of {amplitude:g} m, {period:g} s, {cycles} cycles: give 0 to 50 m, 0.1 to 3600 s, 1 cycle or more.")
     a = np.array([[amplitude * np.exp(1j * phase)]])
     source = f"regular wave {amplitude:.6g} m {period:.6g} s"
-    return Realisation(cycles * period, np.array([cycles]), np.array([beta]), a, depth, source)
+    return Realisation(cycles * period, np.array([cycles]), np.array([beta]), a, np.array([amplitude**2 / 2.0]), depth, source)
 
 
 def tip_motion(waves: Realisation, rao: Rao, x: float, y: float) -> IrregularTip:
@@ -153,21 +157,6 @@ def tip_motion_exact(waves: Realisation, rao: Rao, x: float, y: float, z: float)
         f"up to {1e3 * np.abs(off).max():.3g} mm off the linear motion. {waves.report}"
     )
     return IrregularTip(c, waves.repeat, source=waves.source, report=report)
-
-
-def wave_number(omega: FloatArray, depth: float = math.inf) -> FloatArray:
-    r"""Wave number k [1/m] of linear waves, :math:`\omega^2 = g k \tanh(k d)`; omega [rad/s] (n,), depth d [m], inf for deep water."""
-    deep = omega**2 / STANDARD_GRAVITY
-    if not math.isfinite(depth):
-        return deep
-    k = np.maximum(deep, omega / math.sqrt(STANDARD_GRAVITY * depth))
-    for _ in range(30):
-        t = np.tanh(k * depth)
-        step = (k * t - deep) / (t + k * depth * (1.0 - t**2))
-        k = k - step
-        if np.all(np.abs(step) <= 1e-14 * k):
-            break
-    return k
 
 
 def _amplitudes(value: Amplitudes | str) -> Amplitudes:

@@ -31,7 +31,7 @@ def wave_field(waves: Realisation, x: float, y: float) -> WaveField:
     n = math.ceil(waves.repeat / min(COARSEST, TURN / float(waves.omega[-1])))
     n = max(n, 2 * int(waves.harmonic[-1]) + 2)
     surface = waves.elevation(x, y)
-    z = -Z_0 * np.expm1(D_S * np.arange(_levels(waves, surface)))
+    z = -Z_0 * np.expm1(D_S * np.arange(_levels(waves)))
     speed = 1j * waves.omega * surface * decay(waves.wave_number, z, waves.depth)
     speed[-1] = 0.0
     parts = {"eta": surface, "eta_dot": 1j * waves.omega * surface, "w": speed, "a": 1j * waves.omega * speed}
@@ -51,9 +51,9 @@ def decay(k: FloatArray, z: FloatArray, depth: float) -> FloatArray:
     return np.asarray(np.exp(k * (above_bed - depth)) * np.expm1(-2.0 * k * above_bed) / np.expm1(-2.0 * k * depth))
 
 
-def _levels(waves: Realisation, surface: ComplexArray) -> int:
-    """Number of levels down to where the water stands."""
-    speed = np.abs(surface) * waves.omega
+def _levels(waves: Realisation) -> int:
+    """Number of levels down to where the water stands; the same for every seed of a sea, so that runs on several fit side by side."""
+    speed = np.sqrt(waves.variance) * waves.omega
     z = -Z_0 * np.expm1(D_S * np.arange(DEEPEST))
     rms = np.sqrt(np.sum((speed * decay(waves.wave_number, z, waves.depth)) ** 2, axis=1))
     return max(2, int(np.argmax(rms <= FAINT * rms[0])) + 1)
