@@ -1,20 +1,24 @@
 """A payload in air, water and soil: momentum, energy, floating, sinking, landing, and waves, against solutions of another kind."""
 
 import math
+import re
 from itertools import pairwise
+from typing import NamedTuple
 
+import numba
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numba import njit
+from numba import float64, njit
 from scipy.integrate import solve_ivp
 
+from stillhook.engine.lanes import VL, access
 from stillhook.engine.lift_payload import pack_payload
 from stillhook.lift.payload import Payload
 from stillhook.physics import payload as phys
 from stillhook.physics.payload import LEVELS, Water, Wetted
-from stillhook.physics.scalar import G
+from stillhook.physics.scalar import STRICT, G
 
 RHO = 1025.0
 STILL = Water(0.0, 0.0, 0.0, 0.0)
@@ -24,6 +28,18 @@ ODE = 2.0e-3
 ENERGY = 1.0e-3
 """Relative: steps that pass over the corners of the levels."""
 ROUNDING = 1.0e-9
+
+
+class Lane(NamedTuple):
+    """What one payload needs at an instant."""
+
+    z: float
+    v: float
+    f: float
+    lo: Wetted
+    hi: Wetted
+    water: Water
+    pay: phys.Payload
 
 
 def plate(**more):
@@ -298,3 +314,22 @@ def test_machine_code_gives_what_python_gives():
         python = (*phys.water_force(z, v, wet, water, record), phys.mass_rate(z, v, wet, water, record), phys.middle(z, record))
         compiled = kernel(z, v, 0.3)
         assert (*compiled[0], *compiled[1:]) == pytest.approx(python, rel=1e-12)
+
+
+def test_sixteen_payloads_side_by_side_are_vector_code():
+    if numba.config.DISABLE_JIT:
+        pytest.skip("NUMBA_DISABLE_JIT is set: nothing is compiled")
+    load, put = access(Lane, VL).load, access(phys.WaterForce, VL).store
+
+    def kernel(A, B):
+        for l in range(VL):
+            b = load(A, l)
+            put(B, l, phys.water_force(b.z, b.v, phys.wetted(b.f, b.lo, b.hi), b.water, b.pay))
+
+    compiled = njit(nogil=True, **STRICT)(kernel)
+    compiled.compile((float64[::1], float64[::1]))
+    listing = compiled.inspect_llvm(compiled.signatures[0])
+    operations = re.findall(r"= f(?:add|sub|mul|div) [^\n]*?(<\d+ x double>|double)", listing)
+    scalars = operations.count("double")
+    assert len(operations) - scalars > 50
+    assert len(operations) - scalars >= scalars

@@ -1,6 +1,7 @@
 """Payloads of the library and from files: every number sourced, plausible as steel, and each mistake told in one line."""
 
 import math
+import re
 import tomllib
 from importlib.resources import files
 from pathlib import Path
@@ -171,3 +172,23 @@ def test_unknown_names_and_missing_files_are_told():
 def test_a_payload_that_floats_cannot_be_packed():
     with pytest.raises(StillhookError, match=r'^Payload "buoy": it floats, for it weighs 4 t and displaces 10\.25 t of water\.'):
         pack_payload(Payload(name="buoy", mass="4 t", volume="10 m^3", shape="disc", diameter="3 m", height="1 m"), RHO, 100.0)
+
+
+# How-to
+
+
+HOW_TO = Path(__file__).resolve().parents[2] / "docs" / "how-to" / "describe-a-payload.md"
+BLOCKS = re.findall(r"```toml\n(.*?)```", HOW_TO.read_text(encoding="utf-8"), re.DOTALL)
+
+
+@pytest.mark.parametrize("text", BLOCKS, ids=[block.split('"')[1] for block in BLOCKS])
+def test_the_files_of_the_how_to_are_payloads_that_sink(tmp_path, text):
+    load = read_payload(written(tmp_path, text))
+    record, _ = pack_payload(load, RHO, 100.0)
+    assert record.H == load.height
+    assert load.name in text
+
+
+def test_the_python_of_the_how_to_runs():
+    for code in re.findall(r"```python\n(.*?)```", HOW_TO.read_text(encoding="utf-8"), re.DOTALL):
+        exec(code, {})
