@@ -116,3 +116,12 @@ def test_on_shallow_water_a_body_goes_further_to_and_fro_than_up_and_down() -> N
     assert {t.verdict for t in long_wave_test(shallow)} == {"rides"}
     assert wrong_line(replace(shallow, depth=np.inf), long_wave_test(replace(shallow, depth=np.inf))) is not None
     assert np.abs(shallow.at([0.05], BETA) - long_wave_limits(BETA)[..., None] * long_wave_scales(np.array([0.05]), depth)[:, None]).max() < 1e-9
+
+
+def test_a_slip_of_the_point_in_one_number_is_told() -> None:
+    ship = plank()
+    H = ship.H.copy()
+    H[2, 9, 6] *= 10.0
+    slipped = replace(ship, H=H)
+    assert any("heave reaches 9." in line and "a slip in the table" in line for line in remarks(slipped, long_wave_test(slipped)))
+    assert not any("slip" in line for line in remarks(ship, long_wave_test(ship)))

@@ -68,6 +68,8 @@ def _opened(path: Path) -> xarray.Dataset:
     except Exception as e:  # what a broken HDF5 file raises hangs on where it is broken
         raise SeaError(f"{path.name}: not a whole NetCDF file ({' '.join(str(e).split())[:120]}). Export it again.") from None
     if "complex" in data.coords:
+        if {"re", "im"} != {str(part) for part in data["complex"].values.ravel()}:
+            raise SeaError(f"{path.name}: its dimension complex does not name re and im. Export it again with Capytaine.")
         split = {str(n): v for n, v in data.items() if "complex" in v.dims}
         whole = {n: v.sel(complex="re", drop=True) + 1j * v.sel(complex="im", drop=True) for n, v in split.items()}
         data = data.drop_dims("complex").assign(whole)

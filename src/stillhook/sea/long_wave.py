@@ -42,6 +42,7 @@ DOUBTFUL, WRONG = 0.25, 0.6
 SLOPES = 25.0
 """Times the slope of the wave beyond which a roll or yaw in long waves is no motion: 57 is degrees taken for radians."""
 ROLL_RANGE = (0.3, 5.0)  # times the slope: roll beyond it deserves a look
+LARGEST_SHIFT, LARGEST_TURN = 4.0, math.radians(20.0)  # m/m, rad/m: beyond what damped ships do in any wave
 END = 0.05  # m/m: what a table may still hold at its highest frequency without a word
 LEVER = 50.0  # m: makes a rotation comparable with a displacement at the ship's end
 
@@ -186,6 +187,13 @@ def remarks(rao: Rao, tests: tuple[LongWave, ...]) -> tuple[str, ...]:
     ]
     if any(t.verdict == "not shown" for t in tests):
         lines.append(f"the longest wave, {long}, is too short for the long-wave test: signs and phases are not shown to be right")
+    for d, t in enumerate(tests):
+        j, n = np.unravel_index(int(np.argmax(np.abs(rao.H[d]))), rao.H[d].shape)
+        size = float(np.abs(rao.H[d, j, n]))
+        if size > (LARGEST_SHIFT if d < 3 else LARGEST_TURN):
+            amount = f"{size:.3g} m/m" if d < 3 else f"{math.degrees(size):.3g} deg/m"
+            place = f"{2.0 * math.pi / rao.omega[n]:.3g} s and {math.degrees(rao.beta[j]):.4g} deg"
+            lines.append(f"{t.dof} reaches {amount} at {place}: a resonance with hardly any damping, or a slip in the table")
     left = float(np.abs(rao.H[2:5, :, -1] * np.array([1.0, LEVER, LEVER])[:, None]).max())
     if left > END:
         lines.append(
