@@ -153,7 +153,8 @@ def test_the_series_that_was_written_has_the_numbers_of_the_spectra(capsys, vess
 
 def test_measured_directions_are_turned_by_the_ships_heading(capsys, vessel, tmp_path, monkeypatch):
     """A sea that comes from the east is on the starboard beam of a ship that heads north, and dead ahead of one that heads east."""
-    from stillhook.sea.measured import Directional, SpectrumSeries
+    from stillhook.sea.directional import Directional
+    from stillhook.sea.measured import SpectrumSeries
 
     omega, width = np.linspace(0.5, 1.2, 8), np.full(8, 0.1)
     theta = np.radians(np.arange(0.0, 360.0, 30.0))

@@ -18,9 +18,9 @@ from numpy.typing import NDArray
 from stillhook.errors import SeaError
 from stillhook.io.ndbc import read_spectra, spread_out
 from stillhook.io.ndbc_text import bands, read_records
+from stillhook.sea.directional import Coefficients
 from stillhook.sea.directions import DirectionSense, coming_from
-from stillhook.sea.measured import Directional, SpectrumSeries
-from stillhook.sea.spreading import AROUND, maximum_entropy, sectors
+from stillhook.sea.measured import SpectrumSeries
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -28,8 +28,6 @@ ComplexArray = NDArray[np.complex128]
 _PARTS = ("alpha1", "alpha2", "r1", "r2")
 _LETTERS, _ENDINGS = ("d", "i", "j", "k"), (".swdir", ".swdir2", ".swr1", ".swr2")
 _HISTORICAL = re.compile(r"^([0-9A-Za-z]{5})w([0-9]+\.txt(?:\.gz)?)$")
-AT_ONCE = 64
-"""Records whose directions are worked out together."""
 
 
 def companions(path: str | os.PathLike[str]) -> tuple[Path, ...]:
@@ -51,7 +49,7 @@ def has_companions(path: str | os.PathLike[str]) -> bool:
 
 
 def read_directional(path: str | os.PathLike[str]) -> SpectrumSeries:
-    """The spectra of an NDBC file with their directions from its four companions, as shares of 36 sectors by the maximum-entropy method.
+    """The spectra of an NDBC file with their directions from its four companions, shared out over 36 sectors by the maximum-entropy method.
 
     Records are those of the density file; where a record or band has no directions, those of the nearest band of the record that has them
     are taken and told; a record without any is not valid. Errors: SeaError of one line for a file that lacks a companion or does not fit.
@@ -64,19 +62,13 @@ def read_directional(path: str | os.PathLike[str]) -> SpectrumSeries:
     known = np.isfinite(first) & np.isfinite(second)
     valid = series.valid & known.any(axis=1)
     filled = _fill(first, second, known, series, valid)
-    share = np.full((*series.S.shape, AROUND), np.nan)
-    theta = sectors()
-    rows = np.flatnonzero(valid)
-    for start in range(0, len(rows), AT_ONCE):
-        some = rows[start : start + AT_ONCE]
-        share[some] = maximum_entropy(first[some], second[some])
     notes = list(series.notes)
     if without := series.n_valid - int(np.count_nonzero(valid)):
         notes.append(f"{without} records have no directions")
     if filled:
         notes.append(f"{filled} bands with waves have no direction of their own: that of the nearest band was taken")
     S = np.where(valid[:, None], series.S, np.nan)
-    return replace(series, S=S, valid=valid, notes=tuple(notes), directional=Directional(theta, share))
+    return replace(series, S=S, valid=valid, notes=tuple(notes), directional=Coefficients(first, second))
 
 
 def _part(file: Path, name: str, series: SpectrumSeries) -> FloatArray:

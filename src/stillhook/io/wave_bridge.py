@@ -16,8 +16,9 @@ import numpy as np
 
 from stillhook.errors import SeaError
 from stillhook.io.ndbc_text import bands
+from stillhook.sea.directional import Directional
 from stillhook.sea.directions import DirectionSense, coming_from
-from stillhook.sea.measured import Directional, SpectrumSeries
+from stillhook.sea.measured import SpectrumSeries
 from stillhook.sea.parametric import HIGHEST
 from stillhook.units import came
 

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stillhook.errors import SeaError
+from stillhook.sea.directional import Directions
 from stillhook.sea.directions import relative
 from stillhook.sea.spectrum import Sea, Train, WaveSpectrum
 from stillhook.units import came
@@ -83,18 +84,6 @@ class Measured(WaveSpectrum):
 
 
 @dataclass(frozen=True, eq=False)
-class Directional:
-    """How each band's variance is shared out over directions.
-
-    theta (k,): where waves come from, clockwise from north [rad], even over the full circle; share (n, m, k), adding up to 1 over k, NaN
-    where unknown.
-    """
-
-    theta: FloatArray
-    share: FloatArray = field(repr=False)
-
-
-@dataclass(frozen=True, eq=False)
 class SpectrumSeries:
     """n records of spectra in the same m bands, one after the other: a buoy's month or year, or a hindcast point.
 
@@ -110,7 +99,7 @@ class SpectrumSeries:
     valid: NDArray[np.bool_] = field(repr=False)
     source: str = "series"
     notes: tuple[str, ...] = ()
-    directional: Directional | None = field(default=None, repr=False)
+    directional: Directions | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
         for name in ("omega", "width", "S", "time", "valid"):
@@ -188,8 +177,7 @@ class SpectrumSeries:
         """Mean direction that each record's waves come from, by variance (n_records,) [rad clockwise from north]; NaN where unknown."""
         if self.directional is None:
             return np.full(len(self), np.nan)
-        turn = np.einsum("nmk,k->nm", self.directional.share, np.exp(1j * self.directional.theta))
-        mean = np.sum(turn * self.S * self.width, axis=1)
+        mean = np.sum(self.directional.turn() * self.S * self.width, axis=1)
         return np.where(np.isnan(self.S[:, 0]), np.nan, np.angle(mean) % (2.0 * np.pi))
 
     def sea(self, i: int, heading: float) -> Sea:
@@ -199,10 +187,10 @@ class SpectrumSeries:
         """
         if self.directional is None:
             raise SeaError(f"{self.source}: holds no directions. Give the direction of the waves and their spread.")
-        whole = self.spectrum(i)
+        whole, share = self.spectrum(i), self.directional.shares(i)
         trains = []
         for k, theta in enumerate(self.directional.theta):
-            S = whole.S * self.directional.share[i, :, k]
+            S = whole.S * share[:, k]
             if np.any(S > 0.0):
                 part = Measured(self.omega, self.width, S, f"{whole.source} from {math.degrees(theta):.4g} deg")
                 trains.append(Train(part, relative(float(theta), heading)))
