@@ -22,8 +22,11 @@ FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 ORIGIN = "midship (half of the waterline's length), centreline, still waterline"
 SWAY, HEAVE, ROLL, PITCH = 1, 2, 3, 4
-ROLL_STEP, ROLL_STEPS = 0.008, 9
-"""Frequencies about the peak of roll [rad/s]: a third of its half width at 5 % damping apart, four half widths to each side."""
+HEADINGS = 2
+"""The table has every so many-th heading of the loads."""
+ANSWERS = (0.3, 1.3)  # rad/s
+ROLL_STEP, ROLL_STEPS = 0.006, 12
+"""Frequencies about the peak of roll [rad/s]: a quarter of its half width at 5 % damping apart, three half widths to each side."""
 
 
 @dataclass(frozen=True)
@@ -99,10 +102,13 @@ def finer(loads: Loads, omega: FloatArray) -> Loads:
 
 
 def grid(loads: Loads, roll: float) -> FloatArray:
-    """Frequencies of the vessel's table: those of the loads, and more about the narrow peak of roll."""
+    """Frequencies of the vessel's table: those of the loads, one more between two of them where a ship answers, and more about the narrow
+    peak of roll."""
+    between = (loads.omega[1:] + loads.omega[:-1]) / 2.0
+    even = np.concatenate([loads.omega, between[(between > ANSWERS[0]) & (between < ANSWERS[1])]])
     about = roll + ROLL_STEP * np.arange(-ROLL_STEPS, ROLL_STEPS + 1)
-    apart = np.abs(loads.omega[:, None] - about).min(axis=1) > ROLL_STEP / 2.0
-    return np.sort(np.concatenate([loads.omega[apart], about]))
+    apart = np.abs(even[:, None] - about).min(axis=1) > ROLL_STEP / 2.0
+    return np.sort(np.concatenate([even[apart], about]))
 
 
 def rao(ship: Ship, loads: Loads, *, zeta: float | None = None) -> Rao:
@@ -112,7 +118,7 @@ def rao(ship: Ship, loads: Loads, *, zeta: float | None = None) -> Rao:
     damping[ROLL, ROLL] = roll_damping(ship, weights, loads, zeta)[0]
     loads = finer(loads, grid(loads, natural(weights, loads)[1]))
     H = solved(loads.omega, weights.M + symmetric(loads.A), symmetric(loads.B) + damping, weights.C, loads.F)
-    return Rao(ship.title, loads.omega, loads.beta, H, origin=ORIGIN)
+    return Rao(ship.title, loads.omega, loads.beta[::HEADINGS], H[:, ::HEADINGS], origin=ORIGIN)
 
 
 def symmetric(table: FloatArray) -> FloatArray:

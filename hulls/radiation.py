@@ -22,7 +22,7 @@ FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 RHO, G = RHO_SEA, STANDARD_GRAVITY
 METHOD = "direct"
-"""Unknown potentials. With unknown sources Haskind's relation misses by 4 to 6 % where this misses by 1 %, and some meshes come out wrong."""
+"""Unknown potentials. With unknown sources Haskind's relation misses by 4 to 6 % where this misses by 1 %, and one mesh came out wrong."""
 DOFS = ("Surge", "Sway", "Heave", "Roll", "Pitch", "Yaw")
 
 
