@@ -6,15 +6,22 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
+import numpy as np
+from numpy.typing import NDArray
+
 from stillhook.crane import Crane
 from stillhook.engine.given import STATISTICS_STEP, steps_per_cycle
 from stillhook.engine.lanes import VL
 from stillhook.engine.run import Progress, Result, run_cases
 from stillhook.errors import LiftError
 from stillhook.physics.scalar import G
+from stillhook.plants.state import Signals
 from stillhook.scenario import RHO_SEA, Mode, Scenario, Sensors, Water
 from stillhook.sea.motion import Motion
 from stillhook.units import show
+
+FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
 
 
 @dataclass(frozen=True)
@@ -67,3 +74,31 @@ def run_twin(
     rows = max(1, math.floor(spacing / crane.control.t_cycle + 1e-9))
     n_sub = steps_per_cycle(crane, None, STATISTICS_STEP)
     return run_cases(crane, cases, n_sub=n_sub, lanes=VL, every=rows, threads=threads, progress=progress)
+
+
+def fitted(result: Result, names: Sequence[str], omega: FloatArray, last: float) -> ComplexArray:
+    """Complex amplitudes of some signals at frequencies omega (m,) [rad/s] over the last seconds of a run, beside a mean and a drift:
+    least squares; shape (m, len(names)), time counted from the start of these seconds."""
+    assert result.series is not None
+    rows = result.series[-math.floor(last / result.dt) - 1 :, [Signals._fields.index(name) for name in names]]
+    t = result.dt * np.arange(len(rows))
+    angles = np.outer(t, omega)
+    columns = np.concatenate((np.ones((len(t), 1)), t[:, None] / t[-1] - 0.5, np.cos(angles), -np.sin(angles)), axis=1)
+    x = np.linalg.solve(columns.T @ columns, columns.T @ rows)[2:]
+    return np.asarray(x[: len(omega)] + 1j * x[len(omega) :])
+
+
+def spectra(result: Result, names: Sequence[str], settled: float) -> tuple[FloatArray, list[ComplexArray]]:
+    """Frequencies [rad/s] and complex spectra of some signals of a settled run, a Hann window over it and its drift taken off; scaled so
+    that squared sizes add up to the variance."""
+    assert result.series is not None
+    rows = result.series[round(settled / result.dt) :]
+    window, t = np.hanning(len(rows)), np.linspace(-1.0, 1.0, len(rows))
+    scale = math.sqrt(2.0 / (len(rows) * float(np.sum(window**2))))
+    found = []
+    for name in names:
+        y = rows[:, Signals._fields.index(name)]
+        y = y - np.polynomial.Polynomial.fit(t, y, 1)(t)
+        found.append(np.asarray(scale * np.fft.rfft(window * y)[1:], dtype=np.complex128))
+    omega = 2.0 * math.pi * np.fft.rfftfreq(len(rows), result.dt)[1:]
+    return np.asarray(omega, dtype=np.float64), found

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,8 +12,7 @@ from numpy.typing import NDArray
 from stillhook.crane import Crane
 from stillhook.engine.run import Ending, Progress, Result
 from stillhook.errors import LiftError
-from stillhook.plants.state import Signals
-from stillhook.response.duty import Duty, run_twin, soft
+from stillhook.response.duty import Duty, run_twin, soft, spectra
 from stillhook.response.remnant import Remnant
 from stillhook.response.residual import Residual
 from stillhook.scenario import Mode
@@ -26,7 +26,7 @@ MEAN_PERIODS = (4.5, 7.0, 10.5, 15.0)
 """Zero-crossing periods of the irregular motions [s]."""
 DEVIATIONS = tuple(float(x) for x in np.geomspace(0.004, 1.6, 12))
 """Deviations of the tip's speed [m/s]: from a winch that sticks to one that is saturated most of the time."""
-LENGTH, SETTLE = 1860.0, 60.0
+LENGTH, SETTLE = 1260.0, 60.0
 """Length of a run [s] and the part that is left out."""
 SPACING = 0.1
 """Spacing of the series [s]; nothing moves faster than 8 rad/s."""
@@ -37,31 +37,43 @@ FLOOR = 1e-3
 SEED = 20
 
 
-def identify_remnant(
-    crane: Crane, duty: Duty, mode: Mode, sines: Residual, *, threads: int = 2, progress: Progress | None = None
-) -> Remnant:
-    """Remnant and gain beside the describing function of sines, from runs under JONSWAP motions (gamma 2) of the tip.
+class Irregular(NamedTuple):
+    """One irregular motion of the tip, and what the winch did under it on a wire on which the tension stands."""
 
-    The density is right to about a third in the lowest bands and a tenth in the others (one run of half an hour each; its random phases
-    are the same every time), its sum over all to a tenth. Deviations from the one at which the twin is first lost on are left out.
-    """
+    T_z: float
+    sigma_v: float
+    tip: IrregularTip
+    result: Result
+
+
+def irregular_runs(crane: Crane, duty: Duty, mode: Mode, *, threads: int = 2, progress: Progress | None = None) -> list[Irregular]:
+    """The twin under JONSWAP motions (gamma 2) of the tip, by `MEAN_PERIODS` and within them by `DEVIATIONS`; deviations from the one at
+    which the twin is first lost on are left out. Errors: LiftError where it is lost in the smallest one."""
     motions = [(T, sigma, _motion(T, sigma, SEED + n)) for n, (T, sigma) in enumerate((T, s) for T in MEAN_PERIODS for s in DEVIATIONS)]
     cases = [duty.scenario(crane, mode, tip, SETTLE, LENGTH) for _, _, tip in motions]
     results = run_twin(soft(crane, duty), cases, SPACING, threads=threads, progress=progress)
-    lost = [sigma for (_, sigma, _), r in zip(motions, results, strict=True) if r.ending is not Ending.DONE]
-    kept = [s for s in DEVIATIONS if s < min(lost, default=math.inf)]
-    if not kept:
+    runs = [Irregular(*motion, result) for motion, result in zip(motions, results, strict=True)]
+    end = min((run.sigma_v for run in runs if run.result.ending is not Ending.DONE), default=math.inf)
+    if not (kept := [run for run in runs if run.sigma_v < end]):
         raise LiftError(f"residual: {duty.about(crane, mode)}: the twin lost its numbers under the smallest irregular motion.")
+    return kept
+
+
+def identify_remnant(runs: Sequence[Irregular], sines: Residual) -> Remnant:
+    """Remnant and gain beside the describing function of sines.
+
+    The density is right to about a third in the lowest bands and a tenth in the others (one run of twenty minutes each; its random phases
+    are the same every time), its sum over all to a tenth.
+    """
+    T_z, sigma_v = (sorted({getattr(run, name) for run in runs}) for name in ("T_z", "sigma_v"))
     edges = np.geomspace(LOW, HIGH, BANDS + 1)
-    S = np.zeros((len(MEAN_PERIODS), len(kept), BANDS))
-    found: dict[tuple[int, int], _Spectra] = {}
-    for (T, sigma, _), result in zip(motions, results, strict=True):
-        if sigma in kept:
-            found[MEAN_PERIODS.index(T), kept.index(sigma)] = _Spectra(result, sines, sigma)
-    gain = np.array([_gain([found[j, k] for j in range(len(MEAN_PERIODS))]) for k in range(len(kept))])
-    for (j, k), spectra in found.items():
-        S[j, k] = spectra.remnant(gain[k], edges)
-    return Remnant(np.array(MEAN_PERIODS), np.array(kept), np.sqrt(edges[1:] * edges[:-1]), S, gain)
+    S = np.zeros((len(T_z), len(sigma_v), BANDS))
+    gain = np.zeros(len(sigma_v), dtype=complex)
+    for k, sigma in enumerate(sigma_v):
+        found = [_Spectra(run, sines) for run in runs if run.sigma_v == sigma]
+        gain[k] = _gain(found)
+        S[:, k] = [each.remnant(complex(gain[k]), edges) for each in found]
+    return Remnant(np.array(T_z), np.array(sigma_v), np.sqrt(edges[1:] * edges[:-1]), S, gain)
 
 
 def _motion(T_z: float, sigma_v: float, seed: int) -> IrregularTip:
@@ -80,19 +92,11 @@ def _motion(T_z: float, sigma_v: float, seed: int) -> IrregularTip:
 class _Spectra:
     """Of one run: power of tip and wire end and their cross power by frequency, and C of sines there; powers in m^2."""
 
-    def __init__(self, result: Result, sines: Residual, sigma_v: float) -> None:
-        assert result.series is not None
-        rows = result.series[round(SETTLE / result.dt) :]
-        window = np.hanning(len(rows))
-        t = np.linspace(-1.0, 1.0, len(rows))
-        e, s = rows[:, Signals._fields.index("e_c")], rows[:, Signals._fields.index("s_tip")]
-        e = e - np.polynomial.Polynomial.fit(t, e, 1)(t)
-        E, Z = (np.fft.rfft(window * (x - x.mean()))[1:] for x in (e, s))
-        scale = 2.0 / (len(rows) * float(np.sum(window**2)))
-        self.omega = 2.0 * math.pi * np.fft.rfftfreq(len(rows), result.dt)[1:]
-        self.wire, self.tip = scale * np.abs(E) ** 2, scale * np.abs(Z) ** 2
-        self.C = sines.gaussian(self.omega, sigma_v)
-        self.cross: ComplexArray = scale * E * np.conj(Z) * np.conj(self.C)
+    def __init__(self, run: Irregular, sines: Residual) -> None:
+        self.omega, (e, z) = spectra(run.result, ("e_c", "s_tip"), SETTLE)
+        self.wire, self.tip = np.abs(e) ** 2, np.abs(z) ** 2
+        self.C = sines.gaussian(self.omega, run.sigma_v)
+        self.cross: ComplexArray = e * np.conj(z) * np.conj(self.C)
 
     def remnant(self, gain: complex, edges: FloatArray) -> FloatArray:
         """Density in bands of what does not follow the tip [m^2 s/rad]."""

@@ -19,11 +19,10 @@ from stillhook.engine.build import cache_root, results_hash
 from stillhook.engine.lanes import VL
 from stillhook.engine.run import Ending, Progress, Result
 from stillhook.errors import LiftError, StillhookError
-from stillhook.plants.state import Signals
-from stillhook.response.duty import Duty, run_twin, soft
+from stillhook.response.duty import Duty, fitted, run_twin, soft
 from stillhook.response.give import Give
 from stillhook.response.identify_give import identify_give
-from stillhook.response.identify_remnant import identify_remnant
+from stillhook.response.identify_remnant import MEAN_PERIODS, identify_remnant, irregular_runs
 from stillhook.response.remnant import Remnant
 from stillhook.response.residual import HARMONICS, Residual
 from stillhook.scenario import Mode, mode_of
@@ -33,8 +32,8 @@ from stillhook.whole import whole_file
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
-PERIODS = tuple(float(x) for x in np.geomspace(2.5, 25.0, 10))
-"""Periods of the sines [s]: those of ship motion; C changes by a quarter or less from one to the next."""
+PERIODS = tuple(float(x) for x in np.geomspace(2.5, 25.0, 8))
+"""Periods of the sines [s]: those of ship motion; C changes by a third or less from one to the next."""
 SPEEDS = tuple(float(x) for x in np.geomspace(0.004, 4.0, 2 * VL))
 """Speed amplitudes of the sines [m/s], in whole blocks of runs side by side: from a winch that sticks to three times what most reach."""
 SETTLE, WAVES = 30.0, 4
@@ -46,7 +45,9 @@ OWN = ("duty.py", "give.py", "identify_give.py", "identify_residual.py", "identi
 
 TABLES = ("omega", "v", "C", "harmonics", "saturated")
 REMNANT = ("T_z", "sigma_v", "omega", "S", "gain")
-GIVE = ("omega", "v", "Y")
+GIVE = ("omega", "sigma_v", "Y")
+GIVE_PERIOD = 1
+"""Which of the irregular motions' periods the give is taken from: 7 s, where ships move fastest."""
 
 
 def identify_residual(
@@ -80,8 +81,10 @@ def identify_residual(
     sines = _table(
         run_twin(soft(crane, duty), cases, SPACING, threads=threads, progress=progress), periods, speeds, duty.about(crane, mode)
     )
-    remnant = identify_remnant(crane, duty, mode, sines, threads=threads, progress=progress)
-    made = replace(sines, remnant=remnant, give=identify_give(crane, duty, mode, threads=threads, progress=progress))
+    runs = irregular_runs(crane, duty, mode, threads=threads, progress=progress)
+    some = [run for run in runs if run.T_z == MEAN_PERIODS[GIVE_PERIOD]]
+    give = identify_give(crane, duty, mode, some, threads=threads, progress=progress)
+    made = replace(sines, remnant=identify_remnant(runs, sines), give=give)
     if cache:
         _write(file, made)
     return made
@@ -112,16 +115,8 @@ def _table(results: Sequence[Result], periods: Sequence[float], speeds: Sequence
 def answer(result: Result, omega: float) -> tuple[complex, FloatArray]:
     """C and the size of the harmonics over the tip's, of a settled run under a sine: least squares over its last whole waves, with a drift
     of the wire beside them."""
-    assert result.series is not None
-    n = math.floor(WAVES * 2.0 * math.pi / omega / result.dt)
-    rows = result.series[-n - 1 :]
-    t = result.dt * np.arange(len(rows))
     orders = np.arange(1, HARMONICS[-1] + 1)
-    waves = np.exp(1j * np.outer(omega * t, orders))
-    columns = np.concatenate((np.ones((len(t), 1)), t[:, None] - t.mean(), waves.real, -waves.imag), axis=1)
-    y = rows[:, [Signals._fields.index("e_c"), Signals._fields.index("s_tip")]]
-    x = np.linalg.lstsq(columns, y, rcond=None)[0][2:]
-    parts = x[: len(orders)] + 1j * x[len(orders) :]
+    parts = fitted(result, ("e_c", "s_tip"), np.asarray(omega * orders, dtype=np.float64), WAVES * 2.0 * math.pi / omega)
     return complex(parts[0, 0] / parts[0, 1]), np.abs(parts[1:, 0] / parts[0, 1])
 
 

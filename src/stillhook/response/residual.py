@@ -29,7 +29,7 @@ ComplexArray = NDArray[np.complex128]
 
 HARMONICS = (2, 3, 4, 5)
 """Harmonics of the tip's frequency that are kept beside the fundamental."""
-NODES = 48
+NODES = 32
 """Points of the Gauss-Laguerre rule over the amplitudes of an irregular motion; half of them give the same within 1e-3."""
 STILL = 1e-9
 """Speed amplitude below which a tip counts as moving no less [m/s]: only so that nothing is divided by 0."""

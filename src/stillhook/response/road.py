@@ -158,7 +158,7 @@ class _Tables:
 
     def __init__(self, forcing: Forcing, hung: Hung, drag: FloatArray, residual: Residual, sigma_v: float) -> None:
         def give(omega: FloatArray) -> ComplexArray:
-            return np.zeros(len(omega), complex) if residual.give is None else residual.give.at(omega, math.sqrt(2.0) * sigma_v)
+            return np.zeros(len(omega), complex) if residual.give is None else residual.give.at(omega, sigma_v)
 
         at_drags = answers(forcing.omega, hung, drag[:, None], give(forcing.omega))
         self.by_u = {q: np.abs(a.u) ** 2 for q, a in at_drags.items()}
@@ -184,25 +184,25 @@ def _block(
     cross = C * forcing.cross[rows] if tables.waves else None
 
     def rest(name: str) -> FloatArray:
-        return residual.remnant.at(tables.remnant[name], v, T_z) if residual.remnant is not None else np.zeros((len(rows), 1))
+        return residual.remnant.at(tables.remnant[name], v, T_z) if residual.remnant is not None else np.zeros((len(rows), len(trial)))
 
-    def variance(q: str) -> FloatArray:
-        """At all drags, (len(rows), s)."""
-        total = wire @ tables.by_u[q].T + rest(q)
+    def variance(q: str, s: slice) -> FloatArray:
+        """At some of the drags, in logarithms, (len(rows), s)."""
+        total = wire @ tables.by_u[q][s].T + rest(q)[:, s]
         if cross is not None:
-            total += cross.real @ tables.both[q].real.T - cross.imag @ tables.both[q].imag.T + forcing.wave[rows] @ tables.by_wave[q].T
+            both, by_wave = tables.both[q][s].T, tables.by_wave[q][s].T
+            total += cross.real @ both.real - cross.imag @ both.imag + forcing.wave[rows] @ by_wave
         return np.asarray(np.log(np.maximum(total, LEAST)))
 
-    place, share = _agreement(variance("relative"), trial)
-    own = np.arange(len(rows))
+    place, share = _agreement(variance("relative", slice(None)), trial)
+    own, used = np.arange(len(rows)), slice(int(place.min()), int(place.max()) + 2)
+    low, high = place - used.start, np.minimum(place + 1, len(trial) - 1) - used.start
     out = [np.sqrt(wire.sum(axis=1) + rest("u")[:, 0])]
     for q in QUANTITIES:
-        y = variance(q)
-        upper = y[own, np.minimum(place + 1, len(trial) - 1)]
-        out.append(np.exp(0.5 * (y[own, place] + share * (upper - y[own, place]))))
-    x = np.log(np.maximum(drag, LEAST))
-    upper = x[np.minimum(place + 1, len(trial) - 1)]
-    return np.array([*out, np.where(drag[place] > 0.0, np.exp(x[place] + share * (upper - x[place])), 0.0)])
+        y = variance(q, used)
+        out.append(np.exp(0.5 * (y[own, low] + share * (y[own, high] - y[own, low]))))
+    x = np.log(np.maximum(drag[used], LEAST))
+    return np.array([*out, np.where(drag[place] > 0.0, np.exp(x[low] + share * (x[high] - x[low])), 0.0)])
 
 
 def _agreement(y: FloatArray, trial: FloatArray) -> tuple[NDArray[np.intp], FloatArray]:
