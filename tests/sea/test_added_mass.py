@@ -99,7 +99,7 @@ def test_added_mass_and_volume_never_fall_on_the_way_down_and_end_at_those_of_th
 @kinds
 def test_a_payload_of_steel_displaces_its_mass_of_steel_unless_its_volume_is_given(kind):
     assert payload(kind).covered(RHO).V == pytest.approx(60e3 / 7850.0)
-    assert payload(kind, volume="9 m^3").covered(RHO).V == pytest.approx(9.0)
+    assert payload(kind, volume="7 m^3").covered(RHO).V == pytest.approx(7.0)
 
 
 @kinds
@@ -178,6 +178,13 @@ def test_a_tall_frame_slams_less_than_a_flat_one_and_carries_the_same_water():
     tall, flat = (pack_payload(payload("frame", height=h), RHO, 100.0)[1] for h in ("5 m", "0.8 m"))
     assert tall[:, 2].max() < 0.4 * flat[:, 2].max()
     assert tall[-1, 1] == pytest.approx(flat[-1, 1])
+
+
+def test_a_tall_frame_of_thin_members_is_known_up_to_its_top():
+    load = payload("frame", diameter="0.3 m", height="12 m", C_s=8.0)
+    record, rows = pack_payload(load, RHO, 100.0)
+    assert record.reach == 12.0
+    assert rows[-1, 0] == pytest.approx(60e3 / 7850.0)
 
 
 def test_a_frames_added_mass_is_the_mean_of_its_members():

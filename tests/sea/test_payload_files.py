@@ -136,6 +136,10 @@ ANCHOR = 'mass = "40 t"\nshape = "suction-anchor"\ndiameter = "5 m"\nheight = "9
         (DISC + "perforation = nan", "mine.toml: Disc.perforation = nan: it must be a finite number."),
         (DISC + '[seabed]\nzeta = "big"', 'mine.toml: Seabed.zeta = "big": it must be a valid number.'),
         (DISC + "C_D = -1.0", "mine.toml: Payload.C_D = -1.0: it must be greater than or equal to 0."),
+        (
+            DISC.replace("40 t", "400 t"),
+            "mine.toml: Payload: it displaces 50960 L, its mass in steel, and its outside encloses 7854 L. Check mass, volume and dimensions.",
+        ),
         (ANCHOR, "mine.toml: SuctionAnchor.hatch: missing. Give it."),
         (ANCHOR + "hatch = 0.0", "mine.toml: SuctionAnchor.hatch = 0.0: it must be greater than 0."),
         (ANCHOR.replace("3 cm", "3 m") + "hatch = 0.1", "mine.toml: SuctionAnchor: wall 3 m leaves no room inside a diameter of 5 m."),
@@ -171,7 +175,7 @@ def test_unknown_names_and_missing_files_are_told():
 
 def test_a_payload_that_floats_cannot_be_packed():
     with pytest.raises(StillhookError, match=r'^Payload "buoy": it floats, for it weighs 4 t and displaces 10\.25 t of water\.'):
-        pack_payload(Payload(name="buoy", mass="4 t", volume="10 m^3", shape="disc", diameter="3 m", height="1 m"), RHO, 100.0)
+        pack_payload(Payload(name="buoy", mass="4 t", volume="10 m^3", shape="disc", diameter="3 m", height="2 m"), RHO, 100.0)
 
 
 # How-to

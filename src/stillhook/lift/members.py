@@ -58,7 +58,7 @@ class Round(Body):
         return np.asarray(self.outer_mass(rho) * rise / spread * (_risen(top) - _risen(low)))
 
     def reach(self, rho: float) -> float:
-        return self.rise(rho) + self.tall - self.diameter if self.tall > self.diameter else max(self.tall, self.rise(rho))
+        return max(self.tall, self.rise(rho) + self.tall - self.diameter)
 
 
 def _risen(x: FloatArray) -> FloatArray:

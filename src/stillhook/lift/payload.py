@@ -14,6 +14,7 @@ from stillhook import units as u
 from stillhook.crane import Source
 from stillhook.errors import LiftError
 from stillhook.lift.assembly import SHAPES, AnyShape, rebuilt_shape, with_shape
+from stillhook.lift.shapes import Shape
 from stillhook.scenario import RHO_SEA, Number, Record
 
 FloatArray = NDArray[np.float64]
@@ -112,7 +113,7 @@ class Payload(Record):
         if (self.shape is None) == (not self.levels):
             raise ValueError(WHICH)
         if self.shape is not None:
-            return self
+            return self._fits(self.shape)
         if self.volume is not None:
             raise ValueError("volume: the levels have it. Remove it.")
         h = [level.h for level in self.levels]
@@ -124,6 +125,20 @@ class Payload(Record):
             raise ValueError("levels: V must not fall with h.")
         return self
 
+    def _fits(self, shape: Shape) -> Self:
+        if self.displaced > shape.outside:
+            V, room = (u.show(x, "volume") for x in (self.displaced, shape.outside))
+            how = "" if self.volume is not None else ", its mass in steel,"
+            raise ValueError(f"it displaces {V}{how} and its outside encloses {room}. Check mass, volume and dimensions.")
+        return self
+
+    @property
+    def displaced(self) -> float:
+        """Volume that the covered payload displaces [m^3]."""
+        if self.shape is None:
+            return self.levels[-1].V
+        return self.mass / RHO_STEEL if self.volume is None else self.volume
+
     def reach(self, rho: float = RHO_SEA) -> float:
         """Submergence beyond which nothing changes any more [m]."""
         return self.levels[-1].h if self.shape is None else self.shape.reach(rho)
@@ -134,8 +149,7 @@ class Payload(Record):
         h = np.asarray(h, float)
         if self.shape is None:
             return Curve(h, *(_joined(h, self.levels, field) for field in ("V", "A33", "A_p")))
-        V = self.mass / RHO_STEEL if self.volume is None else self.volume
-        return Curve(h, V * self.shape.share(h), self.shape.added_mass(h, rho), self.shape.area(h))
+        return Curve(h, self.displaced * self.shape.share(h), self.shape.added_mass(h, rho), self.shape.area(h))
 
     def curve(self, rho: float = RHO_SEA, points: int = CURVE) -> Curve:
         """Numbers from the first touch to `reach`, evenly over submergence."""

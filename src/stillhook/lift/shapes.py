@@ -48,6 +48,11 @@ class Shape(Record):
         raise NotImplementedError
 
     @property
+    def outside(self) -> float:
+        """Volume that its outside encloses, which no displaced volume can exceed [m^3]; infinite where the shape does not say."""
+        return math.inf
+
+    @property
     def vent_gap(self) -> float:
         """Height over the seabed at which the gap is as wide as the openings through which water leaves [m]; 0: no openings."""
         return 0.0
@@ -140,6 +145,10 @@ class Rectangle(Body):
         return self.length * self.width * (1.0 - self.perforation)
 
     @property
+    def outside(self) -> float:
+        return self.length * self.width * self.height
+
+    @property
     def mouth(self) -> float:
         return self.length * self.width / (2.0 * (self.length + self.width))
 
@@ -193,6 +202,10 @@ class Disc(Body):
         return self._whole_area * (1.0 - self.perforation)
 
     @property
+    def outside(self) -> float:
+        return self._whole_area * self.height
+
+    @property
     def mouth(self) -> float:
         return self.diameter / 4.0
 
@@ -244,6 +257,10 @@ class SuctionAnchor(Body):
     @property
     def solid_area(self) -> float:
         return self._outer - self.hatch * self._inner
+
+    @property
+    def outside(self) -> float:
+        return self._outer * self.height
 
     @property
     def mouth(self) -> float:
