@@ -235,6 +235,7 @@ def test_the_table_for_people_has_the_numbers_and_where_the_vessel_ends(capsys, 
         (("--at", AT, "--wave", f"{WAVE} heading=20 deg", "--heading", "all"), "have a heading of their own"),
         (("--at", AT, "--wave", WAVE, "--log", "x.csv"), "belongs to a vessel in waves"),
         (("--at", AT, "--wave", WAVE, "--heading", "0", "--seed", "-1", "--out", "never-made"), "whole number of 0 or more"),
+        (("--at", AT, "--wave", WAVE, "--heading", "0", "--amplitudes", "wild", "--out", "never-made"), "not one of fixed, rayleigh"),
     ],
 )
 def test_bad_input_is_one_line_and_exit_code_2(capsys, vessel, tmp_path, monkeypatch, arguments, text):

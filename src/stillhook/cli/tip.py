@@ -14,6 +14,7 @@ from stillhook.cli.show import human, print_json, print_table, print_values, uni
 
 if TYPE_CHECKING:
     from stillhook.sea.rao import Rao
+    from stillhook.sea.spectrum import Sea
     from stillhook.sea.tip import TipPoint
 
 OUT_FILES = ("tip.png", "tip.json", "tip.csv", "summary.json")
@@ -56,6 +57,9 @@ def tip(
     duration: Annotated[str, typer.Option(help="Time of the extremes, and length of the series.")] = "3 h",
     seed: Annotated[int, typer.Option(help="Seed of the series, or the first of --seeds.")] = 1,
     seeds: Annotated[int | None, typer.Option(help=SEEDS_HELP)] = None,
+    amplitudes: Annotated[
+        str, typer.Option(help="Of the series: fixed (the variance of the spectrum in every seed) or rayleigh.")
+    ] = "fixed",
     exact: Annotated[bool, typer.Option("--exact", help="Series with the ship's rotations in full; --at then has z.")] = False,
     out: Annotated[Path | None, typer.Option("--out", help="Folder for picture, series (tip.json, tip.csv) and summary.json.")] = None,
     json: Json = False,
@@ -97,18 +101,24 @@ def tip(
             raise SeaError(f"--heading all: the waves of {wave!r} have a heading of their own. Leave that out.")
         _all_round(rao, wave, spread, record, point, time, json=json)
         return
+    series = {"seed": seed, "amplitudes": amplitudes, "exact": exact}
+    _in_sea(rao, sea_of(wave, heading, spread, record, ship), point, time, seeds, out, series, json=json)
+
+
+def _in_sea(
+    rao: Rao, sea: Sea, point: TipPoint, duration: float, seeds: int | None, out: Path | None, series: dict[str, Any], *, json: bool
+) -> None:
     from stillhook.sea.tip import tip_summary
 
-    sea = sea_of(wave, heading, spread, record, ship)
-    summary = tip_summary(rao, sea, point, time)
+    summary = tip_summary(rao, sea, point, duration)
     if seeds is not None:
         from stillhook.sea.tip_seeds import seed_extremes
 
-        summary["maxima"] = seed_extremes(rao, sea, point.x, point.y, time, seeds, seed)
+        summary["maxima"] = seed_extremes(rao, sea, point.x, point.y, duration, seeds, series["seed"])
     if out is not None:
         from stillhook.io.tip_files import write_tip
 
-        summary["series"] = write_tip(out, OUT_FILES, rao, sea, point, summary, seed, exact=exact)
+        summary["series"] = write_tip(out, OUT_FILES, rao, sea, point, summary, **series)
     if json:
         print_json(summary)
         return

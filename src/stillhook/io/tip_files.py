@@ -27,14 +27,23 @@ SHOWN = 60.0  # s: shown of the series, either side of its fastest moment
 
 
 def write_tip(
-    out: Path, names: tuple[str, ...], rao: Rao, sea: Sea, at: TipPoint, summary: dict[str, Any], seed: int, *, exact: bool = False
+    out: Path,
+    names: tuple[str, ...],
+    rao: Rao,
+    sea: Sea,
+    at: TipPoint,
+    summary: dict[str, Any],
+    *,
+    seed: int,
+    exact: bool = False,
+    amplitudes: str = "fixed",
 ) -> dict[str, Any]:
     """Picture, series as exact motion (JSON, which runs read) and as table (CSV), summary, together or not at all.
 
-    exact: with the ship's rotations in full, for which the tip's height is needed.
+    exact: with the ship's rotations in full, for which the tip's height is needed. amplitudes: as `realise` takes them.
     Returns what there is to say of the series: seed, repeat [s] and the largest of height, speed and acceleration [SI].
     """
-    waves = realise(sea, summary["duration"], seed)
+    waves = realise(sea, summary["duration"], seed, amplitudes=amplitudes)
     motion = tip_motion(waves, rao, at.x, at.y) if not exact else tip_motion_exact(waves, rao, at.x, at.y, at.z or 0.0)
     t = np.arange(0.0, motion.repeat, CSV_STEP)
     s, v, a = motion.sample(t)
