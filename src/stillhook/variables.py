@@ -327,7 +327,7 @@ LIFT = (
     _v("w_water", "w", "m/s", "speed", UP, "speed of the water at the payload"),
     _v("h_load", "h", "m", "length", "", "submergence of the payload's underside, held at its height"),
     _v("stage_number", "", "1", "", "", "stage of the winch programme, from 0"),
-    _v("load_pp", "", "m", "length", "", "largest peak-to-peak of the payload's motion beside the joystick's path over a moving 30 s window"),
+    _v("load_pp", "", "m", "length", "", "largest peak-to-peak of the payload's motion beside the joystick's path over a moving 30 s window; in compensated stages from the start of compensation to touch-down"),
     _v("hook_pp", "", "m", "length", "", "the same of the hook"),
     _v("eta_load", "eta_L", "1", "", "", "compensation at the load, 1 - load_pp / s_tip_pp; eta_c is that at the wire"),
     _v("F_sling_max", "max F_s", "N", "force", "", "highest sling tension"),

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 from numba import njit
 
-from stillhook.control.lift_modes import Stage, Supervisor, Watch, supervise
+from stillhook.control.lift_modes import STAGE_LANDING, Stage, Supervisor, Watch, supervise
 from stillhook.control.plc import Memory, Plc
 from stillhook.engine.lanes import access, fields, offset, replace, size
 from stillhook.engine.stats import Stats, fold
@@ -33,6 +33,7 @@ from stillhook.plants.lift import (
     later,
     level_of,
     place,
+    waiting,
 )
 from stillhook.plants.sensing import sense
 from stillhook.plants.state import Signals, Tick, Tip
@@ -112,11 +113,11 @@ put_ls, put_ly, put_solve, put_water, put_works = (
 LS, LY, HANG, SOLVE, SUMS, F_S, STAGE_NOW, LO, HI, PART, SEEN = (
     offset(Lane, f, LANES) for f in ("ls", "ly", "hang", "solve", "sums", "F_s", "stage", "lo", "hi", "part", "seen")
 )
-SUP, ELEMENT, WATER, LEVEL, OMEGA_0, A_LOAD, SINCE, S_JOY, E_HELD, STAGE, K_STAGE, E_NOW, WORKS, V_BEFORE = (
+SUP, ELEMENT, WATER, LEVEL, OMEGA_0, A_LOAD, SINCE, S_JOY, E_HELD, STAGE, K_STAGE, E_NOW, WORKS, V_BEFORE, DATUM = (
     HANG + offset(Hanging, f, LANES)
     for f in (
         "sup", "element", "water", "level", "omega_0", "a_load", "since_taut", "s_joy", "e_held", "stage", "k_stage", "E", "works",
-        "v_before",
+        "v_before", "datum",
     )
 )  # fmt: skip
 put_sup, put_element, put_seen = store(Supervisor), store(Element), store(Windowed)
@@ -161,6 +162,7 @@ def new_stages(A, W_, G, starts, first, n_stages, k, n_win, t_cycle):
                     W_[(3 + i) * w + j] = 1.0e308
                     W_[(3 + n_win + 1 + i) * w + j] = -1.0e308
             A[STAGE + l] = now
+            A[E_HELD + l] = 0.0
             A[K_STAGE + l] = k
 
 
@@ -288,7 +290,17 @@ def cycle(A, B, N, S, T, n_stages, k, n_win, t, w):
         q = hook[ROW + Q + l]
         A[PART + l] = submergence(b.lift.z_ref + q, b.hang.water.eta, b.lift.load.reach) * b.lift.load.i_dh
         full = 1.0 if k - b.hang.k_stage >= n_win - 1.0 else 0.0
-        put_seen(A, SEEN + l, Windowed(b.hang.e_held, b.tick.s, q - b.hang.s_joy, hook[Q + l] - b.hang.s_joy, full))
+        beside, waits = q - b.hang.s_joy, waiting(b.hang.sup, b.stage, b.lift.settings.code) > 0.5
+        lies = b.stage.mode == STAGE_LANDING and b.hang.sup.landed > 0.0
+        datum = beside if waits else b.hang.datum
+        stretch = hook[Q + l] - q
+        put_seen(
+            A, SEEN + l,
+            Windowed(
+                b.hang.e_held, b.tick.s, b.seen.load if lies else beside - datum, b.seen.hook if lies else beside + stretch - datum, full
+            ),
+        )  # fmt: skip
+        A[DATUM + l] = datum
     look_up(A, T)
     for l in range(LANES):
         b = load(A, l)

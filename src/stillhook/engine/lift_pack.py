@@ -132,7 +132,7 @@ def pack_lift(crane: Crane, case: Lowering, s_tip: float = 0.0) -> PackedLift:
     works = Works(*[0.0] * len(Works._fields))
     hang = Hanging(
         sup=sup, element=e, water=still, level=level_of(z, level, field), omega_0=0.0, a_load=0.0, since_taut=0.0, s_joy=0.0, e_held=0.0,
-        stage=0.0, k_stage=0.0, E=E, E_0=E, works=works, v_before=0.0,
+        stage=0.0, k_stage=0.0, E=E, E_0=E, works=works, v_before=0.0, datum=float(q[-1]),
     )  # fmt: skip
     return PackedLift(_winch(crane, case, s_w, rope, k_0, F_top), lift, hang, q, weights, table, programme)
 

@@ -61,15 +61,9 @@ class LiftResult(NamedTuple):
     t_cycle: float
 
 
-class Waves(NamedTuple):
-    """What the water of lowerings must share to run side by side: spacing of the samples [s], number of levels (0: still water)."""
-
-    dt: float
-    levels: int
-
-
-def waves_shape(waves: WaveField | None) -> Waves:
-    return Waves(1.0, 0) if waves is None else Waves(waves.dt, waves.w.shape[1])
+def waves_step(waves: WaveField | None) -> float:
+    """What the water of lowerings must share to run side by side: spacing of its samples [s]; 0 for still water."""
+    return 0.0 if waves is None else waves.dt
 
 
 class Ready(NamedTuple):
@@ -112,7 +106,7 @@ def run_lowerings(
     ready = prepare(crane, cases, n_sub)
     groups: dict[Any, list[int]] = {}
     for i, r in enumerate(ready):
-        groups.setdefault((r.drive.n_ticks, r.drive.cols, r.case.wire.nodes, waves_shape(r.case.waves)), []).append(i)
+        groups.setdefault((r.drive.n_ticks, r.drive.cols, r.case.wire.nodes, waves_step(r.case.waves)), []).append(i)
     blocks = [g[i : i + lanes] for g in groups.values() for i in range(0, len(g), lanes)]
 
     def make(indices: list[int]) -> "LiftBlock":
@@ -131,7 +125,8 @@ class LiftBlock:
         self.lanes = [ready[i] if i < len(ready) else ready[0] for i in range(lanes)]
         self.drive, self.n_sub, self.every = ready[0].drive, n_sub, every
         self.n = ready[0].case.wire.nodes
-        self.waves = waves_shape(ready[0].case.waves)
+        self.dt_waves = waves_step(ready[0].case.waves)
+        self.levels = max(0 if r.case.waves is None else r.case.waves.w.shape[1] for r in ready)
         self.d = driver(ready[0].packed.winch.name, lanes, KIND)
         self.n_x = size(self.d.base.State)
         self.H = scale_weights(hermite_weights(n_sub), self.drive.t_cycle)
@@ -193,13 +188,13 @@ class LiftBlock:
         E, i_0 = self._water(k, count)
         self.d.run(
             self.A.reshape(-1), self.B.reshape(-1), self.n, D.reshape(-1), self.drive.cols, self.H, self.S.reshape(-1), self.n_stages,
-            self.T.reshape(-1), E.reshape(-1), np.zeros(8), self.waves.levels, self.waves.dt, i_0, self.W, self.G.reshape(-1),
+            self.T.reshape(-1), E.reshape(-1), np.zeros(8), self.levels, self.dt_waves, i_0, self.W, self.G.reshape(-1),
             self.starts.reshape(-1), self.first, self.out.reshape(-1), self.every, k, count, n, self.n_win, self.n_sub, self.drive.t_cycle,
         )  # fmt: skip
 
     def _water(self, k: int, count: int) -> tuple[Array, int]:
         """Samples of the water that a piece needs, and the number of the first; waves grow with the tip's ramp."""
-        dt, levels = self.waves
+        dt, levels = self.dt_waves, self.levels
         if levels == 0:
             return np.zeros(1), 0
         t_cycle = self.drive.t_cycle
@@ -214,7 +209,7 @@ class LiftBlock:
                 E[:, :, l] = E[:, :, done[id(r)]]
                 continue
             done[id(r)] = l
-            E[:, :, l] = ramped_samples(waves, lo, hi, r.case.ramp)
+            E[:, :, l] = ramped_samples(waves, lo, hi, r.case.ramp, levels)
         return E, lo
 
     def _mark_failures(self, t: float) -> None:
@@ -272,14 +267,16 @@ class LiftBlock:
         return StageResult(st, ls, (span[0], span[1], span[2], span[3]), full)
 
 
-def ramped_samples(waves: WaveField, lo: int, hi: int, ramp: float) -> Array:
+def ramped_samples(waves: WaveField, lo: int, hi: int, ramp: float, levels: int) -> Array:
     """Samples lo .. hi - 1 of the water, shape (hi - lo, 2 + 2 levels): eta, its rate, speeds and accelerations of all levels.
 
-    They grow from nothing over `ramp` [s] as `stillhook.sea.motion.Ramped` does; after the last sample the last one stands.
+    Levels that the field does not have stand still. The samples grow from nothing over `ramp` [s] as `stillhook.sea.motion.Ramped` does;
+    after the last sample the last one stands.
     """
     i = np.minimum(np.arange(lo, hi), len(waves.eta) - 1)
     x = np.clip(i * waves.dt / ramp, 0.0, 1.0) if ramp > 0.0 else np.ones(len(i))
     r = (x**3 * (10.0 + x * (6.0 * x - 15.0)))[:, None]
     dr = (30.0 * x**2 * (1.0 - x) ** 2 / (ramp or 1.0))[:, None]
-    eta, eta_dot, w, a = waves.eta[i, None], waves.eta_dot[i, None], waves.w[i], waves.a[i]
+    more = ((0, 0), (0, levels - waves.w.shape[1]))
+    eta, eta_dot, w, a = waves.eta[i, None], waves.eta_dot[i, None], np.pad(waves.w[i], more), np.pad(waves.a[i], more)
     return np.hstack([r * eta, r * eta_dot + dr * eta, r * w, r * a + dr * w])

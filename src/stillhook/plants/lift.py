@@ -61,7 +61,8 @@ class Hanging(NamedTuple):
     of the cycle; level at which it was taken, see `level_of`; omega_0 motor speed one step ago [rad/s]; a_load last acceleration of the
     load [m/s^2]; since_taut time since the slings came taut [s]; s_joy path that the joystick asked for [m]; e_held control error while
     compensating, the last one while not [m]; stage and k_stage that statistics are of, and the cycle it began; E energy in wire, hook,
-    load and slings, E_0 that at the start [J]; v_before speed of the first node in the middle of the last step but one [m/s]."""
+    load and slings, E_0 that at the start [J]; v_before speed of the first node in the middle of the last step but one [m/s];
+    datum payload beside the joystick's path when compensation began [m]."""
 
     sup: Supervisor
     element: Element
@@ -78,6 +79,7 @@ class Hanging(NamedTuple):
     E_0: float
     works: Works
     v_before: float
+    datum: float
 
 
 class LiftStats(NamedTuple):
@@ -155,6 +157,13 @@ def compensating(sup, stage, code):
     """1 where this stage holds the load in place against the tip: AHC, or landing before touch-down."""
     active = sup.entered > 0.0 and (stage.mode == STAGE_AHC or (stage.mode == STAGE_LANDING and sup.landed == 0.0))
     return 1.0 if active and sup.mode == code else 0.0
+
+
+@scalar
+def waiting(sup, stage, code):
+    """1 in a stage that compensates, before its compensation has begun."""
+    wants = (stage.mode == STAGE_AHC or stage.mode == STAGE_LANDING) and sup.landed == 0.0
+    return 1.0 - compensating(sup, stage, code) if wants else 0.0
 
 
 @scalar
