@@ -1,0 +1,140 @@
+"""The residual of a winch: rules that hold for any describing function, and what the twin does."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.special import erf
+
+from stillhook import Scenario, load_crane, simulate
+from stillhook.errors import LiftError
+from stillhook.response import identify_residual as module
+from stillhook.response.duty import Duty
+from stillhook.response.identify_residual import identify_residual
+from stillhook.response.residual import HARMONICS, Residual
+
+OMEGA = np.array([0.4, 0.8, 1.6])
+V = np.geomspace(0.005, 5.0, 80)
+
+
+def of(C):
+    """A residual with C over amplitude (80,), the same at every frequency."""
+    table = np.repeat(np.asarray(C, dtype=complex)[None, :], len(OMEGA), axis=0)
+    return Residual(OMEGA, V, table, np.zeros((len(HARMONICS), *table.shape)), np.zeros(table.shape))
+
+
+def test_a_constant_residual_is_the_same_for_sines_and_irregular_motions():
+    half = Residual.constant(0.2 - 0.1j)
+    assert half.at([0.3, 3.0], [0.01, 30.0]) == pytest.approx(0.2 - 0.1j)
+    assert half.gaussian(OMEGA, [0.01, 2.0]) == pytest.approx(np.full((2, 3), 0.2 - 0.1j))
+
+
+def test_a_relay_has_the_gaussian_gain_of_the_textbook():
+    b = 0.01  # m/s of error whatever the tip does: relay of size b pi/4, whose gain is sqrt(2/pi) M/sigma (Gelb and Vander Velde, table 2.3)
+    for sigma in (0.05, 0.2, 0.8):
+        expected = math.sqrt(2.0 / math.pi) * (b * math.pi / 4.0) / sigma
+        assert of(b / V).gaussian(OMEGA, sigma).real == pytest.approx(expected, rel=0.01)
+
+
+@pytest.mark.parametrize("sigma", [0.3, 0.6, 1.0, 2.0, 6.0])
+def test_a_saturated_follower_has_the_gaussian_gain_of_the_textbook(sigma):
+    limit = 1.0
+    r = np.minimum(limit / V, 1.0)
+    follows = np.where(V > limit, 2.0 / np.pi * (np.arcsin(r) + r * np.sqrt(1.0 - r**2)), 1.0)
+    expected = 1.0 - erf(limit / (math.sqrt(2.0) * sigma))
+    assert of(1.0 - follows).gaussian(OMEGA, sigma).real == pytest.approx(expected, abs=4e-3)  # grid of amplitudes
+
+
+def test_beyond_the_last_amplitude_the_wire_takes_all_that_the_tip_moves_more():
+    C = of(0.1 * np.ones(len(V)))
+    assert C.at(0.8, V[-1]) == pytest.approx(0.1)
+    assert C.at(0.8, 100.0 * V[-1]) == pytest.approx(1.0 - 0.9 / 100.0)
+
+
+def test_below_the_first_amplitude_nothing_changes():
+    C = of(1.0 / (1.0 + V))
+    assert C.at(0.8, 1e-6) == pytest.approx(C.at(0.8, V[0]))
+
+
+def test_tables_of_another_shape_are_refused_in_one_line():
+    with pytest.raises(LiftError, match="residual: tables of shape"):
+        Residual(OMEGA, V, np.zeros((2, 80), dtype=complex), np.zeros((4, 3, 80)), np.zeros((3, 80)))
+    with pytest.raises(LiftError, match="residual: v must be above 0 and ascend"):
+        Residual(OMEGA, V[::-1], np.zeros((3, 80), dtype=complex), np.zeros((4, 3, 80)), np.zeros((3, 80)))
+
+
+@pytest.fixture(scope="module")
+def crane():
+    return load_crane("nov-250t")
+
+
+@pytest.fixture(scope="module")
+def duty():
+    return Duty(F=1.0e6, s_w=500.0)
+
+
+@pytest.fixture(scope="module")
+def residual(crane, duty):
+    return identify_residual(crane, duty, "ssc")
+
+
+@pytest.mark.parametrize(("period", "speed"), [(7.0, 0.05), (12.0, 0.3), (9.0, 0.8), (10.0, 1.2)])
+def test_a_sine_leaves_what_a_run_of_its_own_leaves(crane, duty, residual, period, speed):
+    """Between the table's sines, and on the crane's own wire in place of the soft one."""
+    a, T = speed * period / (2.0 * math.pi), period
+    case = Scenario(
+        load=f"{duty.F / 9.80665 / 1e3 - crane.hook_mass / 1e3} t", s_w="500 m", mode="ssc", duration=f"{60.0 + 8.0 * T} s",
+        tip=f"sine {a} m {T} s",
+    )  # fmt: skip
+    run = simulate(crane, case, every="50 ms").sel(time=slice(60.0, None))
+    n = round(8.0 * T / 0.05)
+    e, z = (np.fft.rfft(run[name].values[:n] - run[name].values[:n].mean())[8] for name in ("e_c", "s_tip"))
+    C = complex(residual.at(2.0 * math.pi / T, speed))
+    assert abs(C - e / z) < 0.08 * abs(e / z)  # interpolation between periods and speeds
+
+
+def test_friction_holds_a_winch_and_saturation_leaves_it_behind(residual):
+    slow, middle, fast = (abs(complex(residual.at(0.8, v))) for v in (0.004, 0.6, 4.0))
+    assert slow > 0.9
+    assert middle < 0.05
+    assert fast > 0.4
+    assert residual.saturated[:, -1].min() > 0.5
+    assert residual.saturated[:, 0].max() == 0.0
+
+
+def test_irregular_motion_wanders_more_at_low_frequencies_than_at_high(residual):
+    remnant = residual.remnant
+    low, high = np.searchsorted(remnant.omega, [0.1, 2.0])
+    assert (remnant.S[:, 2:, low] > 10.0 * remnant.S[:, 2:, high]).all()  # where the winch moves at all
+    assert np.abs(remnant.gain - 1.0).max() < 0.25
+
+
+def test_a_winch_gives_less_than_a_tenth_of_a_millimetre_to_a_kilonewton(residual):
+    assert np.abs(residual.give.at(np.geomspace(0.5, 6.0, 5), 0.3)).max() < 1e-7
+
+
+def test_the_same_table_is_found_again_and_a_damaged_one_made_anew(crane, duty, residual, tmp_path, monkeypatch):
+    monkeypatch.setattr(module, "cache_root", lambda: tmp_path)
+    few = {"periods": (8.0, 12.0), "speeds": (0.1, 0.3)}
+    made = identify_residual(crane, duty, "hs", **few)
+    (file,) = (tmp_path / "residuals").iterdir()
+    monkeypatch.setattr(module, "run_twin", None)  # nothing may run
+    found = identify_residual(crane, duty, "hs", **few)
+    for name in ("omega", "v", "C", "harmonics", "saturated"):
+        assert np.array_equal(getattr(found, name), getattr(made, name))
+    assert np.array_equal(found.remnant.S, made.remnant.S)
+    assert np.array_equal(found.give.Y, made.give.Y)
+    assert found.about == made.about
+    monkeypatch.undo()
+    monkeypatch.setattr(module, "cache_root", lambda: tmp_path)
+    file.write_bytes(file.read_bytes()[:200])
+    assert np.array_equal(identify_residual(crane, duty, "hs", **few).C, made.C)
+    identify_residual(crane, duty, "ns", **few)
+    assert len(list((tmp_path / "residuals").iterdir())) == 2
+
+
+def test_a_tension_below_the_hook_and_a_load_beyond_the_crane_are_refused(crane):
+    with pytest.raises(LiftError, match="less than the weight of the hook, 3 t"):
+        identify_residual(crane, Duty(F=1e3, s_w=100.0), cache=False)
+    with pytest.raises(Exception, match="exceeds the SWL"):
+        identify_residual(crane, Duty(F=5e6, s_w=100.0), cache=False)
