@@ -8,7 +8,7 @@ as the crane's load indicator gives them: load cell less the weight of the wire 
 from typing import NamedTuple
 
 from stillhook.control.plc import MANUAL, low_pass
-from stillhook.physics.scalar import clip, fmax, fmin, scalar
+from stillhook.physics.scalar import G, clip, fmax, fmin, scalar
 
 STAGE_MANUAL, STAGE_AHC, STAGE_TENSION, STAGE_SPLASH, STAGE_LANDING = 0.0, 1.0, 2.0, 3.0, 4.0
 UNTIL_TIME, UNTIL_DEPTH, UNTIL_WIRE, UNTIL_LANDED, UNTIL_TENSION = 0.0, 1.0, 2.0, 3.0, 4.0
@@ -32,12 +32,12 @@ class Stage(NamedTuple):
 class LiftSettings(NamedTuple):
     """t_cycle [s]; a_max ramp of the joystick [m/s^2]; v_max highest speed that tension control adds [m/s]; v_enter tip speed below which
     compensation may start [m/s]; omega_T bandwidth of tension control on a load that stands [rad/s]; v_soft speed that splash mode adds
-    per deviation of the tension as large as F_soft [m/s], the weight of all mass that moves, added mass included [N]; omega_s return to
-    the slow position [rad/s]; tau_F low-pass of the load cell [s]; tau_slow time constant of the mean tension, tau_hung that of the
-    tension before touch-down [s]; t_fade time in which a law grows to its full size [s]; F_landed fall of the tension by which touch-down
-    is known [N]; F_least tension that compensation and tension control need to start [N]; EA [N] and L_0 [m] of the wire, from which the
-    PLC knows its stiffness; q_dry and q_wet weight of the wire in air and in water [N/m], h_tip crane tip above the water [m]; code mode
-    code of the controller while compensating."""
+    per deviation of the tension as large as F_soft [m/s], the weight of all mass that moves, added mass included [N], which counts no
+    less than what the wire swings at omega_soft [rad/s]; omega_s return to the slow position [rad/s]; tau_F low-pass of the load cell [s];
+    tau_slow time constant of the mean tension, tau_hung that of the tension before touch-down [s]; t_fade time in which a law grows to its
+    full size [s]; F_landed fall of the tension by which touch-down is known [N]; F_least tension that compensation and tension control
+    need to start [N]; EA [N] and L_0 [m] of the wire, from which the PLC knows its stiffness; q_dry and q_wet weight of the wire in air
+    and in water [N/m], h_tip crane tip above the water [m]; code mode code of the controller while compensating."""
 
     t_cycle: float
     a_max: float
@@ -46,6 +46,7 @@ class LiftSettings(NamedTuple):
     omega_T: float
     v_soft: float
     F_soft: float
+    omega_soft: float
     omega_s: float
     tau_F: float
     tau_slow: float
@@ -72,9 +73,9 @@ class Watch(NamedTuple):
 
 class Supervisor(NamedTuple):
     """Memory: stage number from 0; t_0 when it began, anew at its entry and at touch-down [s]; entered 1 once its entry condition held;
-    mode ordered last; v_joy ramped joystick, v_op with what a law adds [m/s], s_op its integral [m]; F_1 and F_2 tension filtered once
-    and twice, F_slow its mean, F_ref set value of tension control on its way, F_hung mean before touch-down [N]; s_ref slow position [m];
-    landed 1 after touch-down in this stage; done 1 when the programme is over; stuck 1 when a stage timed out."""
+    mode ordered last; v_joy ramped joystick, v_op with what a law adds [m/s], s_op its integral [m]; F_1 tension filtered, F_slow its mean,
+    F_ref set value of tension control on its way, F_hung mean before touch-down [N]; s_ref slow position [m]; landed 1 after touch-down in
+    this stage; done 1 when the programme is over; stuck 1 when a stage timed out."""
 
     stage: float
     t_0: float
@@ -84,7 +85,6 @@ class Supervisor(NamedTuple):
     v_op: float
     s_op: float
     F_1: float
-    F_2: float
     F_slow: float
     F_ref: float
     F_hung: float
@@ -115,7 +115,7 @@ def wire_weight(s_w, s):
 def supervisor_at_rest(y, s):
     """Memory before the first cycle, everything hanging still as it is read."""
     F = y.F - wire_weight(y.s_w, s)
-    return Supervisor(0.0, y.t, 0.0, MANUAL, 0.0, 0.0, 0.0, F, F, F, F, F, y.s_w, 0.0, 0.0, 0.0)
+    return Supervisor(0.0, y.t, 0.0, MANUAL, 0.0, 0.0, 0.0, F, F, F, F, y.s_w, 0.0, 0.0, 0.0)
 
 
 @scalar
@@ -174,13 +174,12 @@ def supervise(y, m, stage, s):
     """One PLC cycle of the lift modes: what was read and remembered, and the stage in force, give orders and the new memory.
 
     A stage waits for its entry condition in the mode that was on before, joystick at rest. The programme that is done or stuck rests with
-    the joystick and keeps the law of its last stage. Speeds are continuous: the joystick ramps (and dies away within tau_F where a tension is
-    held: a landed load would else be given slack), a law starts from nothing.
+    the joystick and keeps the law of its last stage. Speeds are continuous: the joystick ramps (and dies away within tau_F where a tension
+    is held: a landed load would else be given slack), a law starts from nothing.
     """
     F_wire = wire_weight(y.s_w, s)
     F = y.F - F_wire
     F_1 = low_pass(m.F_1, F, s.tau_F, s.t_cycle)
-    F_2 = low_pass(m.F_2, F_1, s.tau_F, s.t_cycle)
     F_slow = low_pass(m.F_slow, F, s.tau_slow, s.t_cycle)
 
     now_in = m.entered > 0.0 or may_enter(y, m, F_1, F_slow, stage, s)
@@ -204,7 +203,8 @@ def supervise(y, m, stage, s):
     F_ref = low_pass(m.F_ref, stage.F_set, s.t_fade, s.t_cycle) if tension else F_1
     s_ref = m.s_ref - v_joy * s.t_cycle if splash else y.s_w
     k = s.EA / (s.L_0 + fmax(y.s_w, 0.0))
-    soft = grown * soft_speed(F_2, F_slow, s.F_soft, s.v_soft) + s.omega_s * (y.s_w - s_ref)
+    F_soft = fmax(s.F_soft, k * G / (s.omega_soft * s.omega_soft))
+    soft = grown * soft_speed(F_1, F_slow, F_soft, s.v_soft) + s.omega_s * (y.s_w - s_ref)
     law = tension_speed(F_1, F_ref, k, s.omega_T) if tension else 0.0
     law = clip(soft if splash else law, -s.v_max, s.v_max)
     v_op = v_joy + law
@@ -224,6 +224,5 @@ def supervise(y, m, stage, s):
     stuck = 1.0 if late else m.stuck
     entered = 1.0 if now_in else 0.0
     if ends and not over:
-        fresh = Supervisor(m.stage + 1.0, y.t, 0.0, mode, v_op, v_op, s_op, F_1, F_2, F_slow, F_1, F_hung, y.s_w, 0.0, done, stuck)
-        return orders, fresh
-    return orders, Supervisor(m.stage, t_0, entered, mode, v_joy, v_op, s_op, F_1, F_2, F_slow, F_ref, F_hung, s_ref, landed, done, stuck)
+        return orders, Supervisor(m.stage + 1.0, y.t, 0.0, mode, v_op, v_op, s_op, F_1, F_slow, F_1, F_hung, y.s_w, 0.0, done, stuck)
+    return orders, Supervisor(m.stage, t_0, entered, mode, v_joy, v_op, s_op, F_1, F_slow, F_ref, F_hung, s_ref, landed, done, stuck)

@@ -127,6 +127,7 @@ def settings(crane: Crane, lift: Lowering) -> LiftSettings:
         omega_T=w.omega_T,
         v_soft=w.v_soft,
         F_soft=(lift.payload.mass + lift.payload.covered(lift.rho).A33 + crane.hook_mass) * G,
+        omega_soft=w.omega_soft,
         omega_s=w.omega_s,
         tau_F=c.tau_F,
         tau_slow=w.tau_slow,

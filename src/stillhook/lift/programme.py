@@ -111,7 +111,10 @@ class WinchSettings(Record):
         description="bandwidth of tension control on a load that stands; a quarter of K_p v_max at marginal stability",
     )
     v_soft: u.Speed = Field(
-        default=1.0, ge=0, le=3.0, description="speed of splash mode per deviation of the tension by (m + A33) g; unstable from twice that"
+        default=2.0, ge=0, le=5.0, description="speed of splash mode per deviation of the tension by (m + A33) g; calm up to 3 m/s"
+    )
+    omega_soft: u.Frequency = Field(
+        default=5.0, gt=0, description="splash mode takes no load for lighter than what the wire swings at this: the winch lags beyond"
     )
     omega_s: u.Frequency = Field(
         default=0.1, ge=0, le=1.0, description="return of splash mode to the slow position, in a minute: below all waves"
