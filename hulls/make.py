@@ -65,8 +65,10 @@ def main(asked: list[str]) -> None:
     if "--files" not in asked:
         compute_all()
     if "--loads" not in asked:
-        from files import write_all
+        from files import write_all  # here: loads alone need no files
 
+        if missing := [f for ship in SHIPS for h in (ship.panel, *ship.coarser) if not (f := kept(ship, h)).exists()]:
+            sys.exit(f"{missing[0].name} is not in {KEPT}: compute the loads first (--loads).")
         pair = lambda ship: (Loads.load(kept(ship, ship.coarser[0], "-lid")), Loads.load(kept(ship, ship.coarser[0], "-open")))
         all_loads = {ship: {h: Loads.load(kept(ship, h)) for h in (ship.panel, *ship.coarser)} for ship in SHIPS}
         write_all(all_loads, {ship: pair(ship) for ship in SHIPS})

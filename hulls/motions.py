@@ -24,7 +24,7 @@ ORIGIN = "midship (half of the waterline's length), centreline, still waterline"
 SWAY, HEAVE, ROLL, PITCH = 1, 2, 3, 4
 HEADINGS = 2
 """The table has every so many-th heading of the loads."""
-ANSWERS = (0.3, 1.3)  # rad/s
+ANSWERS = (0.3, 1.6)  # rad/s
 ROLL_STEP, ROLL_STEPS = 0.006, 12
 """Frequencies about the peak of roll [rad/s]: a quarter of its half width at 5 % damping apart, three half widths to each side."""
 

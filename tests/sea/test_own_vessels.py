@@ -18,11 +18,11 @@ ROOT = Path(__file__).resolve().parents[2]
 KEPT = json.loads((ROOT / "docs" / "validation" / "hull-convergence.json").read_text(encoding="utf-8"))
 RHO, G = KEPT["rho"], KEPT["g"]
 SURGE, SWAY, HEAVE, ROLL, PITCH, YAW = range(6)
-HASKIND = 0.03
+HASKIND = 0.012
 """Excitation and damping come from different problems on flat panels; finer ones bring them together."""
-RECIPROCITY = 0.04
+RECIPROCITY = 0.02
 """The same, relative to the geometric mean of the two motions' own terms."""
-PANELS = 0.004
+PANELS = 0.002
 """Flat panels lie inside a round hull: the volume and waterplane that they miss at most."""
 DIGITS = 2e-5
 """Vessel files have six digits, the kept loads as well."""
