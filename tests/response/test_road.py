@@ -63,9 +63,9 @@ def test_a_compensation_of_four_fifths_leaves_a_fifth_at_the_wire_and_more_at_a_
     run = road(f, LINEAR, Residual.constant(0.2))
     gain = np.abs(transfers(f.omega, LINEAR.rod, LINEAR.end).load_u)
     direct = 0.2 * math.sqrt(float(np.sum(gain**2 * f.tip[0])))
-    assert run["eta_wire"].item() == pytest.approx(0.8, rel=1e-9)
+    assert run["eta_sigma_wire"].item() == pytest.approx(0.8, rel=1e-9)
     assert run["sigma_load"].item() == pytest.approx(direct, rel=1e-9)
-    assert run["eta_load"].item() < 0.8
+    assert run["eta_sigma_load"].item() < 0.8
     assert run["sigma_load_braked"].item() == pytest.approx(5.0 * direct, rel=1e-9)
 
 

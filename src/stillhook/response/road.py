@@ -85,7 +85,7 @@ def road(
     with_winch, braked = (sigmas(forcing, hung, which) for which in (residual, Residual.constant(1.0)))
     columns = {"sigma_z": z, "sigma_v": v, "sigma_a": a, "T_z": zero_crossing_period(z, v)}
     columns["v_mpm"] = most_probable_maximum(v, zero_crossing_period(v, a), duration)
-    columns |= {"sigma_u": with_winch.u, "eta_wire": _less(with_winch.u, z), "eta_load": _less(with_winch.load, z)}
+    columns |= {"sigma_u": with_winch.u, "eta_sigma_wire": _less(with_winch.u, z), "eta_sigma_load": _less(with_winch.load, z)}
     for suffix, s in (("", with_winch), ("_braked", braked)):
         columns |= {f"{name}{suffix}": values for name, values in _of_load(s, hung, duration).items()}
     labels = list(names) if names is not None else [str(i) for i in range(len(forcing))]

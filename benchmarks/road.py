@@ -1,0 +1,75 @@
+"""A year of measured spectra by the frequency road: `python -m benchmarks.road SPECTRA VESSEL [--json]`.
+
+SPECTRA is an NDBC spectral file, VESSEL a file of motion transfer functions. Everything that a user waits for is timed from the start of
+the process: imports, reading, the residual of the winch (made anew, and found on disk), the road.
+"""
+
+import argparse
+import json
+import math
+from time import perf_counter, process_time
+from typing import Any
+
+START = perf_counter()
+CRANE, PAYLOAD, DEPTH = "deep-250t", "manifold-60t", 1500.0
+X, Y, HEADING = -20.0, -18.0, math.pi
+
+
+def year(spectra: str, vessel: str, payload: str = PAYLOAD, depth: float = DEPTH, cache: bool = True) -> tuple[Any, dict[str, float]]:
+    """The Dataset of a year, and wall times of its parts [s]."""
+    from stillhook import load_crane
+    from stillhook.io.ndbc import read_spectra
+    from stillhook.io.vessel_file import read_vessel
+    from stillhook.library.payloads import read_payload
+    from stillhook.lift.lowering import Lowering
+    from stillhook.lift.programme import Stage
+    from stillhook.response.forcing import forcing_of_series
+    from stillhook.response.hung import hung
+    from stillhook.response.identify_residual import identify_residual
+    from stillhook.response.road import road
+
+    marks = {"imports": perf_counter() - START}
+    last = perf_counter()
+
+    def done(name: str) -> None:
+        nonlocal last
+        marks[name] = perf_counter() - last
+        last = perf_counter()
+
+    series, rao = read_spectra(spectra), read_vessel(vessel)
+    done("reading")
+    crane, programme = load_crane(CRANE), (Stage(mode="ahc", time="60 s"),)
+    lift = Lowering(payload=read_payload(payload), h_tip="25 m", depth="3000 m", z_0="5 m", programme=programme, duration="60 s")
+    what = hung(crane, lift, -depth)
+    done("crane and lift")
+    residual = identify_residual(crane, what.duty, cache=cache)
+    done("residual")
+    forcing = forcing_of_series(series, rao, X, Y, HEADING)
+    done("tip")
+    found = road(forcing, what, residual)
+    done("road")
+    return found, marks
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("spectra")
+    parser.add_argument("vessel")
+    parser.add_argument("--json", action="store_true")
+    args = parser.parse_args()
+    found, first = year(args.spectra, args.vessel, cache=False)
+    year(args.spectra, args.vessel)
+    cpu = process_time()
+    _, again = year(args.spectra, args.vessel)
+    cpu = process_time() - cpu
+    again.pop("imports")
+    report = {
+        "records": found.sizes["case"], "residual made anew": first, "total, residual made anew": sum(first.values()),
+        "residual from disk": again, "total, residual from disk": first["imports"] + sum(again.values()), "processor, from disk": cpu,
+        "sigma_v mean": float(found["sigma_v"].mean()), "sigma_load mean": float(found["sigma_load"].mean()),
+    }  # fmt: skip
+    print(json.dumps(report, indent=2) if args.json else "\n".join(f"{name}: {value}" for name, value in report.items()))
+
+
+if __name__ == "__main__":
+    main()
