@@ -16,6 +16,7 @@ from stillhook.engine.run import Progress, Result, run_cases
 from stillhook.errors import LiftError
 from stillhook.physics.scalar import G
 from stillhook.plants.state import Signals
+from stillhook.response.sums import straightened
 from stillhook.scenario import RHO_SEA, Mode, Scenario, Sensors, Water
 from stillhook.sea.motion import Motion
 from stillhook.units import show
@@ -84,7 +85,7 @@ def fitted(result: Result, names: Sequence[str], omega: FloatArray, last: float)
     t = result.dt * np.arange(len(rows))
     angles = np.outer(t, omega)
     columns = np.concatenate((np.ones((len(t), 1)), t[:, None] / t[-1] - 0.5, np.cos(angles), -np.sin(angles)), axis=1)
-    x = np.linalg.solve(columns.T @ columns, columns.T @ rows)[2:]
+    x = np.linalg.solve(np.einsum("ti,tj->ij", columns, columns), np.einsum("ti,tj->ij", columns, rows))[2:]
     return np.asarray(x[: len(omega)] + 1j * x[len(omega) :])
 
 
@@ -93,12 +94,11 @@ def spectra(result: Result, names: Sequence[str], settled: float) -> tuple[Float
     that squared sizes add up to the variance."""
     assert result.series is not None
     rows = result.series[round(settled / result.dt) :]
-    window, t = np.hanning(len(rows)), np.linspace(-1.0, 1.0, len(rows))
+    window = np.hanning(len(rows))
     scale = math.sqrt(2.0 / (len(rows) * float(np.sum(window**2))))
     found = []
     for name in names:
-        y = rows[:, Signals._fields.index(name)]
-        y = y - np.polynomial.Polynomial.fit(t, y, 1)(t)
+        y = straightened(rows[:, Signals._fields.index(name)])
         found.append(np.asarray(scale * np.fft.rfft(window * y)[1:], dtype=np.complex128))
     omega = 2.0 * math.pi * np.fft.rfftfreq(len(rows), result.dt)[1:]
     return np.asarray(omega, dtype=np.float64), found

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from stillhook.errors import SeaError
+from stillhook.response.sums import over_frequency
 from stillhook.sea.long_wave import wavenumber
 from stillhook.sea.measured import SpectrumSeries
 from stillhook.sea.rao import Rao
@@ -41,7 +42,7 @@ class Forcing:
 
     def deviation(self, order: int = 0) -> FloatArray:
         """Standard deviation of the tip's height (0) [m], speed (1) [m/s] or acceleration (2) [m/s^2] in each sea, (n,)."""
-        return np.asarray(np.sqrt(self.tip @ self.omega ** (2 * order)))
+        return np.asarray(np.sqrt(over_frequency(self.tip, self.omega[None, :] ** (2 * order))[:, 0]))
 
 
 def forcing_of_series(

@@ -40,7 +40,7 @@ SETTLE, WAVES = 30.0, 4
 """Time after which a sine is taken as settled [s], ramp included; whole waves over which the answer is taken."""
 SPACING = 0.05
 """Spacing of the series that the answer is taken from [s], or the next shorter one that the PLC cycle allows."""
-OWN = ("duty.py", "give.py", "identify_give.py", "identify_residual.py", "identify_remnant.py", "remnant.py", "residual.py")
+OWN = ("duty.py", "give.py", "identify_give.py", "identify_residual.py", "identify_remnant.py", "remnant.py", "residual.py", "sums.py")
 """Files that a table follows from beside crane, duty and `results_hash`."""
 
 TABLES = ("omega", "v", "C", "harmonics", "saturated")

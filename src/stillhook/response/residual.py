@@ -117,7 +117,7 @@ class Residual:
         y, weight = _rayleigh()
         v = np.maximum(sigma.ravel()[:, None] * np.sqrt(2.0 * y), STILL)
         gain = self._gain(self.C, v.ravel(), grows=True).reshape(len(self.omega), *v.shape)
-        mean: ComplexArray = np.asarray(gain @ weight, dtype=np.complex128)
+        mean: ComplexArray = np.asarray(np.einsum("mny,y->mn", gain, weight), dtype=np.complex128)
         if self.remnant is not None:
             mean = mean * self.remnant.gain_at(sigma.ravel())
         low, high, share = self._places(frequency)

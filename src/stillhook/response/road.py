@@ -21,6 +21,7 @@ from stillhook.response.statistics import (
     share_below_zero,
     zero_crossing_period,
 )
+from stillhook.response.sums import over_frequency
 from stillhook.sea.ship_motion import STANDARD_GRAVITY
 from stillhook.variables import BY_NAME
 
@@ -177,7 +178,7 @@ def _block(
 ) -> FloatArray:
     """Rows of `Sigmas` for some sea states, (9, len(rows))."""
     omega, tip = forcing.omega, forcing.tip[rows]
-    v = np.sqrt(tip @ omega**2)
+    v = np.sqrt(over_frequency(tip, omega[None, :] ** 2)[:, 0])
     T_z = 2.0 * np.pi * np.sqrt(tip.sum(axis=1)) / v
     C = residual.gaussian(omega, v)
     wire = np.abs(C) ** 2 * tip
@@ -188,10 +189,11 @@ def _block(
 
     def variance(q: str, s: slice) -> FloatArray:
         """At some of the drags, in logarithms, (len(rows), s)."""
-        total = wire @ tables.by_u[q][s].T + rest(q)[:, s]
+        total = over_frequency(wire, tables.by_u[q][s]) + rest(q)[:, s]
         if cross is not None:
-            both, by_wave = tables.both[q][s].T, tables.by_wave[q][s].T
-            total += cross.real @ both.real - cross.imag @ both.imag + forcing.wave[rows] @ by_wave
+            both = tables.both[q][s]
+            total += over_frequency(cross.real, both.real) - over_frequency(cross.imag, both.imag)
+            total += over_frequency(forcing.wave[rows], tables.by_wave[q][s])
         return np.asarray(np.log(np.maximum(total, LEAST)))
 
     place, share = _agreement(variance("relative", slice(None)), trial)
