@@ -34,6 +34,7 @@ CASES = (
     "paper_e_scenario_3",
     "payload_in_water",
     "power_unit_loss",
+    "splash_mode",
     "threshold_study",
     "truth_defects",
     "uncertainty",
