@@ -110,8 +110,8 @@ with_plc, with_tau, with_F = replace(base.Params, "plc"), replace(Plc, "tau_F"),
 put_ls, put_ly, put_solve, put_water, put_works = (
     store(LiftStats), store(LiftSignals), store(Solve), store(Water), store(Works),
 )  # fmt: skip
-LS, LY, HANG, SOLVE, SUMS, F_S, STAGE_NOW, LO, HI, PART, SEEN = (
-    offset(Lane, f, LANES) for f in ("ls", "ly", "hang", "solve", "sums", "F_s", "stage", "lo", "hi", "part", "seen")
+LS, LY, HANG, SOLVE, SUMS, F_S, LIFT, STAGE_NOW, LO, HI, PART, SEEN = (
+    offset(Lane, f, LANES) for f in ("ls", "ly", "hang", "solve", "sums", "F_s", "lift", "stage", "lo", "hi", "part", "seen")
 )
 SUP, ELEMENT, WATER, LEVEL, OMEGA_0, A_LOAD, SINCE, S_JOY, E_HELD, STAGE, K_STAGE, E_NOW, WORKS, V_BEFORE, DATUM = (
     HANG + offset(Hanging, f, LANES)
@@ -120,10 +120,12 @@ SUP, ELEMENT, WATER, LEVEL, OMEGA_0, A_LOAD, SINCE, S_JOY, E_HELD, STAGE, K_STAG
         "v_before", "datum",
     )
 )  # fmt: skip
+get_element, get_solve, get_lift, get_hang = (access(c, LANES).load for c in (Element, Solve, Lift, Hanging))
 put_sup, put_element, put_seen = store(Supervisor), store(Element), store(Windowed)
+ELEMENT_C = ELEMENT + offset(Element, "c", LANES)
 FULL = SEEN + offset(Windowed, "full", LANES)
 SUP_STAGE, SUP_DONE = (SUP + offset(Supervisor, f, LANES) for f in ("stage", "done"))
-X_S, X_V = (X + offset(base.State, f, LANES) for f in ("s_load", "v_load"))
+X_S, X_V, OMEGA = (X + offset(base.State, f, LANES) for f in ("s_load", "v_load", "omega_m"))
 S_LOAD, V_LOAD = (Y + offset(Signals, f, LANES) for f in ("s_load", "v_load"))
 NY, NLY = size(Signals), size(LiftSignals)
 NS = NY + NLY
@@ -244,9 +246,9 @@ def relay(A, B, N):
     for i in range(N + 1):
         row = B[i * ROW :]
         for l in range(LANES):
-            b = load(A, l)
-            up = element_weight(i - 1.0, b.hang.element.l, b.lift.rope) if i > 0 else 0.0
-            down = element_weight(i * 1.0, b.hang.element.l, b.lift.rope) if i < N else b.lift.hook.W * 2.0
+            e, lift = get_element(A, ELEMENT + l), get_lift(A, LIFT + l)
+            up = element_weight(i - 1.0, e.l, lift.rope) if i > 0 else 0.0
+            down = element_weight(i * 1.0, e.l, lift.rope) if i < N else lift.hook.W * 2.0
             row[W + l] = 0.5 * (up + down)
 
 
@@ -365,9 +367,9 @@ def wire_step(A, B, N, T, t, tau, h):
     """Wire, hook, slings and payload of every lane over one step that begins at t, tau into the cycle [s]: the implicit midpoint rule."""
     hook = B[N * ROW :]
     for l in range(LANES):
-        b = load(A, l)
-        z = b.lift.z_ref + ahead(hook[ROW + Q + l], hook[ROW + V + l], b.hang.a_load, 0.5 * h)
-        A[PART + l] = submergence(z, later(b.hang.water, tau + 0.5 * h).eta, b.lift.load.reach) * b.lift.load.i_dh
+        g, lift = get_hang(A, HANG + l), get_lift(A, LIFT + l)
+        z = lift.z_ref + ahead(hook[ROW + Q + l], hook[ROW + V + l], g.a_load, 0.5 * h)
+        A[PART + l] = submergence(z, later(g.water, tau + 0.5 * h).eta, lift.load.reach) * lift.load.i_dh
     look_up(A, T)
     for l in range(LANES):
         b = load(A, l)
@@ -378,8 +380,7 @@ def wire_step(A, B, N, T, t, tau, h):
         A[SUMS + l] = 0.0
         A[SUMS + LANES + l] = 0.0
     for l in range(LANES):
-        b = load(A, l)
-        e, s = b.hang.element, b.solve
+        e, s = get_element(A, ELEMENT + l), get_solve(A, SOLVE + l)
         pull = 0.5 * h * (s.taut * s.T_0 - B[W + l] - e.k * (B[Q + l] - B[ROW + Q + l]))
         r = e.m * (5.0 * B[V + l] + B[ROW + V + l]) + pull
         B[C + l] = s.off / s.d_0
@@ -387,8 +388,7 @@ def wire_step(A, B, N, T, t, tau, h):
     for i in range(1, N):
         row = B[(i - 1) * ROW :]
         for l in range(LANES):
-            b = load(A, l)
-            e, s = b.hang.element, b.solve
+            e, s = get_element(A, ELEMENT + l), get_solve(A, SOLVE + l)
             v = 10.0 * row[ROW + V + l] + row[V + l] + row[2 * ROW + V + l]
             q = 2.0 * row[ROW + Q + l] - row[Q + l] - row[2 * ROW + Q + l]
             r = e.m * v - 0.5 * h * (row[ROW + W + l] + e.k * q)
@@ -397,14 +397,12 @@ def wire_step(A, B, N, T, t, tau, h):
             row[ROW + D + l] = (r - s.off * row[D + l]) * pivot
     row = B[(N - 1) * ROW :]
     for l in range(LANES):
-        b = load(A, l)
-        e, s = b.hang.element, b.solve
+        e, s, lift = get_element(A, ELEMENT + l), get_solve(A, SOLVE + l), get_lift(A, LIFT + l)
         q_h, v_h = row[ROW + Q + l], row[ROW + V + l]
         q_p = row[2 * ROW + Q + l]
-        R = e.m * (5.0 * v_h + row[V + l]) + b.lift.hook.m * v_h - 0.5 * h * (row[ROW + W + l] + e.k * (q_h - row[Q + l]))
-        A_h = 0.5 * s.d + b.lift.hook.m - s.off * row[C + l]
-        sling = b.lift.sling
-        pull = pull_of_sling(q_h - q_p, A_h, R - s.off * row[D + l], s.A_p, s.R_p, h, sling)
+        R = e.m * (5.0 * v_h + row[V + l]) + lift.hook.m * v_h - 0.5 * h * (row[ROW + W + l] + e.k * (q_h - row[Q + l]))
+        A_h = 0.5 * s.d + lift.hook.m - s.off * row[C + l]
+        pull = pull_of_sling(q_h - q_p, A_h, R - s.off * row[D + l], s.A_p, s.R_p, h, lift.sling)
         row[ROW + D + l] = pull.v_up
         row[2 * ROW + D + l] = pull.v_down
     finish(A, B, N, t + h, h)
@@ -445,23 +443,22 @@ def finish(A, B, N, t, h):
     for i in range(N - 1, -1, -1):
         row = B[i * ROW :]
         for l in range(LANES):
-            b = load(A, l)
             below = row[ROW + D + l]
             v = row[D + l] - row[C + l] * below
             row[D + l] = v
             row[Q + l] += h * v
             row[V + l] = 2.0 * v - row[V + l]
-            A[SUMS + l] += b.hang.element.c * (v - below) * (v - below)
+            A[SUMS + l] += A[ELEMENT_C + l] * (v - below) * (v - below)
             A[SUMS + LANES + l] += row[W + l] * v
     for l in range(LANES):
-        b = load(A, l)
-        s, w, v = b.solve, b.hang.works, B[D + l]
+        s, g, v = get_solve(A, SOLVE + l), get_hang(A, HANG + l), B[D + l]
+        w = g.works
         top = s.taut * (s.T_0 - s.G_0 * v)
         put_works(A, WORKS + l, Works(
-            w.top + h * top * v, w.damping + h * b.sums.damping, w.gravity + h * b.sums.gravity, w.buoyancy, w.inertia, w.drag, w.slam,
+            w.top + h * top * v, w.damping + h * A[SUMS + l], w.gravity + h * A[SUMS + LANES + l], w.buoyancy, w.inertia, w.drag, w.slam,
             w.bottom, w.relay,
         ))  # fmt: skip
-        A[OMEGA_0 + l] = b.x.omega_m
+        A[OMEGA_0 + l] = A[OMEGA + l]
 
 
 @scalar

@@ -1,0 +1,86 @@
+"""Speed of lowerings: `python -m benchmarks.lowering`. Simulated seconds per second of one core (processor time), after compilation."""
+
+import statistics
+from collections.abc import Callable
+from time import process_time
+from typing import Any
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+from stillhook import load_crane
+from stillhook.engine.lanes import VL
+from stillhook.engine.lower import lower
+from stillhook.lift.lowering import DeepWire, Lowering
+from stillhook.lift.payload import Payload
+from stillhook.lift.programme import Stage
+from stillhook.sea.kinematics import WaveField
+from stillhook.sea.motion import Sine
+
+ROUNDS = 3
+HOUR = 3600.0
+
+
+def template() -> Payload:
+    """A plain structure of 100 t."""
+    levels = tuple({"h": f"{h} m", "V": f"{4 * h} m^3", "A33": f"{30 * h} t", "A_p": f"{8 * h} m^2"} for h in (0.0, 5.0))
+    return Payload(name="template", mass="100 t", height="5 m", C_D=2.5, levels=levels)
+
+
+def water(duration: float) -> WaveField:
+    """A regular wave of 0.5 m and 8 s on 22 levels of deep water, sampled every 0.1 s."""
+    omega, dt = 2.0 * np.pi / 8.0, 0.1
+    t = np.arange(round(duration / dt) + 2)[:, None] * dt
+    down = np.exp(-(omega**2) / 9.80665 * 2.0 * (np.exp(0.2 * np.arange(22)) - 1.0))
+    c, s = 0.5 * np.cos(omega * t), 0.5 * np.sin(omega * t)
+    return WaveField(
+        dt=dt, eta=c[:, 0], eta_dot=-omega * s[:, 0], w=-omega * s * down, a=-(omega**2) * c * down, z_0=2.0, ds=0.2
+    )  # fmt: skip
+
+
+def hour_at_depth(i: int) -> Lowering:
+    """One hour of compensation at 3,000 m on 20 elements of wire."""
+    return Lowering(
+        payload=template(), tip=Sine(amplitude=f"{0.6 + 0.02 * i} m", period=f"{8 + 0.2 * i} s"), h_tip="25 m", depth="3100 m",
+        z_0="-3000 m", programme=(Stage(mode="ahc", time=f"{HOUR - 60} s"),), duration=f"{HOUR} s", wire=DeepWire(nodes=20),
+    )  # fmt: skip
+
+
+def through_the_splash_zone(i: int) -> Lowering:
+    """Ten minutes from air to 50 m through waves, in splash mode and compensated."""
+    stages = (Stage(mode="splash", lower="6 m/min", depth="15 m"), Stage(mode="ahc", lower="12 m/min", depth="50 m"))
+    return Lowering(
+        payload=template(), tip=Sine(amplitude=f"{0.6 + 0.02 * i} m", period=f"{8 + 0.2 * i} s"), waves=water(600.0), h_tip="25 m",
+        depth="300 m", z_0="2 m", programme=stages, duration="600 s", wire=DeepWire(nodes=20),
+    )  # fmt: skip
+
+
+def rate(work: Callable[[], Any], simulated: float) -> float:
+    """Simulated over processor time, median of some rounds; the first one compiles and does not count."""
+    work()
+    spent = []
+    for _ in range(ROUNDS):
+        start = process_time()
+        work()
+        spent.append(process_time() - start)
+    return simulated / statistics.median(spent)
+
+
+def main() -> None:
+    crane = load_crane("deep-250t")
+    table = Table("lowering", "times real time", "asked for", title=f'"{crane.name}", 20 elements of wire, step 5 ms, one core')
+    for name, make, duration, goals in (
+        ("one hour of AHC at 3,000 m", hour_at_depth, HOUR, ("1,000", "8,000")),
+        ("splash zone in waves, 10 min", through_the_splash_zone, 600.0, ("1,000", "")),
+    ):
+        one, many = make(0), [make(i) for i in range(VL)]
+        alone = rate(lambda: lower(crane, one, series=False, on_failure="mark"), duration)  # noqa: B023
+        batch = rate(lambda: lower(crane, many, threads=1, on_failure="mark"), VL * duration)  # noqa: B023
+        table.add_row(f"{name}, alone", f"{alone:,.0f}", goals[0])
+        table.add_row(f"{name}, {VL} side by side", f"{batch:,.0f}", goals[1])
+    Console().print(table)
+
+
+if __name__ == "__main__":
+    main()
