@@ -17,6 +17,7 @@ HERE = Path(__file__).resolve().parent
 CASES = (
     "controllers_at_their_best",
     "feedforward_gains",
+    "frequency_road",
     "hull_convergence",
     "offshore_100t",
     "offshore_200t",

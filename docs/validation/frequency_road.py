@@ -1,0 +1,199 @@
+"""The frequency road beside lowerings in time: on the brake and compensated, from the surface to 2,900 m, with eight seeds each."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from blocks import claims_table, save, table, verdict
+from matplotlib.figure import Figure
+
+from stillhook import load_crane
+from stillhook.engine.lower import lower
+from stillhook.io.figures import COLOURS, GREY
+from stillhook.io.vessel_file import read_vessel
+from stillhook.library.payloads import read_payload
+from stillhook.library.vessels import vessel_file
+from stillhook.lift.lowering import Lowering
+from stillhook.lift.programme import Stage
+from stillhook.response.forcing import Forcing
+from stillhook.response.hung import Hung, hung
+from stillhook.response.identify_residual import identify_residual
+from stillhook.response.residual import Residual
+from stillhook.response.road import sigmas
+from stillhook.response.rod import End, Rod, natural_periods, static_stretch, transfers
+from stillhook.sea.parametric import Jonswap
+from stillhook.sea.realisation import realise, tip_motion
+from stillhook.sea.spectrum import Sea, Train
+from stillhook.sea.wave_field import wave_field
+
+PAGE = "frequency-road.md"
+CRANE, VESSEL = load_crane("deep-250t"), read_vessel(vessel_file("construction-vessel-130m"))
+X, Y, BETA = -20.0, 18.0, math.radians(150.0)
+LENGTH, SETTLED, SEEDS = 1260.0, 150.0, 8
+DEEP, LIGHT = "suction-anchor-85t", "manifold-60t"
+SHOWN = (("load", "s_load", 1e3), ("top", "F_w", 1e-3), ("sling", "F_sling", 1e-3))
+LINEAR = 0.02
+
+
+class Case(NamedTuple):
+    payload: str
+    z: float
+    H_s: float
+    T_p: float
+    mode: str
+    why: str
+
+
+CASES = (
+    Case(LIGHT, 5.0, 2.0, 9.0, "manual", "in air"),
+    Case(LIGHT, -25.0, 1.0, 9.0, "manual", "under waves"),
+    Case(DEEP, -300.0, 1.0, 9.0, "manual", "under waves, wire of 3 s"),
+    Case(DEEP, -2900.0, 1.0, 9.5, "manual", "resonance against drag"),
+    Case(DEEP, -2900.0, 2.5, 9.5, "manual", "the same, larger"),
+    Case(DEEP, -2900.0, 1.5, 9.0, "ahc", "friction, resonance"),
+    Case(LIGHT, -1500.0, 1.5, 9.0, "ahc", "friction"),
+    Case(LIGHT, -1500.0, 4.5, 10.0, "ahc", "friction, in a larger sea"),
+    Case(LIGHT, -300.0, 1.5, 9.0, "ahc", "wire of 2.5 s"),
+    Case(LIGHT, -25.0, 1.0, 9.0, "ahc", "short wire, winch sticks"),
+    Case(LIGHT, -25.0, 2.5, 10.0, "ahc", "short wire"),
+)
+
+
+class Pair(NamedTuple):
+    """Deviations of one case: hung; tip [m]; by the road and in time, u first, then as SHOWN (SI); scatter of the mean of the seeds [-]."""
+
+    case: Case
+    hung: Hung
+    tip: float
+    road: list[float]
+    time: list[float]
+    scatter: list[float]
+    slack: float
+
+
+def compared(case: Case) -> Pair:
+    sea = Sea((Train(Jonswap(case.H_s, case.T_p, 2.0), BETA),))
+    lifts, parts = [], []
+    for seed in range(SEEDS):
+        waves = realise(sea, LENGTH, seed)
+        tip = tip_motion(waves, VESSEL, X, Y)
+        here, there = tip.amplitudes[waves.harmonic], waves.elevation(X, Y)
+        parts.append((np.abs(here) ** 2 / 2.0, np.abs(there) ** 2 / 2.0, here * np.conj(there) / 2.0))
+        field = None if case.z > 0.0 else wave_field(waves, X, Y)
+        stage = Stage(mode=case.mode, time=f"{LENGTH} s")
+        lifts.append(
+            Lowering(
+                payload=read_payload(case.payload), tip=tip, waves=field, h_tip="30 m", depth="3000 m", z_0=f"{case.z} m",
+                programme=(stage,), duration=f"{LENGTH} s",
+            )
+        )  # fmt: skip
+    run = lower(CRANE, lifts, series=True)
+    h = hung(CRANE, lifts[0], case.z)
+    residual = identify_residual(CRANE, h.duty) if case.mode == "ahc" else Residual.constant(1.0)
+    tip_, wave, cross = (np.mean([p[i] for p in parts], axis=0)[None, :] for i in range(3))
+    found = sigmas(Forcing(waves.omega, np.full(len(waves.omega), 2.0 * math.pi / LENGTH), tip_, wave, cross), h, residual)
+    kept = run.sel(time=slice(SETTLED, None))
+    in_time = [spread(kept[column].values) for column in ("e_c" if case.mode == "ahc" else "s_tip", *(c for _, c, _ in SHOWN))]
+    road = [float(found.u[0]), *(float(getattr(found, q)[0]) for q, _, _ in SHOWN)]
+    slack = float(np.mean(run["sling_slack_time"].values)) / LENGTH
+    return Pair(case, h, math.sqrt(float(tip_.sum())), road, [m for m, _ in in_time], [s for _, s in in_time], slack)
+
+
+def spread(rows: Sequence[np.ndarray]) -> tuple[float, float]:
+    """Root of the mean variance of some series without their drift, and the scatter of that mean as part of it."""
+    t = np.linspace(-1.0, 1.0, len(rows[0]))
+    variances = np.array([np.var(y - np.polynomial.Polynomial.fit(t, y, 1)(t)) for y in rows])
+    return math.sqrt(variances.mean()), float(variances.std(ddof=1) / variances.mean() / 2.0 / math.sqrt(len(rows)))
+
+
+def row(pair: Pair) -> tuple[str, ...]:
+    case, T = pair.case, natural_periods(pair.hung.rod, pair.hung.end)[0]
+    where = "in air" if case.z > 0.0 else f"{-case.z:.0f} m"
+    first = (case.payload, where, f"{T:.1f} s", f"{case.H_s:g} m, {case.T_p:g} s", "AHC" if case.mode == "ahc" else "brake", case.why)
+    cells = []
+    for (_, _, scale), road, time in zip((("u", "", 1e3), *SHOWN), pair.road, pair.time, strict=True):
+        cells.append(f"{scale * time:.3g} ({100.0 * (road / time - 1.0):+.0f} %)".replace("-", "−"))
+    return (*first, *cells)
+
+
+def closed_forms() -> dict[str, tuple[str, str, str]]:
+    """Claims on the exact rod, by a chain of masses solved apart."""
+    rod, end = Rod(L=3000.0, EA=836e6, mu=36.0, w=300.0), End(m=100e3, A33=50e3)
+    T = natural_periods(rod, end, 3)
+    nu = 2.0 * math.pi / T * rod.L * math.sqrt(rod.mu / rod.EA)
+    worst = float(np.max(np.abs(nu * np.tan(nu) / (rod.mass / end.moving) - 1.0)))
+    x = (np.arange(10_000) + 0.5) / 10_000
+    pieces = float(np.sum((1e6 + rod.w * rod.L * (1.0 - x)) / rod.EA)) * rod.L / 10_000
+    stretch = static_stretch(rod, 1e6) / pieces - 1.0
+    n, omega = 1000, 2.0 * math.pi / 8.0
+    k, m = rod.EA / rod.L * n, np.append(np.full(n - 1, rod.mass / n), rod.mass / n / 2.0 + end.moving)
+    A = np.diag(2.0 * k - omega**2 * m) - np.diag(np.full(n - 1, k), 1) - np.diag(np.full(n - 1, k), -1)
+    A[-1, -1] -= k
+    chain = np.linalg.solve(A, np.append(k, np.zeros(n - 1)))[-1]
+    gain = float(np.real(transfers(omega, rod, end).load_u)) / chain - 1.0
+    found = {
+        "`nu tan(nu) = m L/(M + A33)`, first three modes": (worst, 1e-6),
+        "stretch as the sum over 10,000 pieces": (abs(stretch), 1e-6),
+        "load at 8 s by a chain of 1,000 masses": (abs(gain), 1e-4),
+    }
+    return {
+        f"exact rod: {name}": ("equal", f"within {max(off, 1e-9):.0e}", verdict(off < most, "off")) for name, (off, most) in found.items()
+    }
+
+
+def compute() -> tuple[dict[str, str], list[Pair]]:
+    pairs = [compared(case) for case in CASES]
+
+    def worst(wanted: Sequence[Pair], first: int = 1) -> float:
+        return max(abs(r / t - 1.0) for p in wanted for r, t in zip(p.road[first:], p.time[first:], strict=True))
+
+    linear, drag, deep = pairs[:3], pairs[3:5], pairs[5:7]
+    told = {
+        "nothing but small drag not linear: load and tensions against time": ("2 %", worst(linear), LINEAR),
+        "resonance that drag limits: the same": ("time domain", worst(drag), 0.06),
+        "compensated in deep water: wire's end, load, tensions": ("time domain", worst(deep, 0), 0.1),
+        "compensated on a short wire: tensions": ("time domain", worst(pairs[9:]), 0.1),
+    }
+    claims = closed_forms() | {
+        name: (theirs, f"within {100.0 * off:.1f} %", verdict(off <= most, "an approximation"))
+        for name, (theirs, off, most) in told.items()
+    }
+    head = ("payload", "underside at", "rings at", "sea", "winch", "what is not linear",
+            "wire's end [mm]", "load [mm]", "tip tension [kN]", "sling [kN]")  # fmt: skip
+    scatter = max(s for p in pairs for s in p.scatter[1:])
+    worth = table(("what", "value"), [("largest scatter of a mean over the seeds", f"{100.0 * scatter:.1f} %"),
+                                      ("slings slack in time, largest share", f"{100.0 * max(p.slack for p in pairs):.2f} %")])  # fmt: skip
+    return {"claims": claims_table(claims), "cases": table(head, [row(p) for p in pairs]), "scatter": worth}, pairs
+
+
+def draw(shown: Sequence[Pair]) -> None:
+    residual = identify_residual(CRANE, shown[6].hung.duty)
+    figure = Figure(figsize=(10.0, 4.4), layout="constrained")
+    left, right = figure.subplots(1, 2)
+    v = np.geomspace(0.005, 5.0, 300)
+    for colour, T in zip(COLOURS, (4.0, 8.0, 16.0), strict=False):
+        left.loglog(v, np.abs(residual.at(2.0 * math.pi / T, v)), color=colour, label=f"{T:g} s")
+    omega = np.array([2.0 * math.pi / 8.0])
+    left.loglog(v, np.abs(residual.gaussian(omega, v / math.sqrt(2.0)))[:, 0], color=GREY, ls="--", label="irregular, 8 s")
+    left.set_xlabel("speed amplitude of the tip; irregular: √2 deviations [m/s]")
+    left.set_ylabel("|C|, wire's end over tip")
+    left.legend(frameon=False)
+    places = ["in air" if p.case.z > 0.0 else f"{-p.case.z:.0f} m deep" for p in shown]
+    names = [f"{p.case.payload.split('-')[0]} {where}, Hs {p.case.H_s:g} m" for p, where in zip(shown, places, strict=True)]
+    y = np.arange(len(shown))[::-1]
+    for i, (label, marker) in enumerate((("load", "o"), ("tip tension", "s"), ("sling", "^"))):
+        right.plot([p.road[i + 1] / p.time[i + 1] for p in shown], y, marker, color=COLOURS[i], label=label, alpha=0.8)
+    right.axvline(1.0, color=GREY, lw=1)
+    right.axhline(len(shown) - 5.5, color=GREY, lw=1, ls=":")
+    right.text(0.62, len(shown) - 5.4, "brake", va="bottom", color=GREY)
+    right.text(0.62, len(shown) - 5.6, "AHC", va="top", color=GREY)
+    right.set_yticks(y, names, fontsize="small")
+    right.set_xlim(0.6, 1.4)
+    right.set_xlabel("road over time domain, deviations")
+    right.legend(frameon=False, fontsize="small", loc="lower right")
+    for ax in (left, right):
+        ax.grid(alpha=0.3)
+    save(figure, "frequency-road.png")
