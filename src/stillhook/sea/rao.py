@@ -69,14 +69,15 @@ class Rao:
     def at(self, omega: ArrayLike, beta: ArrayLike) -> ComplexArray:
         """H at frequencies (k,) [rad/s] and a heading [rad]: shape (6, k); at headings (j,): shape (6, j, k).
 
-        Frequency: the monotone cubic (PCHIP) through the complex values, so that real and imaginary part stay between the two values that
-        they lie between. A straight line cuts the corners of a phase that turns and tells too little motion: on 36 frequencies of a ship
-        of 83 m, of every second left out, it loses 3.4 % of a tip's variance, PCHIP 1.2 %, an unheld spline nothing (and it swings about
-        a narrow peak). `leeway` tells what the table leaves open. Below the lowest frequency: the deviation from the limits of a floating
-        body in waves much longer than it fades with the wavenumber. Above the highest: 0, as if so short a wave moved nothing
-        (`Rao.notes` says how much the table still holds there). Heading: periodic cubic spline through the complex values, all round; a
-        straight line would cut the corner of a phase that turns, and lose up to 6 % of a tip's motion in short waves between headings 10
-        deg apart.
+        Frequency: the mean of the straight line and the monotone cubic (PCHIP) through the complex values, so that real and imaginary
+        part stay between the two values that they lie between. Straight lines cut the corners of a phase that turns and tell too little
+        motion (of a table with every second frequency left out they lose 3.4 % of a tip's variance, PCHIP 1.2 %, a spline nothing, which
+        swings about a narrow peak), and are what most programs do: on 36 frequencies of a ship of 83 m a tip's sigma_z in waves of 8 s is
+        1.2 % less by lines than by a spline. The mean is within 1 % of either. `leeway` tells what the table leaves open. Below the
+        lowest frequency: the deviation from the limits of a floating body in waves much longer than it fades with the wavenumber. Above
+        the highest: 0, as if so short a wave moved nothing (`Rao.notes` says how much the table still holds there). Heading: periodic
+        cubic spline through the complex values, all round; a straight line would cut the corner of a phase that turns, and lose up to 6 %
+        of a tip's motion in short waves between headings 10 deg apart.
         """
         beta = np.asarray(beta, dtype=np.float64)
         H = self._mixed(omega, self.heading_weights(beta.ravel()), np.eye(len(DOFS)))
@@ -128,7 +129,10 @@ class Rao:
 
         values = np.moveaxis(self.H, -1, 0)
         re, im = PchipInterpolator(self.omega, values.real, axis=0), PchipInterpolator(self.omega, values.imag, axis=0)
-        return np.ascontiguousarray(np.moveaxis(re.c + 1j * im.c, 1, -1))
+        c = 0.5 * (re.c + 1j * im.c)
+        c[3] += 0.5 * values[:-1]
+        c[2] += 0.5 * np.diff(values, axis=0) / np.diff(self.omega)[:, None, None]
+        return np.ascontiguousarray(np.moveaxis(c, 1, -1))
 
     def _mixed(self, omega: ArrayLike, headings: FloatArray, motions: FloatArray) -> ComplexArray:
         """Sums of motions (q, 6) over sums of headings (j, m) at frequencies (k,): (q, j, k)."""
