@@ -42,8 +42,9 @@ def lower(
 
     Example: stillhook lower anchor-to-3000m --out anchor
     """
+    from stillhook.engine.lift_run import KIND
     from stillhook.engine.lower import lower as run_lowering
-    from stillhook.errors import LiftError
+    from stillhook.errors import LiftError, StillhookError
     from stillhook.io.lift_file import load_lift
     from stillhook.io.lowering_files import ANIMATION, OUT_FILES, lowering_answer, write_lowering
     from stillhook.whole import check_folder
@@ -53,9 +54,12 @@ def lower(
     if out is not None:
         check_folder(out, (*OUT_FILES, ANIMATION) if animation else OUT_FILES)
     file = load_lift(lift, seed=seed, duration=duration)
-    with progress_bar(file.lift.name) as bar:
-        told = started(file.crane, bar, series=True)
-        run = run_lowering(file.crane, file.lift, step=step or file.step, every=file.every, progress=told)
+    try:
+        with progress_bar(file.lift.name) as bar:
+            told = started(file.crane, bar, series=True, kind=KIND)
+            run = run_lowering(file.crane, file.lift, step=step or file.step, every=file.every, progress=told)
+    except StillhookError as e:
+        raise type(e)(f"{Path(lift).name}: {str(e).replace('z_0 ', 'start ')}") from None
     answer = lowering_answer(run, file)
     written = write_lowering(out, run, file, answer, animation=animation) if out is not None else ()
     if json:

@@ -137,26 +137,26 @@ def say(text: str) -> None:
     print(text, file=sys.stderr)
 
 
-def say_if_compiling(crane: Crane, *, series: bool = False) -> None:
-    """A word on why the first run of a winch type takes longer; with series one trajectory runs at a time."""
+def say_if_compiling(crane: Crane, *, series: bool = False, kind: str = "driver") -> None:
+    """A word on why the first run of a winch type takes longer; with series one trajectory runs at a time; kind of driver."""
     from stillhook.engine.build import is_compiled
     from stillhook.engine.lanes import VL
 
-    if not is_compiled(crane.plant.value, 1 if series else VL):
+    if not is_compiled(crane.plant.value, 1 if series else VL, kind):
         say("compiling the winch model for this machine (once, about 10 s) ...")
 
 
-def started(crane: Crane, bar: Progress | None, *, series: bool = False, report: str = "") -> Progress:
+def started(crane: Crane, bar: Progress | None, *, series: bool = False, report: str = "", kind: str = "driver") -> Progress:
     """Progress of a run that says what there is to say once everything that was given has been found good.
 
-    series: whether series are kept; report: a line on the motion.
+    series: whether series are kept; report: a line on the motion; kind of driver: that of a crane, or of a lowering.
     """
 
     def told(share: float) -> None:
         if share == 0.0:
             if report:
                 say(report)
-            say_if_compiling(crane, series=series)
+            say_if_compiling(crane, series=series, kind=kind)
         if bar is not None:
             bar(share)
 

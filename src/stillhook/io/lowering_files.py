@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from stillhook.control.lift_modes import wire_weight
 from stillhook.crane import Crane
 from stillhook.engine.lift_programme import settings
+from stillhook.engine.validated import twin_line
 from stillhook.io.figures import save_figure
 from stillhook.io.lift_file import LiftFile, describe_stage
 from stillhook.io.lowering_figures import Limits, lowering_panels, save_animation, strip
@@ -39,7 +40,7 @@ def lowering_answer(run: xarray.Dataset, file: LiftFile) -> dict[str, Any]:
             stage = file.lift.programme[i] if i < len(file.lift.programme) else None
             text = "joystick at rest, the last law goes on" if stage is None else describe_stage(stage)
             stages.append({"name": str(label), "mode": "" if stage is None else stage.mode.value, "described": text, **row})
-    head = {"lift": file.lift.name, "crane": file.crane.name, "payload": file.lift.payload.name, "place": file.place}
+    head = {"lift": file.lift.name, "crane": file.crane.name, "payload": file.lift.payload.name, "place": file.place, "twin": twin_line(file.crane)}
     return {**head, "status": single.pop("status"), **single, "notes": notes.split("; ") if notes else [], "stages": stages}
 
 
