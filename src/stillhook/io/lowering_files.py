@@ -40,8 +40,8 @@ def lowering_answer(run: xarray.Dataset, file: LiftFile) -> dict[str, Any]:
             stage = file.lift.programme[i] if i < len(file.lift.programme) else None
             text = "joystick at rest, the last law goes on" if stage is None else describe_stage(stage)
             stages.append({"name": str(label), "mode": "" if stage is None else stage.mode.value, "described": text, **row})
-    head = {"lift": file.lift.name, "crane": file.crane.name, "payload": file.lift.payload.name, "place": file.place, "twin": twin_line(file.crane)}
-    return {**head, "status": single.pop("status"), **single, "notes": notes.split("; ") if notes else [], "stages": stages}
+    head = {"lift": file.lift.name, "crane": file.crane.name, "payload": file.lift.payload.name, "place": file.place}
+    return {**head, "twin": twin_line(file.crane), "status": single.pop("status"), **single, "notes": notes.split("; ") if notes else [], "stages": stages}
 
 
 def static_tension(run: xarray.Dataset, crane: Crane, lift: Lowering) -> NDArray[np.float64]:
