@@ -41,7 +41,8 @@ def lowering_answer(run: xarray.Dataset, file: LiftFile) -> dict[str, Any]:
             text = "joystick at rest, the last law goes on" if stage is None else describe_stage(stage)
             stages.append({"name": str(label), "mode": "" if stage is None else stage.mode.value, "described": text, **row})
     head = {"lift": file.lift.name, "crane": file.crane.name, "payload": file.lift.payload.name, "place": file.place}
-    return {**head, "twin": twin_line(file.crane), "status": single.pop("status"), **single, "notes": notes.split("; ") if notes else [], "stages": stages}
+    status = {"twin": twin_line(file.crane), "status": single.pop("status")}
+    return {**head, **status, **single, "notes": notes.split("; ") if notes else [], "stages": stages}
 
 
 def static_tension(run: xarray.Dataset, crane: Crane, lift: Lowering) -> NDArray[np.float64]:
