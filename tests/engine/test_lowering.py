@@ -17,6 +17,7 @@ from stillhook.physics.scalar import G
 from stillhook.response.rod import End, Rod, natural_periods, transfers
 from stillhook.sea.kinematics import WaveField
 from stillhook.sea.motion import Motion, Profile, Sine
+from stillhook.sea.waves import trailing_spans
 
 PERIOD = 1e-3
 """Asked of the issue: natural periods of the exact rod within 0.1 %."""
@@ -205,3 +206,14 @@ def test_time_that_is_cut_elsewhere_changes_no_bit() -> None:
     a, b = lower(crane, short), lower(crane, long)
     n = a.sizes["time"] - 1
     np.testing.assert_array_equal(a.z_load.values[:n], b.z_load.values[:n])
+
+
+def test_motion_of_the_load_in_a_stage_is_what_its_series_shows() -> None:
+    """Beside the path that the joystick asked for, from the start of compensation on, over 30 s."""
+    run = lower(load_crane("nov-250t"), whole_lift(), every="10 ms")
+    for stage in (1, 2):
+        now = (run.stage_number.values == stage) & (run["mode"].values > 0.0) & (run.z_load.values > -60.0)
+        beside = run.z_load.values[now] - np.cumsum(run.v_op.values[now]) * 0.01
+        seen = float(trailing_spans(beside, 3000, 0)[3000:].max()) if len(beside) > 3001 else float(np.ptp(beside))
+        assert float(run.stage_load_pp[stage]) == pytest.approx(seen, abs=0.01)
+        assert seen < 0.4

@@ -21,6 +21,7 @@ from stillhook.physics.rope import Element, element, element_weight, pull_of_sli
 from stillhook.physics.scalar import STRICT, align_stack, fmax, scalar
 from stillhook.physics.wire import wire_stiffness
 from stillhook.plants.lift import (
+    NEVER,
     SNAP,
     Hanging,
     Lift,
@@ -70,14 +71,13 @@ class Solve(NamedTuple):
 
 
 class Windowed(NamedTuple):
-    """What the moving windows take: e_c while compensating, tip, payload and hook beside the joystick's path [m]; full 1 once the stage
-    has lasted as long as the window."""
+    """What the moving windows take: e_c while compensating, tip, payload and hook beside the joystick's path [m]. A window that is not yet
+    full counts as well: what it spans, the first full one of the stage spans too."""
 
     e_c: float
     tip: float
     load: float
     hook: float
-    full: float
 
 
 class Sums(NamedTuple):
@@ -123,7 +123,6 @@ SUP, ELEMENT, WATER, LEVEL, OMEGA_0, A_LOAD, SINCE, S_JOY, E_HELD, STAGE, K_STAG
 get_element, get_solve, get_lift, get_hang = (access(c, LANES).load for c in (Element, Solve, Lift, Hanging))
 put_sup, put_element, put_seen = store(Supervisor), store(Element), store(Windowed)
 ELEMENT_C = ELEMENT + offset(Element, "c", LANES)
-FULL = SEEN + offset(Windowed, "full", LANES)
 SUP_STAGE, SUP_DONE = (SUP + offset(Supervisor, f, LANES) for f in ("stage", "done"))
 X_S, X_V, OMEGA = (X + offset(base.State, f, LANES) for f in ("s_load", "v_load", "omega_m"))
 S_LOAD, V_LOAD = (Y + offset(Signals, f, LANES) for f in ("s_load", "v_load"))
@@ -165,6 +164,7 @@ def new_stages(A, W_, G, starts, first, n_stages, k, n_win, t_cycle):
                     W_[(3 + n_win + 1 + i) * w + j] = -1.0e308
             A[STAGE + l] = now
             A[E_HELD + l] = 0.0
+            A[DATUM + l] = NEVER
             A[K_STAGE + l] = k
 
 
@@ -253,8 +253,8 @@ def relay(A, B, N):
 
 
 @scalar
-def cycle(A, B, N, S, T, n_stages, k, n_win, t, w):
-    """Supervisor, PLC cycle, signals and statistics of every lane; t time [s] of cycle k, w weight of this cycle in integrals."""
+def cycle(A, B, N, S, T, n_stages, t, w):
+    """Supervisor, PLC cycle, signals and statistics of every lane; t time [s], w weight of this cycle in integrals."""
     for l in range(LANES):
         row = S[min(max(int(A[SUP_STAGE + l]), 0), n_stages - 1) * STAGE_SIZE * LANES :]
         for f in range(STAGE_SIZE):
@@ -291,16 +291,14 @@ def cycle(A, B, N, S, T, n_stages, k, n_win, t, w):
         b = load(A, l)
         q = hook[ROW + Q + l]
         A[PART + l] = submergence(b.lift.z_ref + q, b.hang.water.eta, b.lift.load.reach) * b.lift.load.i_dh
-        full = 1.0 if k - b.hang.k_stage >= n_win - 1.0 else 0.0
-        beside, waits = q - b.hang.s_joy, waiting(b.hang.sup, b.stage, b.lift.settings.code) > 0.5
-        lies = b.stage.mode == STAGE_LANDING and b.hang.sup.landed > 0.0
-        datum = beside if waits else b.hang.datum
+        sup, beside = b.hang.sup, q - b.hang.s_joy
+        over = sup.stage + sup.done != b.hang.stage or (b.stage.mode == STAGE_LANDING and (sup.landed > 0.0 or b.ls.t_landed < NEVER))
+        anew = b.hang.datum >= NEVER or waiting(sup, b.stage, b.lift.settings.code) > 0.5
+        datum = beside if anew and not over else b.hang.datum
         stretch = hook[Q + l] - q
         put_seen(
             A, SEEN + l,
-            Windowed(
-                b.hang.e_held, b.tick.s, b.seen.load if lies else beside - datum, b.seen.hook if lies else beside + stretch - datum, full
-            ),
+            Windowed(b.hang.e_held, b.tick.s, b.seen.load if over else beside - datum, b.seen.hook if over else beside + stretch - datum),
         )  # fmt: skip
         A[DATUM + l] = datum
     look_up(A, T)
@@ -327,7 +325,7 @@ def windows(A, W_, i, n_win):
     w = SIGNALS * LANES
     for f in range(SIGNALS):
         for l in range(LANES):
-            window_add(W_, w, f * LANES + l, i, n_win, A[FULL + l], A[SEEN + f * LANES + l])
+            window_add(W_, w, f * LANES + l, i, n_win, 1.0, A[SEEN + f * LANES + l])
     if i == n_win - 1:
         window_turn(W_, w, n_win)
 
@@ -504,7 +502,7 @@ def run(A, B, N, D_, cols, H, S, n_stages, T, E, H_w, levels, dt_w, i_0, W_, G, 
             take_water(A, B, N, sample, sample[(2 + 2 * levels) * LANES :], H_w, levels)
         relay(A, B, N)
         new_stages(A, W_, G, starts, first, n_stages, k, n_win, t_cycle)
-        cycle(A, B, N, S, T, n_stages, k, n_win, k * t_cycle, 0.5 if (k == 0 or k == final) else 1.0)
+        cycle(A, B, N, S, T, n_stages, k * t_cycle, 0.5 if (k == 0 or k == final) else 1.0)
         windows(A, W_, k % n_win, n_win)
         if every > 0 and k % every == 0:
             into = out[(k // every) * NS * LANES :]

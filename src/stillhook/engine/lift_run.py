@@ -32,13 +32,12 @@ ROWS = 5
 
 
 class StageResult(NamedTuple):
-    """Statistics of one stage; span peak-to-peak over the moving window of control error, tip, payload, hook [m] (whole stage where that is
-    shorter than the window), and whether the window was full."""
+    """Statistics of one stage; span largest peak-to-peak over the moving window of control error, tip, payload, hook [m], over the whole
+    stage where that is shorter."""
 
     stats: Stats
     lift: LiftStats
     span: tuple[float, float, float, float]
-    full_window: bool
 
 
 class LiftResult(NamedTuple):
@@ -260,11 +259,8 @@ class LiftBlock:
     def _stage(self, s: int, l: int) -> StageResult:
         row = iter(self.G[s, :, l].tolist())
         st, ls = unflatten(Stats, row), unflatten(LiftStats, row)
-        full = st.cycles >= self.n_win
-        span = list(row)
-        if not full:
-            span[1] = st.tip_max - st.tip_min
-        return StageResult(st, ls, (span[0], span[1], span[2], span[3]), full)
+        e_c, tip, load, hook = row
+        return StageResult(st, ls, (e_c, tip, load, hook))
 
 
 def ramped_samples(waves: WaveField, lo: int, hi: int, ramp: float, levels: int) -> Array:

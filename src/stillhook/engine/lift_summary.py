@@ -49,7 +49,7 @@ def whole(result: LiftResult) -> StageResult:
     held = [p for p in parts if p.span[0] > 0.0] or parts
     span = tuple(max(p.span[i] for p in held) for i in range(4))
     stats, lift = merged([p.stats for p in parts]), merged([p.lift for p in parts])
-    return StageResult(stats, lift, (span[0], span[1], span[2], span[3]), all(p.full_window for p in parts))
+    return StageResult(stats, lift, (span[0], span[1], span[2], span[3]))
 
 
 def unaccounted(result: LiftResult) -> float:

@@ -1,0 +1,143 @@
+"""What a lowering refuses, each in one line before anything compiles, and what becomes of extreme ones."""
+
+from functools import cache
+
+import numpy as np
+import pytest
+
+from stillhook import load_crane
+from stillhook.crane import Crane
+from stillhook.engine.lift_run import prepare
+from stillhook.engine.lower import lower
+from stillhook.errors import LiftError, ScenarioError, SimulationError, SpecError
+from stillhook.lift.lowering import DeepWire, Lowering
+from stillhook.lift.payload import Payload
+from stillhook.lift.programme import Stage
+from stillhook.scenario import Sensors
+from stillhook.sea.kinematics import WaveField
+from stillhook.sea.motion import Profile, Sine
+
+
+@cache
+def crane() -> Crane:
+    return load_crane("nov-250t")
+
+
+def lift(mass: str = "100 t", V: float = 10.0, **more: object) -> Lowering:
+    levels = tuple({"h": f"{h} m", "V": f"{V * h / 5!r} m^3", "A33": mass, "A_p": "20 m^2"} for h in (0.0, 5.0))
+    fields = {"h_tip": "20 m", "depth": "2000 m", "z_0": "-50 m", "programme": (Stage(mode="ahc", time="20 s"),), "duration": "40 s"}
+    return Lowering(payload=Payload(name="box", mass=mass, height="5 m", C_D=2.0, levels=levels), **(fields | more))
+
+
+def water(n: int = 402, dt: float = 0.1, levels: int = 4) -> WaveField:
+    return WaveField(dt=dt, eta=np.zeros(n), eta_dot=np.zeros(n), w=np.zeros((n, levels)), a=np.zeros((n, levels)), z_0=2.0, ds=0.2)
+
+
+@pytest.mark.parametrize(
+    ("case", "said"),
+    [
+        (lift("400 t"), 'Payload 400 t exceeds the SWL 250 t of "nov-250t"'),
+        (lift("5 t"), "it floats"),
+        (lift(z_0="-2000 m"), "the payload would lie on the seabed"),
+        (lift(z_0="20 m"), "the hook would be above the crane tip"),
+        (lift(z_0="-2900 m", depth="3000 m"), 'and "nov-250t" can pay out'),
+        (lift(waves=water(100)), "longer than the waves, 9.9 s"),
+        (lift(waves=water(dt=2.0)), "samples every 2 s"),
+        (lift(waves=water(levels=1)), "fewer than 2 levels"),
+        (lift(controller="manual"), "does not compensate"),
+        (lift(programme=()), "no stages"),
+    ],
+)
+def test_a_lift_that_cannot_be_is_refused_in_one_line(case: Lowering, said: str) -> None:
+    with pytest.raises(LiftError) as e:
+        lower(crane(), case)
+    assert said in str(e.value)
+    assert "\n" not in str(e.value)
+
+
+def test_the_case_of_a_list_is_named() -> None:
+    with pytest.raises(LiftError, match="case 1: Payload 400 t"):
+        lower(crane(), [lift(), lift("400 t")])
+
+
+@pytest.mark.parametrize(
+    ("what", "options", "said"),
+    [
+        ([], {}, "the list of lowerings is empty"),
+        (3, {}, "not a Lowering"),
+        ([lift(), "lift"], {}, "lowering 1"),
+        (lift(), {"on_failure": "skip"}, "give one of raise, mark"),
+    ],
+)
+def test_what_is_no_lowering_is_refused(what: object, options: dict[str, str], said: str) -> None:
+    with pytest.raises(LiftError, match=said):
+        lower(crane(), what, **options)  # type: ignore[arg-type]
+
+
+def test_steps_that_do_not_fit_are_refused() -> None:
+    with pytest.raises(ScenarioError, match="whole part of the PLC cycle"):
+        lower(crane(), lift(), step="3 ms")
+    hard = crane().model_copy(update={"friction": crane().friction.model_copy(update={"sigma_0": 1e7})})
+    with pytest.raises(SpecError, match=r"too long for this lift: .* Use a step of "):
+        lower(hard, lift())
+    case = lift()
+    rock = case.payload.seabed.model_copy(update={"settlement": 1e-5})
+    on_rock = case.model_copy(update={"payload": case.payload.model_copy(update={"seabed": rock})})
+    with pytest.raises(SpecError, match="seabed"):
+        prepare(crane(), [on_rock], 2)
+
+
+def test_a_lift_without_numbers_spoils_no_other() -> None:
+    bad = water()
+    bad.w[200:] = np.nan
+    cases = [lift(), lift(waves=water()), lift(waves=bad)]
+    with pytest.raises(SimulationError, match="1 of 3"):
+        lower(crane(), cases)
+    run = lower(crane(), cases, on_failure="mark")
+    assert list(run.status.values) == ["ok", "ok", "diverged"]
+    assert np.isnan(run.F_w_max.values[2])
+    assert run.F_w_max.values[0] == run.F_w_max.values[1]  # water that stands is still water
+
+
+@pytest.mark.parametrize("mass", ["100 kg", "1 t", "250 t"])
+@pytest.mark.parametrize("z_0", ["0 m", "-1900 m"])
+def test_light_and_heavy_loads_on_short_and_long_wire_keep_their_energy(mass: str, z_0: str) -> None:
+    run = lower(crane(), lift(mass, V=0.0001, z_0=z_0, tip=Sine(amplitude="1 m", period="8 s")), on_failure="mark")
+    assert str(run.status.values).replace("overload", "ok") == "ok"
+    assert abs(float(run.energy_unaccounted)) < 1e-3
+    assert float(run.eta_c) > 0.9
+
+
+@pytest.mark.parametrize("nodes", [1, 100])
+def test_any_number_of_nodes_runs(nodes: int) -> None:
+    run = lower(crane(), lift(wire=DeepWire(nodes=nodes), z_0="-1900 m"))
+    assert str(run.status.values) == "ok"
+
+
+def test_noise_reaches_the_plc_and_not_the_load() -> None:
+    quiet, noisy = (lower(crane(), lift(sensors=s)) for s in (Sensors(), Sensors(noise_v_tip="20 mm/s", noise_F="5 kN", delay="0.1 s")))
+    assert float(noisy.u_p.std()) > 10.0 * float(quiet.u_p.std())
+    assert float(np.ptp(noisy.z_load.values)) < 0.05
+
+
+def test_slings_never_push_and_a_slack_lift_is_told() -> None:
+    tip = Profile.from_si([0.0, 2.0, 6.0, 8.0], [0.0, -4.0, -4.0, 0.0])
+    run = lower(crane(), lift("15 t", z_0="-20 m", tip=tip, ramp="0 s", programme=(Stage(mode="manual", time="20 s"),)), every="10 ms")
+    assert "sling" in str(run.status.values)
+    assert float(run.F_sling.min()) == 0.0
+    assert float(run.sling_slack_time) > 1.0
+    assert float(run.snap) > 0.0
+
+
+def test_a_stage_that_never_ends_is_told() -> None:
+    run = lower(crane(), lift(programme=(Stage(mode="manual", lower="6 m/min", depth="1900 m", timeout="10 s"),)))
+    assert "stuck" in str(run.status.values)
+    assert "did not end within its timeout of 10 s" in str(run.notes.values)
+
+
+def test_progress_begins_at_nothing_and_ends_at_all() -> None:
+    shares: list[float] = []
+    lower(crane(), lift(), progress=shares.append)
+    assert shares[0] == 0.0
+    assert shares[-1] == 1.0
+    assert shares == sorted(shares)
