@@ -12,6 +12,7 @@ from stillhook.response import identify_residual as module
 from stillhook.response.duty import Duty
 from stillhook.response.identify_residual import identify_residual
 from stillhook.response.residual import HARMONICS, Residual
+from stillhook.scenario import Sensors
 
 OMEGA = np.array([0.4, 0.8, 1.6])
 V = np.geomspace(0.005, 5.0, 80)
@@ -131,6 +132,18 @@ def test_the_same_table_is_found_again_and_a_damaged_one_made_anew(crane, duty, 
     assert np.array_equal(identify_residual(crane, duty, "hs", **few).C, made.C)
     identify_residual(crane, duty, "ns", **few)
     assert len(list((tmp_path / "residuals").iterdir())) == 2
+
+
+def test_manual_mode_has_no_residual(crane):
+    with pytest.raises(LiftError, match='mode "manual" compensates nothing'):
+        identify_residual(crane, Duty(F=1e6, s_w=100.0), "manual", cache=False)
+
+
+def test_a_late_sensor_costs_what_a_pure_delay_costs(crane):
+    """0.2 s on a heave of 9.6 s leaves 2 sin(omega tau/2) = 13 %, beside the friction of the winch."""
+    late = identify_residual(crane, Duty(F=1e6, s_w=500.0, sensors=Sensors(delay="0.2 s")), "ssc")
+    omega = 2.0 * math.pi / 9.6
+    assert abs(complex(late.at(omega, 0.8))) == pytest.approx(2.0 * math.sin(0.1 * omega), abs=0.03)
 
 
 def test_a_tension_below_the_hook_and_a_load_beyond_the_crane_are_refused(crane):

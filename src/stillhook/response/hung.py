@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,7 @@ from stillhook.lift.lowering import Lowering
 from stillhook.physics.scalar import G
 from stillhook.response.duty import Duty
 from stillhook.response.rod import End, Rod
+from stillhook.scenario import Sensors
 from stillhook.sea.long_wave import wavenumber
 from stillhook.sea.wave_field import decay
 from stillhook.units import show
@@ -26,7 +27,7 @@ FloatArray = NDArray[np.float64]
 class Hung:
     """rod, end: wire, hook, slings and payload; s_w wire paid out [m]; B = 1/2 rho C_D A_p [N s^2/m^2] and C_lin [N s/m] drag of the
     payload; rho_V mass of the water that it displaces [kg]; z height of the middle of the payload above still water [m], at which waves act
-    (None: in air); depth of the water [m]; F_top tension at the crane tip, F_sling in the slings, at rest [N]."""
+    (None: in air); depth of the water [m]; F_top tension at the crane tip, F_sling in the slings, at rest [N]; sensors of the winch."""
 
     rod: Rod
     end: End
@@ -38,11 +39,12 @@ class Hung:
     rho_V: float = 0.0
     z: float | None = None
     depth: float = math.inf
+    sensors: Sensors = field(default_factory=Sensors)
 
     @property
     def duty(self) -> Duty:
-        """What the winch holds, with ideal sensors between it and the PLC."""
-        return Duty(F=self.F_top, s_w=self.s_w)
+        """What the winch holds."""
+        return Duty(F=self.F_top, s_w=self.s_w, sensors=self.sensors)
 
     def decay(self, omega: FloatArray) -> FloatArray:
         """Vertical motion of the water at the payload per elevation above it [-], shape of omega; 0 in air."""
@@ -81,4 +83,4 @@ def hung(crane: Crane, lift: Lowering, z: float) -> Hung:
     k_top = EA / crane.wire.L_0 if crane.wire.L_0 > 0.0 else math.inf
     rod = Rod(L=L, EA=EA, mu=mu, w=(still.F_tip - still.F_hook) / L, beta=2.0 * lift.wire.zeta / omega, k_top=k_top)
     under = {"B": load.drag(rho), "C_lin": load.C_lin, "rho_V": rho * wet.V, "z": z + load.height / 2.0} if wet else {}
-    return Hung(rod, end, L, still.F_tip, F_sling, depth=lift.depth, **under)
+    return Hung(rod, end, L, still.F_tip, F_sling, depth=lift.depth, sensors=lift.sensors, **under)

@@ -68,9 +68,12 @@ def identify_residual(
     1 to 3 s once the kernels are compiled.
     Valid for the steady answer to sines: transients at a change of mode are not in it. Where a sine drives the twin out of its numbers,
     it and all faster ones of that period are taken from the last sound one, with the wire's end moving by all that the tip moves more.
-    Errors: ScenarioError (a load or length that the crane cannot hold), LiftError (a tension that the hook alone exceeds; nothing sound).
+    Errors: ScenarioError (a load or length that the crane cannot hold), LiftError (manual mode; a tension that the hook alone exceeds;
+    nothing sound).
     """
     mode = mode_of(mode)
+    if mode is Mode.MANUAL:
+        raise LiftError('residual: mode "manual" compensates nothing. Take Residual.constant(1.0), or a mode that compensates.')
     duty.check(crane)
     file = cache_root() / "residuals" / f"{_key(crane, duty, mode, periods, speeds)}.npz"
     if cache and (found := _read(file)) is not None:
