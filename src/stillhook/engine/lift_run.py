@@ -161,6 +161,7 @@ class LiftBlock:
         lane = nothing(d.Lane)._replace(
             x=nothing(d.base.State)._replace(s_w=packed.s_w), u=nothing(d.Command), geo=nothing(Geometry), m=memory, st=blank(),
             ls=blank_lift_stats(), tip_0=tip, tip_1=tip, tip_2=tip, tick=tick, hang=r.packed.hang, p=packed.params, lift=r.packed.lift,
+            F_s=r.packed.lift.sling.k * float(r.packed.q[-2] - r.packed.q[-1]),
         )  # fmt: skip
         return flatten(lane)
 
