@@ -1,4 +1,4 @@
-"""Draw the picture of the README: the demonstration's swell under NS, HS and SSC.
+"""Draw the pictures of README and guides: the demonstration's swell under NS, HS and SSC; moments of a lowering to 3,000 m.
 
 python docs/images/make.py
 """
@@ -6,13 +6,27 @@ python docs/images/make.py
 from pathlib import Path
 
 from stillhook.analysis.compare import compare
+from stillhook.engine.lower import lower
 from stillhook.io.case_file import demo_cases
 from stillhook.io.figures import four_panels, save_figure
+from stillhook.io.lift_file import load_lift
+from stillhook.io.lowering_figures import strip
 
 SHOWN_FROM = 80.0  # s
 
 
 def main() -> None:
+    swell()
+    anchor()
+
+
+def anchor() -> None:
+    file = load_lift("anchor-to-3000m")
+    picture = strip(lower(file.crane, file.lift), file.lift, title=file.lift.name)
+    save_figure(picture, Path(__file__).with_name("anchor.png"))
+
+
+def swell() -> None:
     file = next(f for f in demo_cases() if f.case.name.startswith("swell:"))
     result = compare(file.crane, file.case)
     data = result.dataset()
