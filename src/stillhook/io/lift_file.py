@@ -46,25 +46,32 @@ LATE = 1.1
 
 
 class LiftFile(NamedTuple):
-    """A crane and a lowering, how finely it is run and stored (None: default), and where it happens, in words."""
+    """A crane and a lowering, how finely it is run and stored (None: default), and where it happens, in words; vessel, place of the crane
+    tip and sea as the file gives them (None: not there)."""
 
     crane: Crane
     lift: Lowering
     step: str | None
     every: str | None
     place: str
+    vessel: Rao | None = None
+    at: TipPoint | None = None
+    sea: Sea | None = None
 
 
 class Place(NamedTuple):
-    """Motion of the crane tip, the water below it, height of the tip above still water [m]; in words."""
+    """Motion of the crane tip, the water below it, height of the tip above still water [m]; in words; what they follow from."""
 
     tip: Motion
     waves: WaveField | None
     h_tip: float
     words: str
+    vessel: Rao | None = None
+    at: TipPoint | None = None
+    sea: Sea | None = None
 
 
-def load_lift(path: str | Path, *, seed: int | None = None, duration: str | None = None) -> LiftFile:
+def load_lift(path: str | Path, *, seed: int | None = None, duration: str | None = None, moving: bool = True) -> LiftFile:
     """Read a lift file::
 
         crane = "deep-250t"                  # or the path of a crane file, seen from this file
@@ -88,16 +95,17 @@ def load_lift(path: str | Path, *, seed: int | None = None, duration: str | None
         lower = "12 m/min"
         depth = "25 m"
 
-    A library name ("anchor-to-3000m") may stand in place of a path. seed and duration go before those of the file.
+    A library name ("anchor-to-3000m") may stand in place of a path. seed and duration go before those of the file. Unless `moving` vessel
+    and sea are read and nothing is made to move: for what looks at spectra; the sea may then be missing.
     Errors: StillhookError, one line that names file, field, what came and what is allowed.
     """
     if str(path) in lifts():
         with as_file(files("stillhook.library") / "lifts" / f"{path}.toml") as file:
-            return described(file, lambda table, at: _lift(table, at, seed, duration))
+            return described(file, lambda table, at: _lift(table, at, seed, duration, moving))
     if "." not in str(path) and not Path(path).exists():
         have = f"{', '.join(lifts())}{nearest(str(path), lifts())}"
         raise LiftError(f"No lift {came(str(path))}: the library has {have} A file's name ends in .toml.")
-    return described(path, lambda table, at: _lift(table, at, seed, duration))
+    return described(path, lambda table, at: _lift(table, at, seed, duration, moving))
 
 
 def lifts() -> tuple[str, ...]:
@@ -106,7 +114,7 @@ def lifts() -> tuple[str, ...]:
     return tuple(sorted(entry.name.removesuffix(".toml") for entry in shelf.iterdir() if entry.name.endswith(".toml")))
 
 
-def _lift(table: Mapping[str, Any], file: Path, seed: int | None, duration: str | None) -> LiftFile:
+def _lift(table: Mapping[str, Any], file: Path, seed: int | None, duration: str | None, moving: bool) -> LiftFile:
     top = Fields(table, "", LiftError)
     top.known(TOP)
     top.need("crane", "payload", "water", "start", "stage")
@@ -121,7 +129,7 @@ def _lift(table: Mapping[str, Any], file: Path, seed: int | None, duration: str 
     assert z_0 is not None
     length = top.quantity("duration", "time") if duration is None else parse(duration, "time", "--duration")
     length = planned(programme, z_0, depth) if length is None else length
-    place = _place(top, file.parent, depth, length, seed)
+    place = _place(top, file.parent, depth, length, seed) if moving else _still(top, file.parent)
     given: dict[str, Any] = {
         "name": top.text("name", file.stem),
         "payload": _payload(top, file.parent),
@@ -139,7 +147,8 @@ def _lift(table: Mapping[str, Any], file: Path, seed: int | None, duration: str 
     given |= {key: table[key] for key in ("controller", "ramp", "friction") if key in table}
     if "rho" in water:
         given["rho"] = table["water"]["rho"]
-    return LiftFile(crane, Lowering(**given), _steps(top, "step"), _steps(top, "every"), place.words)
+    steps = (_steps(top, key) for key in ("step", "every"))
+    return LiftFile(crane, Lowering(**given), *steps, place.words, place.vessel, place.at, place.sea)
 
 
 def _table(table: Mapping[str, Any], key: str) -> dict[str, Any]:
@@ -184,13 +193,25 @@ def _place(top: Fields, folder: Path, depth: float, length: float, seed: int | N
     top.need("vessel")
     if where is None:
         raise LiftError('tip: its place is missing. Write [tip] with at = "x=-20 m, y=-18 m, z=30 m", or a table [boom].')
-    table = Fields(top.table["sea"], "sea.", LiftError)
-    table.known(SEA)
-    sea = _sea(table)
-    rao = _vessel(top, folder)
+    table = _table_of_sea(top)
+    sea, rao = _sea(table), _vessel(top, folder)
     waves = realise(sea, length, _seed(table, seed), amplitudes=table.text("amplitudes", "fixed"), depth=depth)
     words = f"{rao.name}, tip at {where.describe()}, in {sea.describe()}, seed {_seed(table, seed)}"
-    return Place(tip_motion(waves, rao, where.x, where.y), wave_field(waves, where.x, where.y), height, words)
+    return Place(tip_motion(waves, rao, where.x, where.y), wave_field(waves, where.x, where.y), height, words, rao, where, sea)
+
+
+def _still(top: Fields, folder: Path) -> Place:
+    """Vessel, tip and sea without motion."""
+    where, height = _point(top)
+    rao = _vessel(top, folder) if "vessel" in top else None
+    words = "" if rao is None or where is None else f"{rao.name}, tip at {where.describe()}"
+    return Place(Still(), None, height, words, rao, where, _sea(_table_of_sea(top)) if "sea" in top else None)
+
+
+def _table_of_sea(top: Fields) -> Fields:
+    table = Fields(top.table["sea"], "sea.", LiftError)
+    table.known(SEA)
+    return table
 
 
 def _point(top: Fields) -> tuple[TipPoint | None, float]:

@@ -61,7 +61,7 @@ def forcing_of_series(
     omega = (series.omega[:, None] + offsets * series.width[:, None]).ravel()
     width = np.repeat(series.width / parts, parts)
     which, row = np.unique(np.mod(headings.ravel(), 2.0 * math.pi), return_inverse=True)
-    power, cross = (np.array(each) for each in zip(*(_tip_by_wave(omega, vessel, x, y, b, spread) for b in which), strict=True))
+    power, cross = (np.array(each) for each in zip(*(tip_by_wave(omega, vessel, x, y, b, spread) for b in which), strict=True))
     wave = np.repeat(series.S, parts, axis=1) * width
     rows = row.ravel() if headings.ndim else np.zeros(1, dtype=int)
     return Forcing(omega, width, wave * power[rows], wave, wave * cross[rows])
@@ -80,7 +80,7 @@ def forcing_of_seas(seas: Sea | Sequence[Sea], vessel: Rao, x: float, y: float) 
         for train in sea.trains:
             key = (train.beta, train.spread)
             if key not in known:
-                known[key] = _tip_by_wave(omega, vessel, x, y, *key)
+                known[key] = tip_by_wave(omega, vessel, x, y, *key)
             S = train.spectrum.density(omega) * STEP
             tip[n] += known[key][0] * S
             mixed[n] += known[key][1] * S
@@ -88,7 +88,7 @@ def forcing_of_seas(seas: Sea | Sequence[Sea], vessel: Rao, x: float, y: float) 
     return Forcing(omega, np.full(len(omega), STEP), tip, wave, mixed)
 
 
-def _tip_by_wave(omega: FloatArray, vessel: Rao, x: float, y: float, beta: float, spread: float | None) -> tuple[FloatArray, ComplexArray]:
+def tip_by_wave(omega: FloatArray, vessel: Rao, x: float, y: float, beta: float, spread: float | None) -> tuple[FloatArray, ComplexArray]:
     """Variance of the tip, and mean of tip times conjugate wave above the load, both per variance of the waves, (m,) each."""
     theta, share = (np.zeros(1), np.ones(1)) if spread is None else cos_power(check_spread(spread))
     directions = beta + theta

@@ -43,10 +43,11 @@ LEAST = 1e-300
 
 
 class Sigmas(NamedTuple):
-    """Standard deviations for n sea states: u wire's top end [m]; of `linearise.QUANTITIES` [m, m/s, N, N/s]; drag the linear drag of the
+    """Standard deviations for n sea states: u wire's top end [m], u_rate its speed [m/s]; of `linearise.QUANTITIES` [m, m/s, N, N/s]; drag the linear drag of the
     payload [N s/m]."""
 
     u: FloatArray
+    u_rate: FloatArray
     load: FloatArray
     load_rate: FloatArray
     relative: FloatArray
@@ -85,7 +86,9 @@ def road(
     z, v, a = (forcing.deviation(order) for order in range(3))
     with_winch, braked = (sigmas(forcing, hung, which) for which in (residual, Residual.constant(1.0)))
     columns = {"sigma_z": z, "sigma_v": v, "sigma_a": a, "T_z": zero_crossing_period(z, v)}
+    columns["z_mpm"] = most_probable_maximum(z, columns["T_z"], duration)
     columns["v_mpm"] = most_probable_maximum(v, zero_crossing_period(v, a), duration)
+    columns["u_mpm"] = most_probable_maximum(with_winch.u, zero_crossing_period(with_winch.u, with_winch.u_rate), duration)
     columns |= {"sigma_u": with_winch.u, "eta_sigma_wire": _less(with_winch.u, z), "eta_sigma_load": _less(with_winch.load, z)}
     for suffix, s in (("", with_winch), ("_braked", braked)):
         columns |= {f"{name}{suffix}": values for name, values in _of_load(s, hung, duration).items()}
@@ -99,11 +102,13 @@ def road(
 
 def _of_load(s: Sigmas, hung: Hung, duration: float) -> dict[str, FloatArray]:
     """What is told of load and tensions."""
-    T_top, T_sling = (zero_crossing_period(a, b) for a, b in ((s.top, s.top_rate), (s.sling, s.sling_rate)))
+    pairs = ((s.load, s.load_rate), (s.top, s.top_rate), (s.sling, s.sling_rate))
+    T_load, T_top, T_sling = (zero_crossing_period(a, b) for a, b in pairs)
     rate = rate_below_zero(hung.F_sling, s.sling, T_sling)
     return {
         "sigma_load": s.load,
         "sigma_v_load": s.load_rate,
+        "load_mpm": most_probable_maximum(s.load, T_load, duration),
         "sigma_F_top": s.top,
         "sigma_F_sling": s.sling,
         "F_top_mpm": hung.F_top + most_probable_maximum(s.top, T_top, duration),
@@ -171,12 +176,13 @@ class _Tables:
             slow = answers(SLOW, hung, drag[:, None], give(SLOW))
             self.remnant = {q: residual.remnant.integrated(np.abs(a.u) ** 2, SLOW) for q, a in slow.items()}
             self.remnant["u"] = residual.remnant.integrated(np.ones((1, len(SLOW))), SLOW)
+            self.remnant["u_rate"] = residual.remnant.integrated(SLOW[None, :] ** 2, SLOW)
 
 
 def _block(
     forcing: Forcing, rows: NDArray[np.intp], trial: FloatArray, drag: FloatArray, tables: _Tables, residual: Residual
 ) -> FloatArray:
-    """Rows of `Sigmas` for some sea states, (9, len(rows))."""
+    """Rows of `Sigmas` for some sea states, (10, len(rows))."""
     omega, tip = forcing.omega, forcing.tip[rows]
     v = np.sqrt(over_frequency(tip, omega[None, :] ** 2)[:, 0])
     T_z = 2.0 * np.pi * np.sqrt(tip.sum(axis=1)) / v
@@ -199,7 +205,8 @@ def _block(
     place, share = _agreement(variance("relative", slice(None)), trial)
     own, used = np.arange(len(rows)), slice(int(place.min()), int(place.max()) + 2)
     low, high = place - used.start, np.minimum(place + 1, len(trial) - 1) - used.start
-    out = [np.sqrt(wire.sum(axis=1) + rest("u")[:, 0])]
+    fast = over_frequency(wire, omega[None, :] ** 2)[:, 0]
+    out = [np.sqrt(wire.sum(axis=1) + rest("u")[:, 0]), np.sqrt(fast + rest("u_rate")[:, 0])]
     for q in QUANTITIES:
         y = variance(q, used)
         out.append(np.exp(0.5 * (y[own, low] + share * (y[own, high] - y[own, low]))))
