@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import zlib
 from collections.abc import Mapping
 from enum import StrEnum
@@ -236,4 +237,6 @@ def one_line(model: type[BaseModel], error: ValidationError, data: Mapping[str, 
     if not loc:
         return f"{where}: {message}."
     message = message.replace("Input should", "it must")
+    message = re.sub(r"be a valid dictionary or instance of \w+", "be a table of its fields", message)
+    message = re.sub(r"Tuple should have at least (\d+) items? after validation, not \d+", r"give at least \1", message)
     return f"{where} = {u.came(u.written_at(data, loc, first['input']))}: {message}."

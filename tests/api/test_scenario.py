@@ -138,7 +138,7 @@ def test_a_scenario_survives_its_own_record(more):
         ({"foo": 1}, f"Scenario.foo: unknown field. Allowed: {FIELDS}."),
         ({"foo": 1, "load": 3}, f"Scenario.foo: unknown field. Allowed: {FIELDS}."),
         ({"water": {"volume": "3 m^3", "foo": 1}}, "Water.foo: unknown field. Allowed: volume, added_mass, C_D, area, rho."),
-        ({"water": "wet"}, 'Scenario.water = "wet": it must be a valid dictionary or instance of Water.'),
+        ({"water": "wet"}, 'Scenario.water = "wet": it must be a table of its fields.'),
     ],
 )  # fmt: skip
 def test_a_mistake_in_a_field_says_where_what_came_and_what_is_allowed(fields, text):

@@ -109,7 +109,7 @@ class TestRefusals:
             (["jonswap Hs=1 m Tp=8 s heading=180 deg"], "heading does not belong to a spectrum"),
             (["regular H=2 m T=8 s"], '"regular" is not one of jonswap, pm, torsethaugen, ochi-hubble'),
             (["ochi-hubble Hs1=2 m Tp1=14 s lambda1=0.2 Hs2=1 m Tp2=7 s lambda2=1"], "lambda = 0.2 is not above 0.5"),
-            ([""], '"" is not one of jonswap'),
+            ([""], "no waves are given"),
             (["none.txt"], '"none.txt": no such file'),
             (["pm Hs=1 m Tp=8 s", "--record", "3"], "--record: belongs to a file"),
             (["none.txt", "--format", "grib"], '--format "grib": is not one of era5'),

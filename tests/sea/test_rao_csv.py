@@ -223,8 +223,8 @@ def test_a_ship_whose_sides_differ_is_not_written_as_one_side(tmp_path: Path) ->
         ("a.txt", b"hello\n", "is no vessel file that is known. Read are ShipX/VERES .re1"),
         ("a.nc", b"\x89HDF\r\n\x1a\n" + bytes(200), "not a whole NetCDF file"),
         ("a.yml", b"VesselTypes: [", "is not YAML"),
-        ("a.bin", bytes(range(256)), "is no vessel file that is known"),
-        ("a.csv", b"", "is no vessel file that is known"),
+        ("a.bin", bytes(range(256)), "is no text. Read are"),
+        ("a.csv", b"", "is empty. Read are"),
     ],
 )
 def test_files_of_another_kind_are_told_in_one_line(tmp_path: Path, name: str, content: bytes, text: str) -> None:

@@ -13,6 +13,7 @@ from stillhook.cli.show import human, print_json, print_table, print_values, uni
 app = typer.Typer(no_args_is_help=True, help="Payloads: list them, and show their weight, added mass, drag and slamming in water.")
 
 RHO = "1025 kg/m^3"
+LIGHT, DENSE = 900.0, 1300.0  # kg/m^3: fresh water to brine, and some room
 OUT_FILES = ("payload.png", "payload.json")
 PAYLOAD_HELP = "Name of the library, or path of a payload file (TOML)."
 COLUMNS = ("h", "V", "A33", "dA33", "B")
@@ -51,8 +52,8 @@ def show(
     from stillhook.whole import check_folder
 
     density = parse(rho, "density", "--rho")
-    if density <= 0.0:
-        raise LiftError(f"--rho = {came(rho)}: a density must be greater than 0.")
+    if not LIGHT <= density <= DENSE:
+        raise LiftError(f"--rho = {came(rho)}: is no sea water's, {LIGHT:g} to {DENSE:g} kg/m^3. Check the unit.")
     if out is not None:
         check_folder(out, OUT_FILES)
     load = read_payload(payload)
@@ -72,11 +73,13 @@ def _print(answer: dict[str, Any]) -> None:
     print_values({k: v for k, v in answer.items() if isinstance(v, float)})
     header = [f"{name} [{unit_of(name) or '-'}]" for name in COLUMNS]
     levels = answer["levels"]
-    rows = [[human(name, level[name], 4) for name in COLUMNS] for level in levels[::EVERY]]
+    dust = {name: 1e-9 * max(abs(level[name]) for level in levels) for name in COLUMNS}
+    rows = [[human(name, level[name] if abs(level[name]) > dust[name] else 0.0, 4) for name in COLUMNS] for level in levels[::EVERY]]
     print_table(header, rows, left=0, title="Over submergence: every fourth level")
     stated = [(s["field"], s["kind"], s["source"]) for s in answer["sources"]]
     print_table(("field", "kind", "source"), stated, left=3)
-    print("Coefficients are recalled from DNV-RP-N103: check against your edition. A model test or CFD beats all of them.")
+    if answer["shape"] != "levels":
+        print("Coefficients are recalled from DNV-RP-N103: check against your edition. A model test or CFD beats all of them.")
 
 
 def _write(out: Path, load: Any, rho: float, answer: dict[str, Any]) -> None:

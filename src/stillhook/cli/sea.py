@@ -145,7 +145,7 @@ def _steep(series: Any) -> list[str]:
 
 def _print_spectrum(answer: dict[str, Any]) -> None:
     print(answer["waves"])
-    print_values({name: answer[name] for name in (*OF_SPECTRUM, "S_p", "S_s", *MOMENTS, "omega_cut")})
+    print_values({name: _known(answer[name]) for name in (*OF_SPECTRUM, "S_p", "S_s", *MOMENTS, "omega_cut")})
     for note in answer["notes"]:
         print(note)
 
@@ -154,13 +154,17 @@ def _print_file(answer: dict[str, Any]) -> None:
     names = [name for name in (*OF_SPECTRUM, "come_from") if name in answer]
     heads = ("first", "mean", "min", "max")
     rows = [
-        [name, *(human(name, answer[name][h], 4) if h in answer[name] else "" for h in heads), unit_of(name), _meaning(name)]
+        [name, *(human(name, _known(answer[name][h]), 4) if h in answer[name] else "" for h in heads), unit_of(name), _meaning(name)]
         for name in names
     ]
     title = f"{answer['file']}: {answer['n_valid']} of {answer['n_records']} records valid, {answer['start']} to {answer['end']}"
     print_table(["", *heads, "unit", "meaning"], rows, title=title, texts=(5, 6))
     for note in answer["notes"]:
         print(note)
+
+
+def _known(value: float) -> float | str:
+    return "-" if math.isnan(value) else value
 
 
 def _meaning(name: str) -> str:

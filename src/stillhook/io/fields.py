@@ -16,7 +16,7 @@ Described = TypeVar("Described")
 def described(path: str | Path, read: Callable[[Mapping[str, Any], Path], Described]) -> Described:
     """What `read` makes of a TOML file, given its table and its path. Errors: StillhookError whose line begins with the file's name."""
     file = Path(path)
-    data = parsed(toml_text(file), file.name)
+    data = parsed(toml_text(file), file.name, "Write its fields, or copy an example.")
     try:
         return read(data, file)
     except StillhookError as e:

@@ -69,9 +69,12 @@ def read_text(path: str | os.PathLike[str]) -> str:
         if data.lstrip().startswith(magic):
             raise SeaError(f"{file.name}: is a {what} file. Give a text file of NDBC, plain or gz, or say what it is with --format.")
     try:
-        return data.decode("utf-8-sig")
+        text = "\0" if b"\0" in data else data.decode("utf-8-sig")
     except UnicodeDecodeError:
-        raise SeaError(f"{file.name}: is no text. Give a text file of NDBC, plain or gz.") from None
+        text = "\0"
+    if text == "\0":
+        raise SeaError(f"{file.name}: is no text. Give a text file of NDBC, plain or gz.")
+    return text
 
 
 def is_ndbc(text: str) -> bool:
@@ -199,7 +202,9 @@ def bands(f: FloatArray, where: str) -> tuple[FloatArray, FloatArray]:
     leaves none of them a sound width, each reaches half-way to its neighbours. Errors: SeaError for frequencies that do not ascend from
     above 0, or of which one is above 2 Hz.
     """
-    if len(f) < 2 or f[0] <= 0.0 or np.any(np.diff(f) <= 0.0) or f[-1] > 2.0:
+    if len(f) < 2:
+        raise SeaError(f"{where}: one band of frequencies is no spectrum. Fetch the file again.")
+    if f[0] <= 0.0 or np.any(np.diff(f) <= 0.0) or f[-1] > 2.0:
         came_f = ", ".join(f"{x:g}" for x in f[:3])
         raise SeaError(f"{where}: {len(f)} frequencies ({came_f}, ...) do not ascend within 0 to 2 Hz. Fetch the file again.")
     low = f[0] < 0.025 and abs(f[1] - WPM[0]) <= ROUNDED

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from stillhook.engine.lift_payload import pack_payload
 from stillhook.io.figures import COLOURS, GREY
-from stillhook.lift.payload import Payload
+from stillhook.lift.payload import RHO_STEEL, Payload
 from stillhook.physics.payload import LEVELS
 
 if TYPE_CHECKING:
@@ -46,8 +46,21 @@ def payload_numbers(payload: Payload, rho: float) -> dict[str, Any]:
         "settlement": payload.seabed.settlement,
         "v_bottom": math.sqrt(W_sub / (B * (1.0 + record.bottom_B))) if B > 0.0 else None,
         "levels": [{"h": j / record.i_dh, "V": row[0], "A33": row[1], "dA33": row[2], "B": row[3]} for j, row in enumerate(rows.tolist())],
-        "sources": [{"field": k, "kind": s.kind.value, "source": s.text} for k, s in payload.sources.items()],
+        "sources": [{"field": k, "kind": s.kind.value, "source": s.text} for k, s in payload.sources.items()] + _unstated(payload),
     }
+
+
+def _unstated(payload: Payload) -> list[dict[str, str]]:
+    """What stands for numbers that count and that nobody gave."""
+    if payload.shape is None:
+        return []
+    own = {"C_D": "default of the shape", "C_s": "default of the shape", "engaged": "default, a quarter of the height under the roof"}
+    has = {"C_D", *type(payload.shape).model_fields}
+    rows = {name: ("assumed", text) for name, text in own.items() if name in has}
+    if payload.volume is None:
+        rows["volume"] = ("derived", f"mass over that of steel, {RHO_STEEL:g} kg/m^3")
+    rows |= {f"seabed.{name}": ("assumed", "default") for name in ("settlement", "zeta")}
+    return [{"field": name, "kind": kind, "source": text} for name, (kind, text) in rows.items() if name not in payload.sources]
 
 
 def payload_figure(payload: Payload, rho: float) -> Figure:

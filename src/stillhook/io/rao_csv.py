@@ -200,7 +200,8 @@ def _column(table: _Table, names: Sequence[str]) -> tuple[str, FloatArray]:
     found = [(n, i) for n in names for i, c in enumerate(lower) if c == n.lower()]
     if len(found) != 1:
         wanted = " or ".join(f'"{n}"' for n in names)
-        near = "" if found else nearest(names[0], table.columns).rstrip(".")
+        alike = [] if found else [c for c in table.columns if c.split("[")[0].strip().lower() in {n.split(" [")[0] for n in names}]
+        near = f", but {came(alike[0])}" if alike else ""
         count = "has more than one column" if found else "has no column"
         raise SeaError(f"{table.file}: line {table.header}: {count} {wanted}{near}. Name each once, with its unit.")
     return found[0][0], table.rows[:, found[0][1]]

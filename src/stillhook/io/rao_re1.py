@@ -24,6 +24,7 @@ from stillhook.units import came
 
 TITLES = 6  # lines of text before the numbers
 LARGEST_TABLE = 20_000_000  # values: far beyond any table, far below what fills a memory
+LONGEST_SHIP = 600.0  # m
 STANDSTILL = 0.05  # m/s
 
 
@@ -61,11 +62,13 @@ def read_re1(path: Path, text: str) -> Rao:
     """The vessel in a `.re1` file, given its path and text. Errors: SeaError of one line for files that are cut off, lack degrees of
     freedom, hold no zero speed, or whose headings or frequencies are out of order."""
     lines = text.splitlines()
-    r = _Reader(path.name, iter(list(enumerate(lines, start=1))[TITLES:]))
+    r = _Reader(path.name, iter(list(enumerate(lines, start=1))[TITLES:]), min(len(lines), TITLES))
     if lines and "TRANSFER FUNCTION" in lines[0].upper() and "MOTION" not in lines[0].upper():
         raise SeaError(f"{path.name}: {came(lines[0].strip())}: not the motions. Give the .re1, not the forces (.re8).")
     r.numbers(2, "density and gravity")
     L, B, T = r.numbers(3, "Lpp, breadth and draught")
+    if not (L <= LONGEST_SHIP and B <= L and T <= L and min(L, B, T) > 0.0):
+        raise SeaError(f"{path.name}: line {r.last}: Lpp {L:g} m, breadth {B:g} m, draught {T:g} m are no ship's. Lengths are in m.")
     _, VCG = r.numbers(2, "LCG and VCG")
     speeds, headings, frequencies = _counts(r)
     for _ in range(speeds):

@@ -73,6 +73,10 @@ def _text(file: Path) -> str:
     data = file.read_bytes()
     if data.startswith((b"\x1f\x8b", b"PK")):
         raise SeaError(f"{file.name}: is compressed. Unpack it.")
+    if not data.strip():
+        raise SeaError(f"{file.name}: is empty. Read are {FORMS}.")
+    if b"\0" in data:
+        raise SeaError(f"{file.name}: is no text. Read are {FORMS}.")
     data = data.replace(b"\r\r\n", b"\n")
     try:
         return data.decode("utf-8-sig")

@@ -96,10 +96,13 @@ def toml_text(path: Path) -> str:
         raise SpecError(f"{came(str(path))}: cannot be read ({reason}). Give the path of a TOML file.") from None
 
 
-def parsed(text: str, name: str) -> dict[str, Any]:
-    """The tables of a TOML text; SpecError of one line, naming the file, if it is empty or not TOML."""
+START_CRANE = 'Start it with base = "nov-250t", or copy a crane of the library.'
+
+
+def parsed(text: str, name: str, start: str = START_CRANE) -> dict[str, Any]:
+    """The tables of a TOML text; SpecError of one line, naming the file, if it is empty (start says what to do then) or not TOML."""
     if not text.strip():
-        raise SpecError(f'{name}: empty. Start it with base = "nov-250t", or copy a crane of the library.')
+        raise SpecError(f"{name}: empty. {start}")
     try:
         return tomllib.loads(text)
     except (tomllib.TOMLDecodeError, RecursionError, ValueError) as problem:

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from stillhook.crane import Source
 from stillhook.errors import LiftError, StillhookError
 from stillhook.library.files import LABELS, library_table, nearest, parsed, shelf, sources, toml_text, tree, values
 from stillhook.lift.payload import Payload
@@ -42,9 +43,16 @@ def read_payload(name_or_path: str | Path) -> Payload:
 
 def _payload(table: Mapping[str, Any], label: str, *, user: bool) -> Payload:
     fields = tree(_without_lists(table), label, user=user)
-    stated = {path: source for path, source in sources(fields) if path not in LABELS}
+    given = values(fields)
+    said = given.get("source")
+    plain, own = (f"given in {label}", said) if user and isinstance(said, str) and said.strip() else ("", "")
+    stated = {
+        path: Source(text=own, kind=source.kind) if plain and source.text == plain else source
+        for path, source in sources(fields)
+        if path not in LABELS and path != "source"
+    }
     try:
-        return Payload(**{"name": Path(label).stem, **values(fields), "sources": stated})
+        return Payload(**{"name": Path(label).stem, **given, "sources": stated})
     except StillhookError as problem:
         raise LiftError(f"{label}: {problem}") from None
 

@@ -62,6 +62,10 @@ class Assembly(Shape):
         return max(p.at + p.shape.tall for p in self.parts)
 
     @property
+    def stated_mass(self) -> float:
+        return sum(p.count * p.mass for p in self.parts if p.mass is not None)
+
+    @property
     def vent_gap(self) -> float:
         return max(p.shape.vent_gap for p in self._lowest)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from itertools import pairwise
 from typing import Any, NamedTuple, Self
@@ -21,6 +22,9 @@ FloatArray = NDArray[np.float64]
 
 RHO_STEEL = 7850.0
 """Density of steel [kg/m^3]: displaced volume of a payload whose volume is not given."""
+LIGHTEST = 5.0
+"""Mass over the volume that a payload's outside encloses [kg/m^3] below which mass or dimensions have a wrong unit: an empty suction anchor
+has some 250."""
 CURVE = 400
 """Points of a curve over submergence."""
 
@@ -130,6 +134,12 @@ class Payload(Record):
             V, room = (u.show(x, "volume") for x in (self.displaced, shape.outside))
             how = "" if self.volume is not None else ", its mass in steel,"
             raise ValueError(f"it displaces {V}{how} and its outside encloses {room}. Check mass, volume and dimensions.")
+        if self.mass < LIGHTEST * shape.outside < math.inf:
+            mass, room = u.show(self.mass, "mass"), f"{shape.outside:.4g} m^3"
+            raise ValueError(f"it weighs {mass} and its outside encloses {room}: hardly more than air. Check mass and dimensions.")
+        parts = shape.stated_mass
+        if parts > self.mass * (1.0 + 1e-6):
+            raise ValueError(f"its parts weigh {u.show(parts, 'mass')}, it {u.show(self.mass, 'mass')}. Check the masses and counts.")
         return self
 
     @property

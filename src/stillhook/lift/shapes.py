@@ -53,6 +53,11 @@ class Shape(Record):
         return math.inf
 
     @property
+    def stated_mass(self) -> float:
+        """Mass of the parts that say theirs [kg]."""
+        return 0.0
+
+    @property
     def vent_gap(self) -> float:
         """Height over the seabed at which the gap is as wide as the openings through which water leaves [m]; 0: no openings."""
         return 0.0

@@ -43,6 +43,7 @@ SLOPES = 25.0
 """Times the slope of the wave beyond which a roll or yaw in long waves is no motion: 57 is degrees taken for radians."""
 ROLL_RANGE = (0.3, 5.0)  # times the slope: roll beyond it deserves a look
 LARGEST_SHIFT, LARGEST_TURN = 4.0, math.radians(20.0)  # m/m, rad/m: beyond what damped ships do in any wave
+NO_SHIFT, NO_TURN = 50.0, math.pi  # m/m, rad/m: beyond what any ship does: a slip, or a resonance that makes the table useless
 END = 0.05  # m/m: what a table may still hold at its highest frequency without a word
 LEVER = 50.0  # m: makes a rotation comparable with a displacement at the ship's end
 
@@ -129,7 +130,7 @@ def wrong_line(rao: Rao, tests: tuple[LongWave, ...]) -> str | None:
     """Why a table is refused, in one line with the numbers and what would make it right; None where nothing is wrong."""
     bad = [t for t in tests if t.verdict == "wrong"]
     if not bad:
-        return _out_of_order(rao)
+        return _out_of_order(rao) or _beyond(rao)
     told = ", ".join(f"{t.dof} {in_words(t.found)} (should be {in_words(t.limit)})" for t in bad[:3])
     more = f" and {len(bad) - 3} more" if len(bad) > 3 else ""
     period, beta = 2.0 * math.pi / rao.omega[0], math.degrees(bad[0].beta)
@@ -153,6 +154,25 @@ def _out_of_order(rao: Rao) -> str | None:
         f"{rao.source or rao.name}: headings are out of order: surge and sway that stand under waves travelling to "
         f"{math.degrees(rao.beta[j]):.4g} deg are those of waves to {math.degrees(travelled[j]) % 360.0:.3g} deg. Export the file again."
     )
+
+
+def _beyond(rao: Rao) -> str | None:
+    """Refusal of a motion larger than any ship's, in any wave."""
+    from stillhook.sea.rao import DOFS
+
+    for d, dof in enumerate(DOFS):
+        size, amount, place = _peak(rao, d)
+        if size > (NO_SHIFT if d < 3 else NO_TURN):
+            return f"{rao.source or rao.name}: {dof} of {amount} at {place} is no ship's motion. Mend the value, or add damping."
+    return None
+
+
+def _peak(rao: Rao, d: int) -> tuple[float, str, str]:
+    """Largest motion in one degree of freedom [m/m, rad/m]; it and where it is in words."""
+    j, n = np.unravel_index(int(np.argmax(np.abs(rao.H[d]))), rao.H[d].shape)
+    size = float(np.abs(rao.H[d, j, n]))
+    amount = f"{size:.3g} m/m" if d < 3 else f"{math.degrees(size):.3g} deg/m"
+    return size, amount, f"{2.0 * math.pi / rao.omega[n]:.3g} s and {math.degrees(rao.beta[j]):.4g} deg"
 
 
 def _remedy(rao: Rao) -> str:
@@ -188,11 +208,8 @@ def remarks(rao: Rao, tests: tuple[LongWave, ...]) -> tuple[str, ...]:
     if any(t.verdict == "not shown" for t in tests):
         lines.append(f"the longest wave, {long}, is too short for the long-wave test: signs and phases are not shown to be right")
     for d, t in enumerate(tests):
-        j, n = np.unravel_index(int(np.argmax(np.abs(rao.H[d]))), rao.H[d].shape)
-        size = float(np.abs(rao.H[d, j, n]))
+        size, amount, place = _peak(rao, d)
         if size > (LARGEST_SHIFT if d < 3 else LARGEST_TURN):
-            amount = f"{size:.3g} m/m" if d < 3 else f"{math.degrees(size):.3g} deg/m"
-            place = f"{2.0 * math.pi / rao.omega[n]:.3g} s and {math.degrees(rao.beta[j]):.4g} deg"
             lines.append(f"{t.dof} reaches {amount} at {place}: a resonance with hardly any damping, or a slip in the table")
     left = float(np.abs(rao.H[2:5, :, -1] * np.array([1.0, LEVER, LEVER])[:, None]).max())
     if left > END:

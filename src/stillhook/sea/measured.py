@@ -76,7 +76,8 @@ class Measured(WaveSpectrum):
         return 2.0 * math.pi / float(self.omega[np.argmax(self.S)]) if self.S.max() > 0.0 else math.nan
 
     def describe(self) -> str:
-        return f"{self.source}: Hm0={self.H_m0:.4g} m Tp={self.peak_period:.4g} s in {len(self.omega)} bands"
+        waves = f"Hm0={self.H_m0:.4g} m Tp={self.peak_period:.4g} s" if self.S.max() > 0.0 else "no waves"
+        return f"{self.source}: {waves} in {len(self.omega)} bands"
 
     def to_dict(self) -> dict[str, Any]:
         arrays = {name: [float(x) for x in getattr(self, name)] for name in ("omega", "width", "S")}

@@ -27,6 +27,7 @@ PLACED = ("heading", "spread")
 ALLOWED = 'Write "jonswap Hs=2 m Tp=8 s gamma=3.3", "pm Hs=2 m Tp=8 s", "torsethaugen Hs=2 m Tp=8 s" or ochi-hubble; sums with " + "'
 _OPTIONAL = ("Tz", "gamma", "norm", *PLACED)
 _KEY = re.compile(r"(?:^|\s)([A-Za-z_]+[0-9]?)\s*=\s*")
+_GLUED = re.compile(r"\+\s*[A-Za-z]")
 _NUMBER = re.compile(r"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
 
 
@@ -45,7 +46,7 @@ def parse_wave(text: str, where: str = "") -> Peaks:
     for place, name, values in _terms(text, where):
         for key in PLACED:
             if key in values:
-                raise SeaError(f"{place}: {key} does not belong to a spectrum. Give the {key} beside it.")
+                raise SeaError(f"{place}: {key} does not belong to a spectrum. Leave it out here; waves beside a ship have one.")
         terms.append(_spectrum(place, name, values))
     return terms[0] if len(terms) == 1 else Mixed(tuple(terms))
 
@@ -74,7 +75,14 @@ def _terms(text: str, where: str) -> list[tuple[str, str, dict[str, str]]]:
     place = f"{where}: " if where else ""
     if not isinstance(text, str):
         raise SeaError(f"{place}{came(text)} is no wave spectrum. {ALLOWED}.")
-    return [_term(term.strip(), f"{place}{came(text)}", place) for term in re.split(r"(?:^|\s)\+(?=\s|$)", text.strip())]
+    if not text.strip():
+        raise SeaError(f"{place}no waves are given. {ALLOWED}.")
+    terms = [term.strip() for term in re.split(r"(?:^|\s)\+(?=\s|$)", text.strip())]
+    if not all(terms):
+        raise SeaError(f'{place}{came(text)}: a "+" has a spectrum on one side only. Give the other, or leave the "+" out.')
+    if any(_GLUED.search(term) for term in terms):
+        raise SeaError(f'{place}{came(text)}: a "+" without spaces round it. Write " + " between spectra.')
+    return [_term(term, f"{place}{came(text)}", place) for term in terms]
 
 
 def _term(term: str, whole: str, place: str) -> tuple[str, str, dict[str, str]]:

@@ -1,0 +1,129 @@
+"""Seas, vessels, payloads and lifts in careless hands: each slip ends in one line that says where, what came and what to do."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from stillhook.cli import run as command
+from stillhook.io.rao_csv import write_rao_csv
+from stillhook.sea.rao import Rao
+
+ANCHOR = 'name = "a"\nmass = "92 t"\nshape = "suction-anchor"\ndiameter = "6.5 m"\nheight = "11 m"\nwall = "35 mm"\nroof = "0.4 m"\nhatch = 0.05\n'
+LEVELS = "".join(f'[[levels]]\nh = "{h} m"\nV = "{2 * h} m^3"\nA33 = "{70 * h} t"\nA_p = "90 m^2"\n' for h in (0, 1, 4))
+NDBC = "YY MM DD hh   .030   .040   .050\n96 01 01 00   1.00   2.00   1.00\n96 01 01 01   0.00   0.00   0.00\n"
+
+
+def refusal(capsys: pytest.CaptureFixture[str], *arguments: str | Path) -> str:
+    """The one line of an error: nothing else is printed, the exit code is 2, and there is no traceback."""
+    assert command([str(a) for a in arguments]) == 2
+    out = capsys.readouterr()
+    assert out.out == ""
+    assert len(out.err.splitlines()) == 1, out.err
+    return out.err
+
+
+def told(capsys: pytest.CaptureFixture[str], *arguments: str | Path) -> str:
+    assert command([str(a) for a in arguments]) == 0
+    return capsys.readouterr().out
+
+
+def file(path: Path, content: str | bytes) -> Path:
+    path.write_bytes(content.encode() if isinstance(content, str) else content)
+    return path
+
+
+@pytest.mark.parametrize(
+    ("waves", "said"),
+    [
+        ("", "no waves are given"),
+        ("pm Hs=1 m Tp=8 s +", 'a "+" has a spectrum on one side only'),
+        ("+ pm Hs=1 m Tp=8 s", 'a "+" has a spectrum on one side only'),
+        ("pm Hs=1 m Tp=8 s+pm Hs=1 m Tp=4 s", 'Write " + " between spectra'),
+        ("pm Hs=1 m Tp=8 s heading=10 deg", "Leave it out here"),
+    ],
+)
+def test_a_slip_in_a_sum_of_waves_is_named(waves, said, capsys):
+    assert said in refusal(capsys, "sea", waves)
+
+
+def test_files_that_are_no_spectra_say_so_shortly(tmp_path, capsys):
+    assert "is no text" in refusal(capsys, "sea", file(tmp_path / "nul.txt", b"\0" * 5000))
+    narrow = "\n".join(line[:19] for line in NDBC.splitlines())
+    assert "one band of frequencies is no spectrum" in refusal(capsys, "sea", file(tmp_path / "one.txt", narrow))
+
+
+def test_a_calm_is_printed_without_nan(tmp_path, capsys):
+    record = ("sea", file(tmp_path / "calm.txt", NDBC), "--record", "1")
+    assert "nan" not in told(capsys, *record)
+    assert "nan" not in told(capsys, "sea", file(tmp_path / "missing.txt", NDBC.replace("1.00", "999.0").replace("0.00", "999.0")))
+
+
+def vessel(path: Path, spike: float = 0.0) -> Path:
+    """A buoy that rides on the water, with one heave that is another."""
+    omega, beta = np.linspace(0.1, 1.5, 15), np.radians(np.arange(0.0, 360.0, 30.0))
+    k, c, s = omega**2 / 9.81, np.cos(beta)[:, None], np.sin(beta)[:, None]
+    one = np.ones_like(k)
+    H = np.array([-1j * c * one, -1j * s * one, one + 0 * c, -1j * s * k, 1j * c * k, -s * c * k], dtype=complex)
+    H[2, 3, 9] += spike
+    return write_rao_csv(Rao("buoy", omega, beta, H, origin="centre"), path, source="made here")
+
+
+def test_a_motion_that_no_ship_makes_is_refused_with_its_place(tmp_path, capsys):
+    assert command(["vessel", "check", str(vessel(tmp_path / "rides.csv"))]) == 0
+    assert command(["vessel", "check", str(vessel(tmp_path / "spike.csv", 9e3))]) == 1
+    assert "heave of 9e+03 m/m at 6.28 s and 90 deg is no ship's motion" in capsys.readouterr().out
+    assert "is no ship's motion" in refusal(capsys, "vessel", "show", tmp_path / "spike.csv")
+
+
+def test_vessel_files_that_are_none_say_what_they_are(tmp_path, capsys):
+    assert "is empty" in refusal(capsys, "vessel", "check", file(tmp_path / "a.re1", ""))
+    assert "is no text" in refusal(capsys, "vessel", "check", file(tmp_path / "b.re1", "1 2 3\n".encode("utf-16")))
+    titles = " MOTION TRANSFER FUNCTIONS\n Run name:\n Ship name: S\n"
+    assert "ends after line 3" in refusal(capsys, "vessel", "check", file(tmp_path / "c.re1", titles))
+    numbers = "\n\n ShipX exported data\n 1025 9.81\n 82800 19200 6000\n"
+    assert "Lengths are in m" in refusal(capsys, "vessel", "check", file(tmp_path / "d.re1", titles + numbers))
+    feet = vessel(tmp_path / "e.csv").read_text().replace("heave re [m/m]", "heave re [ft/ft]")
+    assert 'has no column "heave re [m/m]", but "heave re [ft/ft]"' in refusal(capsys, "vessel", "check", file(tmp_path / "e.csv", feet))
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ('"92 t"', '"92 kg"', "hardly more than air"),
+        ('"6.5 m"', '"650 m"', "hardly more than air"),
+        ("hatch = 0.05\n", "hatch = 0.05\nseabed = 3\n", "must be a table of its fields"),
+    ],
+)
+def test_a_payload_in_a_wrong_unit_is_refused(old, new, said, tmp_path, capsys):
+    assert said in refusal(capsys, "payload", "show", file(tmp_path / "p.toml", ANCHOR.replace(old, new)))
+
+
+def test_parts_are_no_heavier_than_the_whole_and_there_are_some(tmp_path, capsys):
+    whole = 'name = "t"\nmass = "150 t"\nshape = "assembly"\n[parts]\n'
+    assert "give at least 1" in refusal(capsys, "payload", "show", file(tmp_path / "p.toml", whole))
+    part = '[parts.f]\nshape = "frame"\ncount = 2\nmass = "80 t"\ndiameter = "0.8 m"\nlength = "120 m"\nheight = "4 m"\n'
+    assert "its parts weigh 160 t, it 150 t" in refusal(capsys, "payload", "show", file(tmp_path / "p.toml", whole + part))
+    assert command(["payload", "show", str(file(tmp_path / "p.toml", whole + part.replace("80", "75")))]) == 0
+
+
+def test_water_in_a_wrong_unit_is_refused(capsys):
+    assert "900 to 1300 kg/m^3" in refusal(capsys, "payload", "show", "mud-mat-25t", "--rho", "1.025 kg/m^3")
+
+
+def test_a_sheet_says_where_every_number_is_from(tmp_path, capsys):
+    given = 'name = "m"\nmass = "60 t"\nheight = "4 m"\nC_D = 3.1\nsource = "model test 17"\n'
+    out = told(capsys, "payload", "show", file(tmp_path / "levels.toml", given + LEVELS))
+    assert "model test 17" in out
+    assert "given in" not in out
+    assert "DNV" not in out
+    out = told(capsys, "payload", "show", file(tmp_path / "anchor.toml", ANCHOR))
+    assert all(name in out for name in ("C_D", "C_s", "engaged", "seabed.settlement"))
+    assert "mass over that of steel" in out
+    assert "e-1" not in out
+
+
+def test_an_empty_lift_is_not_told_to_be_a_crane(tmp_path, capsys):
+    line = refusal(capsys, "lower", file(tmp_path / "l.toml", ""))
+    assert "empty" in line
+    assert "crane" not in line
