@@ -141,6 +141,17 @@ def test_every_record_may_have_its_own_heading(series, vessel):
         forcing_of_series(series, vessel, X, Y, headings[:3])
 
 
+def test_on_shallow_water_the_wave_comes_later_to_a_load_beside_the_ship(vessel):
+    deep, shallow = (forcing_of_seas(sea(1.0, 12.0, math.pi / 2.0), vessel, X, Y, depth=d) for d in (math.inf, 20.0))
+    assert shallow.tip == pytest.approx(deep.tip)  # the vessel's motions are those of its file
+    i = int(np.argmax(deep.wave[0]))
+    k_0 = k = deep.omega[i] ** 2 / 9.80665
+    for _ in range(200):  # omega^2 = g k tanh(k 20 m)
+        k = 0.5 * (k + k_0 / np.tanh(20.0 * k))
+    turned = np.angle(shallow.cross[0, i] / deep.cross[0, i])
+    assert turned == pytest.approx((k - k_0) * Y, rel=1e-6)
+
+
 @pytest.mark.parametrize("spread", [None, 4.0])
 def test_tip_is_that_of_the_tip_statistics(vessel, spread):
     waves = sea(2.0, 9.0, 2.2, spread)

@@ -46,13 +46,21 @@ class Forcing:
 
 
 def forcing_of_series(
-    series: SpectrumSeries, vessel: Rao, x: float, y: float, beta: ArrayLike, *, spread: float | None = None, parts: int = PARTS
+    series: SpectrumSeries,
+    vessel: Rao,
+    x: float,
+    y: float,
+    beta: ArrayLike,
+    *,
+    spread: float | None = None,
+    depth: float = math.inf,
+    parts: int = PARTS,
 ) -> Forcing:
     """Forcing of every record of a series of measured spectra.
 
     x, y place of tip and load from the vessel's reference point [m]; beta direction of travel from the bow [rad], one, or one for each
-    record (n,); spread exponent of cos^n about it, None for long-crested waves. A measured band is flat, and taken in `parts` parts: the
-    transfer functions change within it. Errors: SeaError for headings of another number.
+    record (n,); spread exponent of cos^n about it, None for long-crested waves; depth of the water [m]. A measured
+    band is flat, and taken in `parts` parts: the transfer functions change within it. Errors: SeaError for headings of another number.
     """
     headings = np.asarray(beta, dtype=np.float64)
     if headings.ndim and headings.shape != (len(series),):
@@ -61,13 +69,13 @@ def forcing_of_series(
     omega = (series.omega[:, None] + offsets * series.width[:, None]).ravel()
     width = np.repeat(series.width / parts, parts)
     which, row = np.unique(np.mod(headings.ravel(), 2.0 * math.pi), return_inverse=True)
-    power, cross = (np.array(each) for each in zip(*(tip_by_wave(omega, vessel, x, y, b, spread) for b in which), strict=True))
+    power, cross = (np.array(each) for each in zip(*(tip_by_wave(omega, vessel, x, y, b, spread, depth) for b in which), strict=True))
     wave = np.repeat(series.S, parts, axis=1) * width
     rows = row.ravel() if headings.ndim else np.zeros(1, dtype=int)
     return Forcing(omega, width, wave * power[rows], wave, wave * cross[rows])
 
 
-def forcing_of_seas(seas: Sea | Sequence[Sea], vessel: Rao, x: float, y: float) -> Forcing:
+def forcing_of_seas(seas: Sea | Sequence[Sea], vessel: Rao, x: float, y: float, *, depth: float = math.inf) -> Forcing:
     """Forcing of one sea or several, each of one train of waves or more; directions are theirs. See `forcing_of_series`."""
     listed = [seas] if isinstance(seas, Sea) else list(seas)
     if not listed:
@@ -80,7 +88,7 @@ def forcing_of_seas(seas: Sea | Sequence[Sea], vessel: Rao, x: float, y: float) 
         for train in sea.trains:
             key = (train.beta, train.spread)
             if key not in known:
-                known[key] = tip_by_wave(omega, vessel, x, y, *key)
+                known[key] = tip_by_wave(omega, vessel, x, y, *key, depth)
             S = train.spectrum.density(omega) * STEP
             tip[n] += known[key][0] * S
             mixed[n] += known[key][1] * S
@@ -88,11 +96,14 @@ def forcing_of_seas(seas: Sea | Sequence[Sea], vessel: Rao, x: float, y: float) 
     return Forcing(omega, np.full(len(omega), STEP), tip, wave, mixed)
 
 
-def tip_by_wave(omega: FloatArray, vessel: Rao, x: float, y: float, beta: float, spread: float | None) -> tuple[FloatArray, ComplexArray]:
-    """Variance of the tip, and mean of tip times conjugate wave above the load, both per variance of the waves, (m,) each."""
+def tip_by_wave(
+    omega: FloatArray, vessel: Rao, x: float, y: float, beta: float, spread: float | None, depth: float = math.inf
+) -> tuple[FloatArray, ComplexArray]:
+    """Variance of the tip, and mean of tip times conjugate wave above the load, both per variance of the waves, (m,) each; depth of the
+    water [m], which sets the wave's phase there (the vessel's motions are those of its file)."""
     theta, share = (np.zeros(1), np.ones(1)) if spread is None else cos_power(check_spread(spread))
     directions = beta + theta
     R = vessel.vertical(omega, directions, x, y)
     along = x * np.cos(directions) + y * np.sin(directions)
-    wave = np.exp(-1j * np.outer(along, wavenumber(omega)))
+    wave = np.exp(-1j * np.outer(along, wavenumber(omega, depth)))
     return share @ np.abs(R) ** 2, share @ (R * np.conj(wave))
