@@ -1,5 +1,8 @@
 """Seas, vessels, payloads and lifts in careless hands: each slip ends in one line that says where, what came and what to do."""
 
+import os
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -85,6 +88,15 @@ def test_vessel_files_that_are_none_say_what_they_are(tmp_path, capsys):
     assert "Lengths are in m" in refusal(capsys, "vessel", "check", file(tmp_path / "d.re1", titles + numbers))
     feet = vessel(tmp_path / "e.csv").read_text().replace("heave re [m/m]", "heave re [ft/ft]")
     assert 'has no column "heave re [m/m]", but "heave re [ft/ft]"' in refusal(capsys, "vessel", "check", file(tmp_path / "e.csv", feet))
+
+
+def test_a_name_beyond_the_terminals_letters_is_shown_in_others(tmp_path):
+    ship = vessel(tmp_path / "schön.csv")
+    plain = os.environ | {"PYTHONIOENCODING": "ascii"}
+    command = [sys.executable, "-c", "from stillhook.cli import main; main()", "vessel", "show", str(ship)]
+    done = subprocess.run(command, capture_output=True, env=plain, check=False)
+    assert done.returncode == 0, done.stderr
+    assert b"sch\\xf6n.csv" in done.stdout
 
 
 @pytest.mark.parametrize(
