@@ -26,6 +26,7 @@ from stillhook.cli import (
     lower,
     maps,
     payload,
+    response,
     runs,
     sea,
     stability,
@@ -72,6 +73,7 @@ uncertainty.register(app)
 validate.register(app)
 tip.register(app)
 lower.register(app)
+response.register(app)
 app.add_typer(calc.app, name="calc")
 app.add_typer(certificate.app, name="certificate")
 app.add_typer(identify.app, name="identify")

@@ -11,8 +11,8 @@ from stillhook.errors import SeaError
 from stillhook.response.forcing import HIGHEST, LOWEST, PARTS, STEP, Forcing, tip_by_wave
 from stillhook.sea.directions import relative
 from stillhook.sea.measured import SpectrumSeries
-from stillhook.sea.parametric import LONGEST, SHORTEST, Jonswap, gamma_of, peak_period_of
 from stillhook.sea.parametric import HIGHEST as HIGHEST_SEA
+from stillhook.sea.parametric import LONGEST, SHORTEST, Jonswap, gamma_of, peak_period_of
 from stillhook.sea.rao import Rao
 from stillhook.sea.states import SeaStates
 

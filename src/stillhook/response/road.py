@@ -43,8 +43,8 @@ LEAST = 1e-300
 
 
 class Sigmas(NamedTuple):
-    """Standard deviations for n sea states: u wire's top end [m], u_rate its speed [m/s]; of `linearise.QUANTITIES` [m, m/s, N, N/s]; drag the linear drag of the
-    payload [N s/m]."""
+    """Standard deviations for n sea states: u wire's top end [m], u_rate its speed [m/s]; of `linearise.QUANTITIES` [m, m/s, N, N/s]; drag
+    the linear drag of the payload [N s/m]."""
 
     u: FloatArray
     u_rate: FloatArray
