@@ -127,6 +127,14 @@ def test_a_payload_may_be_described_in_the_file(tmp_path):
         ("[[stage]]", "[stage]", "stage: no stages"),
         ("[[stage]]", "[[stag]]", "stag: unknown field"),
         ("[water]", "[water", "not valid TOML"),
+        ('depth = "200 m"', 'depth = "1e9 m"', "water.depth = \"1e9 m\": give a depth above 0 m and up to 12000 m"),
+        ('depth = "200 m"', 'depth = "0 m"', "water.depth = \"0 m\": give a depth above 0 m"),
+        ('depth = "200 m"', 'depth = "200 m"\nrho = "1 kg/m^3"', "water.rho = \"1 kg/m^3\": give the density of water, 900 to 1300 kg/m^3"),
+        ('lower = "12 m/min"', 'lower = "1000 m/s"', "Stage.lower"),
+        ("z=25 m", "z=-25 m", "tip: its height -25 m is not above the water"),
+        ('start = "3 m"', 'start = "3 m"\nduration = "20 s"', "duration = 20 s: too short for waves at random"),
+        ('wave = "jonswap Hs=1 m Tp=7 s"', 'wave = "46042w1996.txt"', "no such file beside the lift file"),
+        ('heading = "180 deg"', 'heading = "180 deg"\nrecord = "3"', "belongs to a file of measured waves"),
     ],
 )  # fmt: skip
 def test_what_is_wrong_is_said_in_one_line_that_names_the_file(tmp_path, old, new, says):
@@ -148,3 +156,27 @@ def test_a_seed_belongs_to_waves(tmp_path):
     text = text.replace('at = "x=-10 m, y=-14 m, z=25 m"', 'height = "25 m"\nmotion = "sine 1 m 9 s"')
     with pytest.raises(StillhookError, match=r"belongs to waves, and the file has no \[sea\]"):
         load_lift(written(tmp_path, text), seed=3)
+
+
+def test_an_empty_file_is_told_what_a_lift_file_has(tmp_path):
+    with pytest.raises(StillhookError, match=r"lift.toml: empty. A lift file names crane, payload, start"):
+        load_lift(written(tmp_path, " \n"))
+
+
+def test_waves_may_be_a_record_of_a_measured_file(tmp_path):
+    """Four records of an NDBC file of our own, as it is laid out: hour, bands, densities."""
+    bands = [0.05, 0.08, 0.10, 0.12, 0.15, 0.20, 0.25, 0.30]
+    rows = ["#YY  MM DD hh mm " + " ".join(f"{f:.4f}" for f in bands)]
+    rows += [f"2020 01 01 {h:02d} 00 " + " ".join(["0.00", "1.00", "6.00", "8.00", "4.00", "2.00", "1.00", "0.50"]) for h in range(4)]
+    (tmp_path / "waves.txt").write_text("\n".join(rows) + "\n")
+    path = changed(tmp_path, 'wave = "jonswap Hs=1 m Tp=7 s"', 'wave = "waves.txt"\nrecord = "2020-01-01T02:00"')
+    file = load_lift(path)
+    assert np.std(file.lift.waves.eta) == pytest.approx(np.sqrt(file.sea.moment(0)), rel=0.05)
+    assert "2020-01-01T02:00:00Z" in file.place
+
+
+def test_deep_water_motions_over_shallow_water_are_noted(tmp_path):
+    text = GOOD.replace("200 m", "30 m").replace("Tp=7 s", "Tp=12 s")
+    (note,) = load_lift(written(tmp_path, text)).notes
+    assert "are for deep water; 30 m are shallow to waves of 12 s" in note
+    assert not load_lift(written(tmp_path, GOOD)).notes

@@ -38,7 +38,7 @@ LATE = 1.1
 
 class LiftFile(NamedTuple):
     """A crane and a lowering, how finely it is run and stored (None: default), and where it happens, in words; vessel, place of the crane
-    tip and sea as the file gives them (None: not there)."""
+    tip and sea as the file gives them (None: not there); notes on what it asks for."""
 
     crane: Crane
     lift: Lowering
@@ -48,6 +48,7 @@ class LiftFile(NamedTuple):
     vessel: Rao | None = None
     at: TipPoint | None = None
     sea: Sea | None = None
+    notes: tuple[str, ...] = ()
 
 
 def load_lift(path: str | Path, *, seed: int | None = None, duration: str | None = None, moving: bool = True) -> LiftFile:
@@ -85,7 +86,8 @@ def load_lift(path: str | Path, *, seed: int | None = None, duration: str | None
         have = f"{', '.join(lifts())}{nearest(str(path), lifts())}"
         raise LiftError(f"No lift {came(str(path))}: the library has {have} A file's name ends in .toml.")
     if not toml_text(Path(path)).strip():
-        raise LiftError(f"{Path(path).name}: empty. A lift file names crane, payload, [water], start and stages; copy one of {', '.join(lifts())}.")
+        have = ", ".join(lifts())
+        raise LiftError(f"{Path(path).name}: empty. A lift file names crane, payload, start, [water] and stages; copy one of {have}.")
     return described(path, lambda table, at: _lift(table, at, seed, duration, moving))
 
 
@@ -134,7 +136,7 @@ def _lift(table: Mapping[str, Any], file: Path, seed: int | None, duration: str 
     if "rho" in water:
         given["rho"] = table["water"]["rho"]
     step, every = _steps(top, "step"), _steps(top, "every")
-    return LiftFile(crane, Lowering(**given), step, every, place.words, place.vessel, place.at, place.sea)
+    return LiftFile(crane, Lowering(**given), step, every, place.words, place.vessel, place.at, place.sea, place.notes)
 
 
 def _table(table: Mapping[str, Any], key: str) -> dict[str, Any]:

@@ -42,7 +42,7 @@ def lowering_answer(run: xarray.Dataset, file: LiftFile) -> dict[str, Any]:
             stages.append({"name": str(label), "mode": "" if stage is None else stage.mode.value, "described": text, **row})
     head = {"lift": file.lift.name, "crane": file.crane.name, "payload": file.lift.payload.name, "place": file.place}
     status = {"twin": twin_line(file.crane), "status": single.pop("status")}
-    return {**head, **status, **single, "notes": notes.split("; ") if notes else [], "stages": stages}
+    return {**head, **status, **single, "notes": [*file.notes, *(notes.split("; ") if notes else [])], "stages": stages}
 
 
 def static_tension(run: xarray.Dataset, crane: Crane, lift: Lowering) -> NDArray[np.float64]:

@@ -37,7 +37,7 @@ class Stage(Record):
 
     name: str = ""
     mode: StageMode
-    lower: u.Speed = Field(default=0.0, description="wire speed, lowering positive; negative hoists")
+    lower: u.Speed = Field(default=0.0, ge=-10.0, le=10.0, description="wire speed, lowering positive; negative hoists")
     hold: u.Force | None = Field(default=None, gt=0, description="tension that constant-tension, or landing after touch-down, holds")
     time: u.Time | None = Field(default=None, gt=0)
     depth: u.Length | None = None
