@@ -141,3 +141,27 @@ def test_progress_begins_at_nothing_and_ends_at_all() -> None:
     assert shares[0] == 0.0
     assert shares[-1] == 1.0
     assert shares == sorted(shares)
+
+
+@pytest.mark.parametrize(
+    ("stages", "said"),
+    [
+        ([{"mode": "splash", "lower": "-12 m/min", "depth": "80 m"}], 'stage "1 splash": lower = -12 m/min hoists, and depth = 80 m is'),
+        ([{"mode": "ahc", "lower": "12 m/min", "depth": "30 m"}], "is 34.9 m of wire out, with 54.87 m out at its beginning"),
+        (
+            [{"mode": "ahc", "lower": "12 m/min", "depth": "90 m"}, {"mode": "ahc", "lower": "12 m/min", "depth": "60 m"}],
+            'stage "2 ahc": lower = 12 m/min pays wire out',
+        ),
+        ([{"mode": "landing", "lower": "6 m/min", "hold": "950 kN", "time": "9 s"}], "would lift the load again: payload and hook weigh 909.6 kN"),
+    ],
+)
+def test_stages_that_end_before_they_begin_or_lift_what_they_landed_are_refused(stages: list[dict[str, str]], said: str) -> None:
+    with pytest.raises(LiftError, match=said):
+        lower(crane(), lift(programme=tuple(Stage(**s) for s in stages)))
+
+
+def test_wire_counts_as_load_at_the_crane_tip() -> None:
+    deep = (Stage(mode="ahc", lower="60 m/min", depth="1900 m"),)
+    with pytest.raises(LiftError, match=r"payload, hook and wire pull 2\d+ kN at the crane tip"):
+        lower(crane(), lift("230 t", programme=deep))
+    prepare(crane(), [lift("180 t", programme=deep)], 2)

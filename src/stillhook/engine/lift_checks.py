@@ -2,14 +2,17 @@
 
 import math
 
+from stillhook.control.lift_modes import Stage as Row
 from stillhook.crane import Crane
 from stillhook.engine.lift_pack import PackedLift
-from stillhook.engine.lift_programme import hanging
+from stillhook.engine.lift_programme import hanging, payload_weight
 from stillhook.engine.pack import drum_record
 from stillhook.engine.stability import MOST_STEPS, RK4_LIMIT, fastest_rates, whole_parts
 from stillhook.errors import LiftError, SpecError
 from stillhook.lift.lowering import Lowering
+from stillhook.lift.programme import Stage, StageMode
 from stillhook.physics.drum import LAST_TURNS, wire_usable
+from stillhook.physics.scalar import G
 from stillhook.plants.hoist import drum_geometry
 from stillhook.scenario import LONGEST
 from stillhook.sea.kinematics import WaveField
@@ -57,6 +60,54 @@ def _check_places(crane: Crane, case: Lowering) -> None:
             f'z_0 = {z_0} takes {show(s_w, "length")} of wire, and "{crane.name}" can pay out {show(usable, "length")} '
             f"({LAST_TURNS:.0f} turns kept). Start higher or choose another crane."
         )
+
+
+def check_course(crane: Crane, case: Lowering, packed: PackedLift) -> None:
+    """Refuse stages that would be over before they begin, landings that would lift off again, and more static tension at the crane tip than
+    the crane carries. Errors: LiftError naming the stage."""
+    wire: float | None = packed.winch.s_w
+    for stage, row, name in zip(case.programme, packed.programme.rows, packed.programme.names, strict=True):
+        where, target = f'stage "{name}"', float(row[Row._fields.index("value")])
+        if stage.mode is StageMode.LANDING:
+            _check_hold(crane, case, stage, where)
+        if stage.end in ("depth", "wire"):
+            if wire is not None and (target - wire) * stage.lower <= 0.0:
+                asked = show(getattr(stage, stage.end), "length")
+                raise LiftError(
+                    f"{where}: lower = {show(stage.lower, 'speed')} {'pays wire out' if stage.lower > 0.0 else 'hoists'}, "
+                    f"and {stage.end} = {asked} is {show(target, 'length')} of wire out, with {show(wire, 'length')} out at its beginning. "
+                    f"Turn the sign of lower, or change {stage.end}."
+                )
+            wire = target
+            _check_tip(crane, case, wire, where)
+        elif stage.lower != 0.0 or stage.mode is StageMode.TENSION:
+            wire = None
+
+
+def _check_hold(crane: Crane, case: Lowering, stage: Stage, where: str) -> None:
+    """A landed load lies only on a wire that carries less than it weighs."""
+    hangs = payload_weight(case, -math.inf) + crane.hook_mass * G
+    if stage.hold is not None and stage.hold >= hangs:
+        raise LiftError(
+            f"{where}: hold = {show(stage.hold, 'force')} would lift the load again: payload and hook weigh {show(hangs, 'force')} "
+            "in water. Hold less."
+        )
+
+
+def _check_tip(crane: Crane, case: Lowering, wire: float, where: str) -> None:
+    """Static tension at the crane tip with so much wire out, the payload hanging free."""
+    z = case.h_tip - wire - case.rigging.height - case.payload.height
+    F, most = hanging(crane, case, z).F_tip, tip_capacity(crane)
+    if F > most:
+        raise LiftError(
+            f'{where}: payload, hook and wire pull {show(F, "force")} at the crane tip, and "{crane.name}" carries {show(most, "force")} '
+            "(SWL and hook). Lower less deep, a lighter payload, or choose another crane."
+        )
+
+
+def tip_capacity(crane: Crane) -> float:
+    """Tension at the crane tip that the crane is rated for: SWL and hook, the wire below the tip counting as load [N]."""
+    return (crane.SWL + crane.hook_mass) * G
 
 
 def _check_waves(waves: WaveField, duration: float) -> None:

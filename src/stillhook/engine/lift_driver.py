@@ -16,10 +16,9 @@ from stillhook.control.plc import Memory, Plc
 from stillhook.engine.lanes import access, fields, offset, replace, size
 from stillhook.engine.stats import Stats, fold
 from stillhook.engine.window import window_add, window_turn
-from stillhook.physics.payload import LEVELS, Water, WaterForce, Wetted, middle, submergence, water_force, wetted
-from stillhook.physics.rope import Element, element, element_weight, pull_of_sling, sling_energy
-from stillhook.physics.scalar import STRICT, align_stack, fmax, scalar
-from stillhook.physics.wire import wire_stiffness
+from stillhook.physics.payload import LEVELS, Water, Wetted, middle, submergence, water_force, wetted
+from stillhook.physics.rope import Element, element, element_weight, pull_of_sling, sling_energy, sling_mean
+from stillhook.physics.scalar import STRICT, align_stack, scalar
 from stillhook.plants.lift import (
     NEVER,
     SNAP,
@@ -27,13 +26,19 @@ from stillhook.plants.lift import (
     Lift,
     LiftSignals,
     LiftStats,
+    Solve,
+    Sums,
+    Windowed,
     Works,
+    ahead,
+    begin,
     compensating,
     cubic,
     fold_step,
     later,
     level_of,
     place,
+    take_weights,
     waiting,
 )
 from stillhook.plants.sensing import sense
@@ -49,43 +54,6 @@ put_x, put_u, put_geo, put_m, put_st, put_y, put_tip = (
     base.put_x, base.put_u, base.put_geo, base.put_m, base.put_st, base.put_y, base.put_tip,
 )  # fmt: skip
 X, U, GEO, M, ST, Y, TIP_0, TIP_1, TIP_2 = base.X, base.U, base.GEO, base.M, base.ST, base.Y, base.TIP_0, base.TIP_1, base.TIP_2
-
-
-class Solve(NamedTuple):
-    """What the rows of a wire share in a step: d, off interior diagonal and off-diagonal [kg]; first row: d_0 diagonal [kg], T_0 the
-    winch's pull on a node at rest [N] and G_0 its fall per speed of the node [N s/m], taut 1 where the wire pulls at the winch, else 0;
-    payload: A_p [kg], R_p [kg m/s], force of the water at the foreseen speed v_mid [m/s], slope by which drag falls with the speed
-    [N s/m]."""
-
-    d: float
-    off: float
-    d_0: float
-    T_0: float
-    G_0: float
-    taut: float
-    A_p: float
-    R_p: float
-    force: WaterForce
-    slope: float
-    v_mid: float
-
-
-class Windowed(NamedTuple):
-    """What the moving windows take: e_c while compensating, tip, payload and hook beside the joystick's path [m]. A window that is not yet
-    full counts as well: what it spans, the first full one of the stage spans too."""
-
-    e_c: float
-    tip: float
-    load: float
-    hook: float
-
-
-class Sums(NamedTuple):
-    """Over the wire in one step: damping of the elements and gravity, as power [W]."""
-
-    damping: float
-    gravity: float
-
 
 Lane = NamedTuple(
     "Lane",
@@ -331,36 +299,6 @@ def windows(A, W_, i, n_win):
 
 
 @scalar
-def ahead(q, v, a, tau):
-    """Place after tau [s] at speed v [m/s] and acceleration a [m/s^2]."""
-    return q + tau * (v + 0.5 * tau * a)
-
-
-@scalar
-def begin(b, q, v, v_mid, w, f, h):
-    """What the rows of one lane's wire share in this step: q displacement of its first node [m]; v speed of its payload now and v_mid as
-    foreseen for mid-step, when the water there moves at w [m/s] and acts with f.
-
-    Drag is straightened about v_mid, so that no payload is too light for the step.
-    """
-    e, x = b.hang.element, b.x
-    G = 0.5 * h * (e.c + 0.5 * h * e.k)
-    k_0, c_0 = wire_stiffness(x.s_w, b.p.hoist.wire), b.p.hoist.wire.c
-    half = 0.5 * (x.omega_m - b.hang.omega_0)
-    s_w = x.s_w - 0.5 * h * b.geo.lever * (x.omega_m + 0.5 * half)
-    top = b.tip_1.s - (s_w - b.p.hoist.s_w_0)
-    v_top = b.tip_1.v + b.geo.lever * (x.omega_m + half)
-    G_0 = 0.5 * h * k_0 + c_0
-    T_0 = k_0 * (top - q) + c_0 * v_top
-    taut = 1.0 if T_0 - G_0 * x.v_load > 0.0 else 0.0
-    m, slope = b.lift.load.m + f.m_a, 2.0 * abs(f.drag) / fmax(abs(w - v_mid), 1.0e-9)
-    R_p = m * v + 0.5 * h * (f.buoyancy + f.inertia + f.drag + slope * v_mid + f.slam + f.bottom - b.lift.load.W)
-    return Solve(
-        10.0 * e.m + 2.0 * G, e.m - G, 5.0 * e.m + G + taut * 0.5 * h * G_0, T_0, G_0, taut, m + 0.5 * h * slope, R_p, f, slope, v_mid,
-    )  # fmt: skip
-
-
-@scalar
 def wire_step(A, B, N, T, t, tau, h):
     """Wire, hook, slings and payload of every lane over one step that begins at t, tau into the cycle [s]: the implicit midpoint rule."""
     hook = B[N * ROW :]
@@ -457,27 +395,6 @@ def finish(A, B, N, t, h):
             w.bottom, w.relay,
         ))  # fmt: skip
         A[OMEGA_0 + l] = A[OMEGA + l]
-
-
-@scalar
-def sling_mean(x, rate, h, sling):
-    """Tension over a step [N] of slings stretched by x [m] at its start whose ends part at `rate` in its middle [m/s]."""
-    F = sling.k * (x + 0.5 * h * rate) + sling.c * rate
-    return F if F > 0.0 else 0.0
-
-
-@scalar
-def take_weights(H_w, f, dt):
-    """Weights of value and rate at both ends of dt [s], at the part f of it: of the value, then of its rate."""
-    g = 1.0 - f
-    H_w[0] = (1.0 + 2.0 * f) * g * g
-    H_w[1] = f * g * g * dt
-    H_w[2] = f * f * (3.0 - 2.0 * f)
-    H_w[3] = -f * f * g * dt
-    H_w[4] = -6.0 * f * g / dt
-    H_w[5] = g * (1.0 - 3.0 * f)
-    H_w[6] = 6.0 * f * g / dt
-    H_w[7] = f * (3.0 * f - 2.0)
 
 
 def run(A, B, N, D_, cols, H, S, n_stages, T, E, H_w, levels, dt_w, i_0, W_, G, starts, first, out, every, k_0, n, final, n_win, n_sub,

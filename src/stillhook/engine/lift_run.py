@@ -13,7 +13,7 @@ from stillhook.crane import Crane
 from stillhook.engine.build import driver
 from stillhook.engine.drive import Drive, hermite_weights, scale_weights
 from stillhook.engine.lanes import fields, flatten, offset, size, unflatten
-from stillhook.engine.lift_checks import check_lift, check_lift_step
+from stillhook.engine.lift_checks import check_course, check_lift, check_lift_step
 from stillhook.engine.lift_pack import PackedLift, pack_lift, stand_in
 from stillhook.engine.run import Ending, Progress, aligned, nothing, room_for, shared
 from stillhook.engine.stats import Stats, blank
@@ -81,6 +81,7 @@ def prepare(crane: Crane, cases: Sequence[Lowering], n_sub: int) -> list[Ready]:
             check_lift(crane, case)
             drive = Drive(crane, stand_in(crane, case, 0.0))
             packed = pack_lift(crane, case, drive.s_tip_0)
+            check_course(crane, case, packed)
             check_lift_step(packed, drive.t_cycle / n_sub)
         except StillhookError as e:
             raise type(e)(f"case {i}: {e}" if len(cases) > 1 else str(e)) from None

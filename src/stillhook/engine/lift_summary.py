@@ -5,12 +5,12 @@ from collections.abc import Sequence
 from typing import Any
 
 from stillhook.crane import Crane
+from stillhook.engine.lift_checks import tip_capacity
 from stillhook.engine.lift_run import LiftResult, StageResult
 from stillhook.engine.run import Ending
 from stillhook.engine.stats import Stats
 from stillhook.engine.summary import LIMITS, OK
 from stillhook.lift.lowering import Lowering
-from stillhook.physics.scalar import G
 from stillhook.plants.lift import NEVER
 from stillhook.plants.state import Powers
 
@@ -71,15 +71,15 @@ def unaccounted(result: LiftResult) -> float:
 
 def status(result: LiftResult, crane: Crane) -> str:
     """ "ok", or what went beyond its limit, joined by commas: those of `stillhook.engine.summary`, and "sling" (slings went slack before
-    touch-down), "overload" (more tension in the slings than the SWL weighs), "stuck" (a stage timed out), "unfinished". "audit" is not
-    asked where the wire snaps taut within a cycle of the audit."""
+    touch-down), "overload" (more tension at the crane tip than SWL and hook weigh, peaks included), "stuck" (a stage timed out),
+    "unfinished". "audit" is not asked where the wire snaps taut within a cycle of the audit."""
     if result.ending is Ending.DIVERGED:
         return "diverged"
     r = whole(result)
     beyond = [name for name, field in LIMITS if getattr(r.stats, field) > 0.0]
     if any(s.lift.slack > 0.0 for _, s in result.stages if s.lift.t_landed > NEVER / 2 and r.lift.t_landed > NEVER / 2):
         beyond.append("sling")
-    if r.lift.F_s_max > crane.SWL * G:
+    if r.stats.F_max > tip_capacity(crane):
         beyond.append("overload")
     if result.hang.sup.stuck > 0.0:
         beyond.append("stuck")

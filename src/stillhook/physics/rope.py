@@ -88,3 +88,10 @@ def sling_energy(x, sling):
     """Strain energy of a sling stretched by x [m]: none where it is slack [J]."""
     taut = fmax(x, 0.0)
     return 0.5 * sling.k * taut * taut
+
+
+@scalar
+def sling_mean(x, rate, h, sling):
+    """Tension over a step [N] of slings stretched by x [m] at its start whose ends part at `rate` in its middle [m/s]."""
+    F = sling.k * (x + 0.5 * h * rate) + sling.c * rate
+    return F if F > 0.0 else 0.0
