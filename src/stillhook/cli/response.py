@@ -14,7 +14,7 @@ from stillhook.cli.show import human, print_json, print_table, print_twin, progr
 
 if TYPE_CHECKING:
     from stillhook.io.lift_file import LiftFile
-    from stillhook.response.of_lift import LiftResponse, Waves
+    from stillhook.response.of_lift import LiftResponse
 
 DEPTH_HELP = (
     'Where the payload\'s underside hangs below still water, "1500 m" (negative: in the air). Default: the deepest place at which a stage '
@@ -114,7 +114,7 @@ def response(
     if json:
         print_json(answer)
     else:
-        _print(file, found, answer, waves)
+        _print(file, found, answer)
         if out is not None:
             print("written: " + ", ".join(str(out / name) for name in OUT_FILES))
     raise typer.Exit(0 if answer.get("status", "ok") == "ok" else 1)
@@ -130,19 +130,17 @@ def _figure(found: LiftResponse, answer: dict[str, Any]) -> Any:
     return sea_figure(found.forcing.omega, spectra(found), float(found.T_wire[0]), title)
 
 
-def _print(file: LiftFile, found: LiftResponse, answer: dict[str, Any], waves: Waves) -> None:
+def _print(file: LiftFile, found: LiftResponse, answer: dict[str, Any]) -> None:
     from stillhook.units import show
 
     wrapped(f"{answer['lift']}: {answer['crane']}, {answer['mode']}, {answer['place']}")
     load = file.lift.payload
     where = f"{show(-found.z, 'length')} below" if found.z < 0.0 else f"{show(found.z, 'length')} above"
-    wrapped(
-        f"{load.title or load.name}, {show(load.mass, 'mass')}, its underside {where} still water on {show(found.hung.s_w, 'length')} of wire"
-    )
+    hangs = f"its underside {where} still water on {show(found.hung.s_w, 'length')} of wire"
+    wrapped(f"{load.title or load.name}, {show(load.mass, 'mass')}, {hangs}")
     periods = ", ".join(f"{T:.3g} s" for T in found.T_wire)
-    wrapped(
-        f"natural periods with the top held: {periods}; at rest {show(found.hung.F_top, 'force')} at the tip, {show(found.hung.F_sling, 'force')} in the slings"
-    )
+    rest = f"{show(found.hung.F_top, 'force')} at the tip, {show(found.hung.F_sling, 'force')} in the slings"
+    wrapped(f"natural periods with the top held: {periods}; at rest {rest}")
     if "status" in answer:
         _print_sea(answer)
     else:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import textwrap
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -54,14 +55,16 @@ def year_figure(data: xarray.Dataset, title: str) -> Figure:
         load.scatter(H_s, data[name].values, color=colour, s=3.0, linewidths=0.0, label=label)
     load.set_yscale("log")
     _finish(top, "", "sigma of the\ntip's speed [m/min]", legend=False)
-    _finish(middle, "time (UTC)", "sigma of height [m]")
+    _finish(middle, "time (UTC)", "sigma of height [m]", legend=False)
+    middle.set_ylim(top=2.5 * middle.get_ylim()[1])
+    middle.legend(fontsize="small", frameon=False, loc="upper center", ncols=3)
     _finish(tip, "H_m0 [m]", "sigma of the tip's speed [m/min]", legend=False)
     _finish(load, "H_m0 [m]", "sigma of the load's height [m]")
     for ax in (top, tip):
         ax.set_ylim(bottom=0.0)
     for ax in (tip, load):
         ax.set_xlim(left=0.0)
-    figure.suptitle(title, fontsize="medium", wrap=True)
+    figure.suptitle(_folded(title), fontsize="medium")
     return figure
 
 
@@ -93,8 +96,12 @@ def sea_figure(omega: FloatArray, spectra: dict[str, FloatArray], T_wire: float,
         ax.set_ylim(1e-6 * highest, 3.0 * highest)
     ax.set_xlim(float(omega[0]), min(float(omega[-1]), 2.0))
     _finish(ax, "angular frequency [rad/s]", "density of height [m² s/rad]")
-    figure.suptitle(title, fontsize="medium", wrap=True)
+    figure.suptitle(f"{_folded(title)}\nshown of the compensated: the part that follows the tip", fontsize="medium")
     return figure
+
+
+def _folded(title: str) -> str:
+    return "\n".join(textwrap.fill(line, 100) for line in title.splitlines())
 
 
 def _finish(ax: Axes, x: str, y: str, *, legend: bool = True) -> None:
