@@ -138,4 +138,35 @@ def test_a_sheet_says_where_every_number_is_from(tmp_path, capsys):
 def test_an_empty_lift_is_not_told_to_be_a_crane(tmp_path, capsys):
     line = refusal(capsys, "lower", file(tmp_path / "l.toml", ""))
     assert "empty" in line
-    assert "crane" not in line
+    assert "base =" not in line
+
+
+TIP = ("tip", "--vessel", "supply-vessel-82m", "--at", "x=-20 m, y=-18 m", "--wave")
+JONSWAP = "jonswap Hs=1 m Tp=8 s gamma=3.3"
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        ((JONSWAP, "--heading", "180", "--duration", "1 s"), "duration: it holds 0.12 cycles of the motion"),
+        ((JONSWAP, "--heading", "180", "--duration", "10 s", "--out", "x"), "duration 10 s leaves 5 harmonics"),
+        ((JONSWAP, "--heading", "180", "--duration", "8760 h", "--out", "x"), "longer than 111 h"),
+        ((f"{JONSWAP} heading=10 deg", "--heading", "180"), "have a heading of their own. Leave it out."),
+        ((f"{JONSWAP} heading=10 deg spread=3", "--spread", "4"), "have a spread of their own. Leave it out."),
+    ],
+)
+def test_options_of_a_tip_that_cannot_count_are_refused(options, said, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert said in refusal(capsys, *TIP, *options)
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_crane_stands_above_water(capsys):
+    crane = ("--pedestal", "x=-15 m, y=-6 m, z=-15 m", "--slew", "270 deg", "--main", "25 m 60 deg")
+    line = refusal(capsys, *TIP[:3], *crane, "--wave", JONSWAP, "--heading", "180")
+    assert "its heel lies 15 m below still water" in line
+
+
+def test_one_heading_counts_for_waves_that_have_none_and_all_is_all(capsys):
+    assert "largest in 3 h" in told(capsys, *TIP, f"{JONSWAP} heading=10 deg + pm Hs=1 m Tp=7 s", "--heading", "90")
+    assert "\u2502 345" in told(capsys, *TIP, JONSWAP, "--heading", "ALL")

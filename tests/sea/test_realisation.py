@@ -187,7 +187,7 @@ class TestRealisation:
             (lambda: realise(SEA, 600.0, -1), "whole number of 0 or more"),
             (lambda: realise(SEA, 600.0, amplitudes="wild"), "not one of fixed, rayleigh"),
             (lambda: realise(SEA, math.inf), "Give the length of the run"),
-            (lambda: realise(SEA, 1e7), "more than 200000"),
+            (lambda: realise(SEA, 1e7), "longer than 111 h, the most for this sea"),
             (lambda: realise(SEA, 600.0, depth=0.0), "depth 0 m is not more than 0 m"),
             (lambda: regular(-1.0, 8.0, 0.0), "regular wave of -1 m"),
         ],

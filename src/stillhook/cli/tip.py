@@ -80,7 +80,8 @@ def tip(
         unused = {"--vessel": vessel, "--wave": wave, "--heading": heading, "--spread": spread, "--record": record, "--ship": ship}
         unused |= {"--pedestal": pedestal, "--slew": slew, "--main": main, "--knuckle": knuckle}
         refuse(
-            unused | {"--seeds": seeds, "--exact": exact, "--out": out}, "belongs to a vessel in waves, and --log holds a motion already."
+            unused | {"--seeds": seeds, "--exact": exact, "--out": out},
+            "belongs to a vessel in waves, and --log holds a motion already. Leave it out.",
         )
         _of_log(log, at, time, json=json)
         return
@@ -95,7 +96,7 @@ def tip(
     from stillhook.io.vessel_file import read_vessel
 
     rao = read_vessel(vessel)
-    if heading == ALL_ROUND:
+    if heading is not None and heading.strip().lower() == ALL_ROUND:
         refuse({"--seeds": seeds, "--out": out, "--ship": ship}, "is for one heading. Leave it out, or give one --heading.")
         if "heading" in wave:
             raise SeaError(f"--heading all: the waves of {wave!r} have a heading of their own. Leave that out.")

@@ -37,7 +37,11 @@ def sea_of(wave: str, heading: str | None, spread: float | None, record: str | N
     if "=" not in wave and re.search(r"[./\\]", wave):
         raise SeaError(f'--wave {came(wave)}: no such file, and not waves such as "jonswap Hs=2 m Tp=8 s". Check the path.')
     refuse({"--record": record, "--ship": ship}, f"belongs to a file of measured waves, and --wave {came(wave)} is none. Leave it out.")
-    return parse_sea(wave, heading=beta, spread=spread, where="--wave")
+    sea = parse_sea(wave, heading=beta, spread=spread, where="--wave")
+    for name, value in (("heading", heading), ("spread", spread)):
+        if wave.lower().count(name) == len(sea.trains):
+            refuse({f"--{name}": value}, f"all waves of --wave {came(wave)} have a {name} of their own. Leave it out.")
+    return sea
 
 
 def _measured(wave: str, beta: float | None, spread: float | None, record: str | None, ship: str | None) -> Sea:

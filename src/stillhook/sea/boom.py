@@ -68,6 +68,8 @@ class Boom:
     def _check(self) -> None:
         if max(abs(self.x), abs(self.y), abs(self.z)) > LONGEST_LEVER:
             raise SeaError(f"boom: the pedestal lies more than {LONGEST_LEVER:g} m off the reference point. Check its units.")
+        if self.z < 0.0:
+            raise SeaError(f"boom: its heel lies {-self.z:g} m below still water. Give the pedestal's z above it.")
         for name, length, least in (("main", self.main_length, 1.0), ("knuckle", self.knuckle_length, 0.0)):
             if not least <= length <= LONGEST_BOOM:
                 raise SeaError(f"boom: {name} length {length:g} m is not between {least:g} m and {LONGEST_BOOM:g} m. Check its unit.")

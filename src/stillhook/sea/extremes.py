@@ -34,7 +34,7 @@ def largest(sigma: float, n: float, quantile: float = MPM) -> float:
         raise SeaError(f"quantile {quantile:g} is not above 0 and below 1. Give 0.9 for the level that 90 % of all such times stay below.")
     ratio = n / math.log(1.0 / quantile)
     if not ratio >= 1.0:
-        raise SeaError(f"{n:.3g} cycles are too few for a largest value of quantile {quantile:g}. Give a longer duration.")
+        raise SeaError(f"duration: it holds {n:.3g} cycles of the motion, too few for a largest value. Give ten wave periods or more.")
     return sigma * math.sqrt(2.0 * math.log(ratio))
 
 

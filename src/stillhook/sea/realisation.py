@@ -94,7 +94,7 @@ def realise(
     if not (isinstance(seed, int) and not isinstance(seed, bool) and seed >= 0):
         raise SeaError(f"seed {seed!r}: give a whole number of 0 or more.")
     if not (math.isfinite(repeat) and repeat >= SHORTEST_REPEAT):
-        raise SeaError(f"repeat {repeat:g} s is shorter than {SHORTEST_REPEAT:g} s. Give the length of the run.")
+        raise SeaError(f"duration {repeat:g} s of the waves is shorter than {SHORTEST_REPEAT:g} s. Give the length of the run.")
     if not depth > 0.0:
         raise SeaError(f"depth {depth:g} m is not more than 0 m. Leave it out for deep water.")
     d_omega = 2.0 * math.pi / repeat
@@ -175,15 +175,18 @@ def _band(sea: Sea, d_omega: float) -> tuple[int, int]:
             lowest = min(lowest, float(spectrum.grid()[0]))
             highest = max(highest, min(spectrum.omega_cut, 2.0 * math.pi * max(1.0 / SHORTEST_WAVE, 4.0 / spectrum.peak_period)))
     if highest == 0.0:
-        raise SeaError(f'{sea.describe()}: there are no waves to realise. A tip at rest is the motion "still".')
+        raise SeaError(f"{sea.describe()}: there are no waves to realise. Leave waves and vessel out for a calm.")
     first, last = max(1, math.floor(lowest / d_omega + 0.5)), math.ceil(highest / d_omega - 0.5)
     if last - first < 10:
         raise SeaError(
-            f"repeat {2.0 * math.pi / d_omega:g} s leaves {max(0, last - first + 1)} harmonics for the sea, too few to be random. "
+            f"duration {2.0 * math.pi / d_omega:g} s leaves {max(0, last - first + 1)} harmonics for the sea, too few to be random. "
             "Give ten wave periods or more."
         )
     if last > MOST_HARMONICS:
-        raise SeaError(f"repeat {2.0 * math.pi / d_omega:g} s asks for {last} harmonics, more than {MOST_HARMONICS}. Give a shorter one.")
+        longest = MOST_HARMONICS * 2.0 * math.pi / highest / 3600.0
+        raise SeaError(
+            f"duration {2.0 * math.pi / d_omega:g} s of the waves is longer than {longest:.0f} h, the most for this sea. Give less."
+        )
     return first, last
 
 

@@ -24,6 +24,7 @@ FloatArray = NDArray[np.float64]
 AT_LIKE = 'such as "x=-20 m, y=-18 m" (forward and to port of the reference point; z, the height, where it is needed)'
 STEP = 2e-3  # rad/s: integrals over the response take steps no coarser than this
 SAMPLING = 0.05  # s: of motions in time
+NOTHING = 5e-5  # parts of a variance that are not worth a line
 EDGE = 5.0  # s: nearer to its ends a recorded motion is not right
 
 
@@ -234,7 +235,8 @@ def _table_notes(response: TipResponse) -> list[str]:
     first, last = response.omega_table
     with_end = math.hypot(response.sigma_a, response.sigma_a_beyond)
     more = with_end / response.sigma_a - 1.0 if response.sigma_a > 0.0 else 0.0
-    notes = [
+    edge = response.share_beyond > NOTHING or more > NOTHING
+    notes = edge * [
         f"The vessel's table ends at a period of {2.0 * math.pi / last:.4g} s. Shorter waves, {response.share_beyond:.2%} of the sea's "
         f"variance, are taken to move nothing; if its last value stayed, sigma_a would be {with_end:.4g} m/s^2 in place of "
         f"{response.sigma_a:.4g} (+{more:.2%})."
