@@ -25,6 +25,7 @@ from stillhook.scenario import Mode, mode_of
 from stillhook.sea.measured import SpectrumSeries
 from stillhook.sea.spectrum import Sea
 from stillhook.sea.states import SeaStates
+from stillhook.units import show
 from stillhook.variables import BY_NAME
 
 if TYPE_CHECKING:
@@ -113,6 +114,11 @@ def lift_response(
         what = "vessel" if file.vessel is None else "place of the crane tip (tip.at, or [boom])"
         raise LiftError(f"{what}: missing. The frequency road needs vessel and tip; a motion of the tip in their place runs in time only.")
     mode = file.lift.controller if mode is None else mode_of(mode)
+    if mode is Mode.MANUAL:
+        others = ", ".join(m.value for m in Mode if m is not Mode.MANUAL)
+        raise LiftError(f"mode manual: compensates nothing, and the brake is told beside every other one. Give one of {others}.")
+    if -z > file.lift.depth:
+        raise LiftError(f"depth {show(-z, 'length')}: the water is {show(file.lift.depth, 'length')} deep. Give a place in it.")
     what_hangs = hung(file.crane, file.lift, z)
     forcing = forcing_of(waves, file)
     asked = _Asked(progress)
