@@ -8,7 +8,7 @@ import pytest
 
 from stillhook import load_crane
 from stillhook.crane import Crane
-from stillhook.engine.lift_run import prepare
+from stillhook.engine.lift_run import prepare, run_lowerings
 from stillhook.engine.lower import lower
 from stillhook.lift.lowering import DeepWire, Lowering, Rigging
 from stillhook.lift.payload import Payload
@@ -61,7 +61,7 @@ def exact(crane: Crane, case: Lowering) -> tuple[Rod, End]:
     """The same wire and load for the closed forms."""
     packed = prepare(crane, [case], 10)[0].packed
     rope, lift = packed.lift.rope, packed.lift
-    rod = Rod(L=packed.winch.s_w, EA=rope.EA, mu=rope.mu, w=rope.w_water, beta=rope.beta, k_top=rope.EA / crane.wire.L_0)
+    rod = Rod(L=packed.winch.s_w, EA=rope.EA, mu=rope.mu, w=rope.w_water, beta=packed.hang.element.c / packed.hang.element.k, k_top=rope.EA / crane.wire.L_0)
     return rod, End(m=lift.load.m, A33=float(packed.table[-1, 1]), m_h=lift.hook.m, k_s=lift.sling.k, c_s=lift.sling.c)
 
 
@@ -217,3 +217,15 @@ def test_motion_of_the_load_in_a_stage_is_what_its_series_shows() -> None:
         seen = float(trailing_spans(beside, 3000, 0)[3000:].max()) if len(beside) > 3001 else float(np.ptp(beside))
         assert float(run.stage_load_pp[stage]) == pytest.approx(seen, abs=0.01)
         assert seen < 0.4
+
+
+def test_wire_damps_alike_wherever_the_run_began() -> None:
+    """Material damping is a ratio of the swing on the wire that is out, not of that on the wire of the start."""
+    down = (Stage(mode="ahc", lower="60 m/min", wire="500 m"),)
+    begun_above = still_winch("-10 m", Sine(amplitude="0 m", period="9 s"), zeta=0.02, load=box(A33=50.0), duration="520 s")
+    r = run_lowerings(deep(), [begun_above.model_copy(update={"programme": down})], n_sub=2, lanes=1, every=0)[0]
+    begun_there = prepare(deep(), [still_winch(f"{20.0 - 15.0 - r.state.s_w} m", begun_above.tip, zeta=0.02, load=box(A33=50.0))], 2)[0]
+    here, there = r.hang.element, begun_there.packed.hang.element
+    assert here.c / here.k == pytest.approx(there.c / there.k, rel=1e-3)
+    omega = 2.0 * math.pi / natural_periods(*exact(deep(), begun_above.model_copy(update={"z_0": 5.0 - r.state.s_w})))[0]
+    assert 0.5 * here.c / here.k * omega == pytest.approx(0.02, rel=0.02)  # by the rule of a third of the wire's mass

@@ -19,6 +19,8 @@ from stillhook.engine.window import window_add, window_turn
 from stillhook.physics.payload import LEVELS, Water, Wetted, middle, submergence, water_force, wetted
 from stillhook.physics.rope import Element, element, element_weight, pull_of_sling, sling_energy, sling_mean
 from stillhook.physics.scalar import STRICT, align_stack, scalar
+from stillhook.physics.wire import Wire
+from stillhook.plants.hoist import Hoist
 from stillhook.plants.lift import (
     NEVER,
     SNAP,
@@ -91,6 +93,8 @@ SUP, ELEMENT, WATER, LEVEL, OMEGA_0, A_LOAD, SINCE, S_JOY, E_HELD, STAGE, K_STAG
 get_element, get_solve, get_lift, get_hang = (access(c, LANES).load for c in (Element, Solve, Lift, Hanging))
 put_sup, put_element, put_seen = store(Supervisor), store(Element), store(Windowed)
 ELEMENT_C = ELEMENT + offset(Element, "c", LANES)
+TOP_C = base.P + offset(base.Params, "hoist", LANES) + offset(Hoist, "wire", LANES) + offset(Wire, "c", LANES)
+"""Damping of the wire between drum and tip: that of the elements."""
 SUP_STAGE, SUP_DONE = (SUP + offset(Supervisor, f, LANES) for f in ("stage", "done"))
 X_S, X_V, OMEGA = (X + offset(base.State, f, LANES) for f in ("s_load", "v_load", "omega_m"))
 S_LOAD, V_LOAD = (Y + offset(Signals, f, LANES) for f in ("s_load", "v_load"))
@@ -200,7 +204,7 @@ def relay(A, B, N):
     hook = B[N * ROW :]
     for l in range(LANES):
         b = load(A, l)
-        old, new = b.hang.element, element(b.x.s_w, b.lift.rope)
+        old, new = b.hang.element, element(b.x.s_w, b.solve.force.m_a, b.lift.rope)
         moved, strained = 0.5 * b.sums.damping, 0.5 * b.sums.gravity
         brought = (new.m - old.m) * moved + (new.k - old.k) * strained
         v_h, v_p, x = hook[V + l], hook[ROW + V + l], hook[Q + l] - hook[ROW + Q + l]
@@ -210,6 +214,7 @@ def relay(A, B, N):
             A, WORKS + l, Works(w.top, w.damping, w.gravity, w.buoyancy, w.inertia, w.drag, w.slam, w.bottom, w.relay + brought)
         )  # fmt: skip
         put_element(A, ELEMENT + l, new)
+        A[TOP_C + l] = new.c / new.k * b.lift.rope.EA / b.lift.rope.L_0
         A[E_NOW + l] = new.m * moved + new.k * strained + ends
     for i in range(N + 1):
         row = B[i * ROW :]

@@ -32,7 +32,8 @@ STILL_WATER = Field(z_w=1.0, i_ds=1.0, last=1.0)
 
 class PackedLift(NamedTuple):
     """Plant and its records with the wire from drum to tip as wire; lift; memory before the first cycle; displacements (n + 2,) [m] and
-    weights (n + 1,) [N] of the wire's nodes, the last displacement that of the payload; table of the payload; programme."""
+    weights (n + 1,) [N] of the wire's nodes, the last displacement that of the payload; table of the payload and its added mass at the
+    start [kg]; programme."""
 
     winch: Packed
     lift: Lift
@@ -40,6 +41,7 @@ class PackedLift(NamedTuple):
     q: Array
     weights: Array
     table: Array
+    m_a: float
     programme: Programme
 
 
@@ -66,19 +68,19 @@ def stand_in(crane: Crane, case: Lowering, s_w: float) -> Scenario:
     return Scenario.model_construct(**plain)
 
 
-def rope_record(crane: Crane, case: Lowering, s_w: float, M: float) -> Rope:
-    """The wire below the tip; M mass of hook and payload, its added mass included, which sets the damping [kg]."""
+def rope_record(crane: Crane, case: Lowering, M: float) -> Rope:
+    """The wire below the tip; M mass of hook and payload [kg]."""
     EA, steel = wire_strength(crane)
     mu = crane.wire.mass_per_length
-    length = crane.wire.L_0 + max(s_w, 0.0)
-    omega = math.sqrt(EA / length / (M + mu * max(s_w, 0.0) / 3.0))
     return Rope(
         EA=EA,
         mu=mu,
         w_air=mu * G,
         w_water=(mu - case.rho * steel) * G,
-        beta=2.0 * case.wire.zeta / omega,
+        zeta=case.wire.zeta,
         h_tip=case.h_tip,
+        L_0=crane.wire.L_0,
+        M=M,
         n=float(case.wire.nodes),
     )
 
@@ -110,8 +112,8 @@ def pack_lift(crane: Crane, case: Lowering, s_tip: float = 0.0) -> PackedLift:
     m_s, r = load.m, case.rigging
     sling = Sling(k=r.stiffness, c=2.0 * r.zeta * math.sqrt(r.stiffness * m_s))
     hook = Hook(crane.hook_mass, crane.hook_mass * G)
-    rope = rope_record(crane, case, s_w, hook.m + load.m + wet.A33)
-    e, n = element(s_w, rope), case.wire.nodes
+    rope = rope_record(crane, case, hook.m + load.m)
+    e, n = element(s_w, wet.A33, rope), case.wire.nodes
     parts = np.array([element_weight(float(i), e.l, rope) for i in range(n)])
     weights = 0.5 * (np.append(parts, 0.0) + np.append(0.0, parts))
     weights[-1] += hook.W
@@ -134,14 +136,15 @@ def pack_lift(crane: Crane, case: Lowering, s_tip: float = 0.0) -> PackedLift:
         sup=sup, element=e, water=still, level=level_of(z, level, field), omega_0=0.0, a_load=0.0, since_taut=0.0, s_joy=0.0, e_held=0.0,
         stage=0.0, k_stage=0.0, E=E, E_0=E, works=works, v_before=0.0, datum=float(q[-1]),
     )  # fmt: skip
-    return PackedLift(_winch(crane, case, s_w, rope, k_0, F_top), lift, hang, q, weights, table, programme)
+    return PackedLift(_winch(crane, case, s_w, e, F_top), lift, hang, q, weights, table, wet.A33, programme)
 
 
-def _winch(crane: Crane, case: Lowering, s_w: float, rope: Rope, k_0: float, F_top: float) -> Packed:
+def _winch(crane: Crane, case: Lowering, s_w: float, e: Element, F_top: float) -> Packed:
     """The winch with the wire from drum to tip alone, on which the first node of the long wire hangs: a load without mass that is moved."""
     packed = pack(crane, stand_in(crane, case, s_w))
     h = packed.params.hoist
-    wire = Wire(EA=FIXED * rope.EA, L_0=FIXED * crane.wire.L_0, c=rope.beta * k_0)
+    EA, k_0 = wire_strength(crane)[0], wire_strength(crane)[0] / crane.wire.L_0
+    wire = Wire(EA=FIXED * EA, L_0=FIXED * crane.wire.L_0, c=e.c / e.k * k_0)
     hoist = h._replace(wire=wire, load=Load(W=F_top, m=0.0, i_m=0.0, b=0.0))
     first = case.programme[0].mode.value
     mode = MANUAL if first in ("manual", "splash") else MODE_CODE[case.controller]

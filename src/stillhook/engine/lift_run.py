@@ -20,7 +20,7 @@ from stillhook.engine.stats import Stats, blank
 from stillhook.engine.window import blank_window
 from stillhook.errors import StillhookError
 from stillhook.lift.lowering import Lowering
-from stillhook.plants.lift import Hanging, LiftStats, blank_lift_stats
+from stillhook.plants.lift import Hanging, LiftStats, Solve, blank_lift_stats
 from stillhook.plants.state import Geometry, Tick, Tip
 from stillhook.sea.kinematics import WaveField
 from stillhook.variables import WINDOW
@@ -158,10 +158,11 @@ class LiftBlock:
         d, packed = self.d, r.packed.winch
         tick = Tick(*r.drive.first_row())._replace(mode=packed.memory.mode)
         memory = packed.memory._replace(datum=packed.s_w - tick.s_m)
-        tip = Tip(tick.s, tick.v)
+        tip, still = Tip(tick.s, tick.v), nothing(Solve)
         lane = nothing(d.Lane)._replace(
             x=nothing(d.base.State)._replace(s_w=packed.s_w), u=nothing(d.Command), geo=nothing(Geometry), m=memory, st=blank(),
             ls=blank_lift_stats(), tip_0=tip, tip_1=tip, tip_2=tip, tick=tick, hang=r.packed.hang, p=packed.params, lift=r.packed.lift,
+            solve=still._replace(force=still.force._replace(m_a=r.packed.m_a)),
             F_s=r.packed.lift.sling.k * float(r.packed.q[-2] - r.packed.q[-1]),
         )  # fmt: skip
         return flatten(lane)

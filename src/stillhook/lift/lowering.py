@@ -24,7 +24,7 @@ class Rigging(Record):
 
 class DeepWire(Record):
     """The wire as a rod of many nodes. Damping is that of the material: `zeta` is the damping ratio at the load's first natural frequency
-    at the start (assumed 1 %; the short-wire ratio of the crane file holds for a massless wire only)."""
+    on the wire that is out (assumed 1 %; the short-wire ratio of the crane file holds for a massless wire only)."""
 
     nodes: Annotated[int, Field(strict=True, ge=1, le=100)] = 20
     zeta: Number = Field(default=0.01, ge=0)

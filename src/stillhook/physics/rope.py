@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from stillhook.physics.scalar import clip, fmax, scalar
+from stillhook.physics.scalar import clip, fmax, scalar, sqrt
 
 LEAST_WIRE = 1.0
 """Shortest wire that is divided into elements [m]: with less out the hook is at the crane tip."""
@@ -10,15 +10,17 @@ LEAST_WIRE = 1.0
 
 class Rope(NamedTuple):
     """Wire below the crane tip. EA = f E A [N]; mu mass per length [kg/m]; w_air, w_water weight per length in air, and in water less the
-    steel's buoyancy [N/m]; beta time constant of the material's damping, C = beta K [s]; h_tip crane tip above still water [m];
-    n elements."""
+    steel's buoyancy [N/m]; zeta damping ratio of the load's first swing by the wire's material [-]; h_tip crane tip above still water [m];
+    L_0 wire between drum and crane tip [m]; M mass of hook and payload [kg]; n elements."""
 
     EA: float
     mu: float
     w_air: float
     w_water: float
-    beta: float
+    zeta: float
     h_tip: float
+    L_0: float
+    M: float
     n: float
 
 
@@ -47,8 +49,18 @@ class Pull(NamedTuple):
 
 
 @scalar
-def element(s_w, rope):
-    r"""One of n even elements of the wire out, s_w [m].
+def damping_time(s_w, m_a, rope):
+    """Time constant beta of the material's damping, C = beta K, with s_w [m] out and m_a [kg] of water moving along [s].
+
+    2 zeta / omega of the load's first swing on the wire out, by the rule of a third of the wire's mass.
+    """
+    s = fmax(s_w, 0.0)
+    return 2.0 * rope.zeta * sqrt((rope.M + m_a + rope.mu * s / 3.0) * (rope.L_0 + s) / rope.EA)
+
+
+@scalar
+def element(s_w, m_a, rope):
+    r"""One of n even elements of the wire out, s_w [m], with m_a [kg] of water moving along with the payload.
 
     Its mass matrix is m [[5, 1], [1, 5]] with m = mu l / 12, half way between lumped and consistent: waves then travel right to the
     fourth order of the element's length, and with 20 elements the first three periods of wire and load are right to 2e-4.
@@ -56,7 +68,7 @@ def element(s_w, rope):
     """
     l = fmax(s_w, LEAST_WIRE) / rope.n
     k = rope.EA / l
-    return Element(l, rope.mu * l / 12.0, k, rope.beta * k)
+    return Element(l, rope.mu * l / 12.0, k, damping_time(s_w, m_a, rope) * k)
 
 
 @scalar
