@@ -62,6 +62,14 @@ def test_a_calm_is_printed_without_nan(tmp_path, capsys):
     assert "nan" not in told(capsys, "sea", file(tmp_path / "missing.txt", NDBC.replace("1.00", "999.0").replace("0.00", "999.0")))
 
 
+def test_directions_that_lack_a_file_are_told(tmp_path, capsys):
+    for letter in "wdij":
+        file(tmp_path / f"46042{letter}1996.txt", NDBC.replace("0.00", "1.00"))
+    told_so = told(capsys, "sea", tmp_path / "46042w1996.txt")
+    assert "no directions: 46042k1996.txt" in told_so
+    assert "no directions" not in told(capsys, "sea", file(tmp_path / "46043w1996.txt", NDBC))
+
+
 def vessel(path: Path, spike: float = 0.0) -> Path:
     """A buoy that rides on the water, with one heave that is another."""
     omega, beta = np.linspace(0.1, 1.5, 15), np.radians(np.arange(0.0, 360.0, 30.0))
@@ -170,3 +178,14 @@ def test_a_crane_stands_above_water(capsys):
 def test_one_heading_counts_for_waves_that_have_none_and_all_is_all(capsys):
     assert "largest in 3 h" in told(capsys, *TIP, f"{JONSWAP} heading=10 deg + pm Hs=1 m Tp=7 s", "--heading", "90")
     assert "\u2502 345" in told(capsys, *TIP, JONSWAP, "--heading", "ALL")
+
+
+def test_a_lift_in_measured_waves_is_told_how_many_records_there_are(tmp_path, capsys):
+    file(tmp_path / "buoy.txt", NDBC)
+    lift = (
+        'crane = "nov-250t"\nvessel = "supply-vessel-82m"\npayload = "mud-mat-25t"\nstart = "3 m"\n'
+        '[sea]\nwave = "buoy.txt"\nheading = "180 deg"\n[tip]\nat = "x=-15 m, y=-14 m, z=36 m"\n[water]\ndepth = "320 m"\n'
+        '[[stage]]\nmode = "ahc"\ntime = "60 s"\n'
+    )
+    line = refusal(capsys, "lower", file(tmp_path / "l.toml", lift))
+    assert "sea.record: missing, and buoy.txt holds 2." in line

@@ -155,12 +155,15 @@ def _sea(table: Fields, folder: Path) -> Sea:
 
 
 def _measured_sea(table: Fields, path: Path, heading: float | None, spread: float | None) -> Sea:
-    table.need("record")
     if heading is None:
         raise LiftError('sea.heading: missing. Give the direction in which the waves travel, from the bow, such as "180 deg".')
     series = read_sea(path)
     if not isinstance(series, SpectrumSeries):
         raise table.wrong("wave", "holds heights and periods, no spectra. Give a file of spectra, or waves as a text.")
+    if "record" not in table:
+        raise LiftError(
+            f'sea.record: missing, and {path.name} holds {len(series)}. Give its number from 0, or its time, "1996-01-05T12:00".'
+        )
     exponent = None if spread is None else check_spread(float(spread), "sea.spread")
     return Sea((Train(series.spectrum(series.index(str(table.table["record"]))), heading, exponent),))
 

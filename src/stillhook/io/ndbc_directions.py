@@ -42,10 +42,15 @@ def companions(path: str | os.PathLike[str]) -> tuple[Path, ...]:
 
 def has_companions(path: str | os.PathLike[str]) -> bool:
     """Whether all four companions lie beside a file."""
+    return missing_companions(path) == ()
+
+
+def missing_companions(path: str | os.PathLike[str]) -> tuple[str, ...] | None:
+    """Names of the companions that do not lie beside a file; None where NDBC names none so."""
     try:
-        return all(file.exists() for file in companions(path))
+        return tuple(file.name for file in companions(path) if not file.exists())
     except SeaError:
-        return False
+        return None
 
 
 def read_directional(path: str | os.PathLike[str]) -> SpectrumSeries:

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import os
+from dataclasses import replace
 
 from stillhook.errors import SeaError
 from stillhook.io.ndbc import is_spectra, read_spectra, read_states
-from stillhook.io.ndbc_directions import has_companions, read_directional
+from stillhook.io.ndbc_directions import companions, has_companions, missing_companions, read_directional
 from stillhook.io.ndbc_text import read_records
 from stillhook.io.wave_bridge import read_wavespectra
 from stillhook.sea.measured import SpectrumSeries
@@ -26,4 +27,9 @@ def read_sea(path: str | os.PathLike[str], form: str | None = None, point: int |
     if has_companions(path):
         return read_directional(path)
     records = read_records(path)
-    return read_spectra(records) if is_spectra(records.header) else read_states(records)
+    if not is_spectra(records.header):
+        return read_states(records)
+    series, missing = read_spectra(records), missing_companions(path) or ()
+    if 0 < len(missing) < len(companions(path)):
+        series = replace(series, notes=(*series.notes, f"no directions: {' and '.join(missing)} are missing beside the others"))
+    return series
