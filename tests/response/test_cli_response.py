@@ -285,6 +285,28 @@ class TestDirections:
         assert sigma[1] == 0.0
         assert np.isnan(sigma[2:]).all()  # no height; a period that no sea has
 
+    def test_short_crested_states_from_all_round_are_those_seas_about_the_ship(self, ship):
+        come_from = np.radians([0.0, 77.0, 200.0, 359.0])
+        time = np.datetime64("2020-01-01T00", "s") + np.arange(4) * np.timedelta64(3600, "s")
+        states = SeaStates(time, np.ones(4, dtype=bool), np.full(4, 2.0), np.full(4, 9.0), np.full(4, np.nan), come_from)
+        heading = math.radians(33.3)
+        found = forcing_of_states(states, ship.vessel, -20.0, -18.0, ship=heading, spread=4.0)
+        seas = [Sea((Train(Jonswap(2.0, 9.0, 1.0), relative(float(c), heading), 4.0),)) for c in come_from]
+        stated = forcing_of_seas(seas, ship.vessel, -20.0, -18.0)
+        for name in ("tip", "wave", "cross"):
+            assert getattr(found, name) == pytest.approx(getattr(stated, name), rel=1e-8, abs=1e-14), name
+
+    def test_a_zero_crossing_period_stands_for_the_peak_that_has_it(self, ship):
+        time = np.datetime64("2020-01-01T00", "s") + np.arange(60) * np.timedelta64(3600, "s")
+        H, T = np.tile([0.5, 2.0, 6.0], 20), np.repeat(np.linspace(5.0, 15.0, 20), 3)
+        crossing = np.array([Jonswap(h, t).T_m02 for h, t in zip(H, T, strict=True)])
+        nothing = np.full(60, np.nan)
+        by_peak, by_crossing = (
+            forcing_of_states(SeaStates(time, np.isfinite(H), H, *periods, nothing), ship.vessel, -20.0, -18.0, beta=2.0)
+            for periods in ((T, nothing), (nothing, crossing))
+        )
+        assert by_crossing.deviation(1) == pytest.approx(by_peak.deviation(1), rel=2e-3)  # gamma is taken to hundredths
+
 
 class TestSaturation:
     stop = Residual(
@@ -358,6 +380,13 @@ def test_a_lift_without_vessel_is_told_so(capsys, tmp_path, plain):
     path.write_text(LIFT.replace('vessel = "supply-vessel-82m"\n', ""))
     assert run(["response", str(path)]) == 2
     assert "vessel: missing" in capsys.readouterr().err
+    path.write_text(
+        LIFT.replace('vessel = "supply-vessel-82m"\n', "").split("[sea]")[0]
+        + '[tip]\nmotion = "sine 1 m 9 s"\nheight = "25 m"\n[water]'
+        + LIFT.split("[water]")[1]
+    )
+    assert run(["response", str(path), "--wave", "pm Hs=1 m Tp=8 s", "--heading", "0"]) == 2
+    assert "runs in time only" in capsys.readouterr().err
 
 
 def test_a_lift_without_a_sea_takes_another_one(capsys, tmp_path, plain):

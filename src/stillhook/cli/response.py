@@ -89,7 +89,7 @@ def response(
     from stillhook.io.lift_file import load_lift
     from stillhook.io.response_files import OUT_FILES, write_response
     from stillhook.response.lift_answer import answer_of, stamped
-    from stillhook.response.of_lift import compensated_depth, lift_response
+    from stillhook.response.of_lift import check_place, compensated_depth, lift_response
     from stillhook.units import parse
     from stillhook.whole import check_folder
 
@@ -100,6 +100,7 @@ def response(
     if out is not None:
         check_folder(out, OUT_FILES)
     file = load_lift(lift, duration="60 s", moving=False)
+    check_place(file)
     waves = waves_of(file, sea, wave, heading, spread, ship, record)
     try:
         with progress_bar(f"{file.crane.name}: asking the twin") as bar:

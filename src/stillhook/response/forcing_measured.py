@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -12,8 +10,10 @@ from stillhook.response.forcing import HIGHEST, LOWEST, PARTS, STEP, Forcing, ti
 from stillhook.sea.directions import relative
 from stillhook.sea.measured import SpectrumSeries
 from stillhook.sea.parametric import HIGHEST as HIGHEST_SEA
-from stillhook.sea.parametric import LONGEST, SHORTEST, Jonswap, gamma_of, peak_period_of
+from stillhook.sea.parametric import LONGEST, SHORTEST, Jonswap, gamma_of
 from stillhook.sea.rao import Rao
+from stillhook.sea.spectrum import check_spread
+from stillhook.sea.spreading import cos_power
 from stillhook.sea.states import SeaStates
 
 FloatArray = NDArray[np.float64]
@@ -22,6 +22,11 @@ BLOCK = 256
 """Records whose shares of directions are held at a time."""
 DIGITS = 2
 """Digits after the point of gamma where it follows from height and period: the rule itself is no better."""
+
+GRID = 720
+"""Directions round the circle, half a degree apart: whole degrees, and the directions within a short-crested sea about them."""
+GAMMA_CHANGES = (3.6, 5.0)
+"""T_p/sqrt(H_s) between which gamma changes, 5 before and 1 beyond. Source: DNV-RP-C205; check against your edition."""
 
 
 def forcing_of_directional(series: SpectrumSeries, vessel: Rao, x: float, y: float, ship: float, *, parts: int = PARTS) -> Forcing:
@@ -60,33 +65,65 @@ def forcing_of_states(
     """Forcing of sea states of which height, period and perhaps direction are known, as JONSWAP spectra with gamma by their steepness.
 
     beta: direction of travel from the bow for all [rad]; or ship: where the bow points, clockwise from north [rad], for the direction that
-    each record's waves come from. spread: exponent of cos^n. The peak period is used where there is one, else the zero-crossing period.
+    each record's waves come from, taken to whole degrees. spread: exponent of cos^n. The peak period is used where there is one, else the
+    zero-crossing period.
     Records without height, period (of waves that have a height) or needed direction are missing; so are those that no sea can be.
     Errors: SeaError where neither or both of beta and ship are given, or nothing is left.
     """
     if (beta is None) == (ship is None):
         raise SeaError(f"{states.source}: give the direction of the waves from the bow, or where the bow points; one of them.")
     omega = np.arange(LOWEST + STEP / 2.0, HIGHEST, STEP)
-    headings = np.full(len(states), beta) if ship is None else relative(states.come_from, ship)
+    if ship is None:
+        beta = 0.0 if beta is None else beta
+        place, known = np.zeros(len(states), dtype=int), np.ones(len(states), dtype=bool)
+    else:
+        beta, known = relative(0.0, ship), np.isfinite(states.come_from)
+        place = -GRID * np.round(np.degrees(np.where(known, states.come_from, 0.0))).astype(int) // 360
     wave = _waves(states, omega)
-    wave[~np.isfinite(headings) & (np.nan_to_num(states.H_m0) > 0.0)] = np.nan
-    which, row = np.unique(np.where(np.isfinite(headings), headings, 0.0), return_inverse=True)
-    power, cross = (np.array(each) for each in zip(*(tip_by_wave(omega, vessel, x, y, float(b), spread) for b in which), strict=True))
+    wave[~known & (np.nan_to_num(states.H_m0) > 0.0)] = np.nan
+    which, row = np.unique(place, return_inverse=True)
+    power, cross = _about(omega, vessel, x, y, float(beta), which, spread)
     if not np.isfinite(wave).any():
         raise SeaError(f"{states.source}: no record has what is needed: height, period, and a direction where --ship is given.")
     return Forcing(omega, np.full(len(omega), STEP), wave * power[row.ravel()], wave, wave * cross[row.ravel()])
 
 
+def _about(
+    omega: FloatArray, vessel: Rao, x: float, y: float, beta: float, place: NDArray[np.intp], spread: float | None
+) -> tuple[FloatArray, NDArray[np.complex128]]:
+    """What `tip_by_wave` gives, for headings beta + place steps of the grid, (k, m) each: long-crested waves of each direction are worked
+    out once, and shared by all headings whose waves reach it."""
+    theta, share = (np.zeros(1), np.ones(1)) if spread is None else cos_power(check_spread(spread))
+    met = place[:, None] + np.rint(theta * GRID / (2.0 * np.pi)).astype(int)
+    used, at = np.unique(met % GRID, return_inverse=True)
+    each = [tip_by_wave(omega, vessel, x, y, beta + 2.0 * np.pi * float(k) / GRID, None) for k in used]
+    power, cross = np.array([p for p, _ in each]), np.array([c for _, c in each])
+    at = at.reshape(met.shape)
+    return np.array([share @ power[rows] for rows in at]), np.array([share @ cross[rows] for rows in at])
+
+
 def _waves(states: SeaStates, omega: FloatArray) -> FloatArray:
     """Variance of the surface in each frequency (n, m) [m^2]; NaN rows where the state is not known."""
     wave = np.full((len(states), len(omega)), np.nan)
+    peak = np.where(np.isfinite(states.T_p), states.T_p, _peak_periods(states.T_m02, states.H_m0))
     for i in np.flatnonzero(states.valid):
-        H_s, T_p, T_z = float(states.H_m0[i]), float(states.T_p[i]), float(states.T_m02[i])
+        H_s, T_p = float(states.H_m0[i]), float(peak[i])
         if H_s == 0.0:
             wave[i] = 0.0
-            continue
-        if not math.isfinite(T_p) and T_z > 0.0:
-            T_p = peak_period_of(T_z, H_s)
-        if 0.0 < H_s <= HIGHEST_SEA and SHORTEST <= T_p <= LONGEST:
+        elif 0.0 < H_s <= HIGHEST_SEA and SHORTEST <= T_p <= LONGEST:
             wave[i] = Jonswap(H_s, T_p, round(gamma_of(H_s, T_p), DIGITS)).density(omega) * STEP
     return wave
+
+
+def _peak_periods(T_z: FloatArray, H_s: FloatArray) -> FloatArray:
+    """Peak periods of JONSWAP spectra of zero-crossing periods T_z and heights H_s (n,), gamma by steepness [s]; NaN where one is unknown.
+
+    T_z/sqrt(H_s) follows from T_p/sqrt(H_s) alone: straight where gamma stands still, by a table between.
+    """
+    place = np.linspace(*GAMMA_CHANGES, 29)
+    crossing = np.array([Jonswap(1.0, float(r)).T_m02 for r in place])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        x = T_z / np.sqrt(H_s)
+    straight = np.where(x < crossing[0], x * place[0] / crossing[0], x * place[-1] / crossing[-1])
+    inside = (x >= crossing[0]) & (x <= crossing[-1])
+    return np.asarray(np.sqrt(H_s) * np.where(inside, np.interp(x, crossing, place), straight))

@@ -67,7 +67,7 @@ def _in_sum(name: str, x: FloatArray, times: NDArray[np.str_], known: NDArray[np
     if not len(rows):
         return {"first": math.nan, "mean": math.nan, "min": math.nan, "max": math.nan, "worst": ""}
     values = x[rows]
-    worst = rows[int(np.argmin(values) if name.startswith(("eta_", "T_")) else np.argmax(values))]
+    worst = rows[int(np.argmin(values) if name.startswith("eta_") else np.argmax(values))]
     whole = {"first": float(values[0]), "mean": float(values.mean()), "min": float(values.min()), "max": float(values.max())}
     return whole | {"worst": f"{times[worst]}Z"}
 

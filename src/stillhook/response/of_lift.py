@@ -110,9 +110,7 @@ def lift_response(
     the winch is asked, and not where the answer is on disk. Valid as `stillhook.response.road` and `stillhook.response.hung` say.
     Errors: StillhookError, one line: no vessel or tip, a depth or tension that cannot be, waves without a direction.
     """
-    if file.vessel is None or file.at is None:
-        what = "vessel" if file.vessel is None else "place of the crane tip (tip.at, or [boom])"
-        raise LiftError(f"{what}: missing. The frequency road needs vessel and tip; a motion of the tip in their place runs in time only.")
+    check_place(file)
     mode = file.lift.controller if mode is None else mode_of(mode)
     if mode is Mode.MANUAL:
         others = ", ".join(m.value for m in Mode if m is not Mode.MANUAL)
@@ -128,6 +126,13 @@ def lift_response(
     data = _judged(_labelled(found, waves), what_hangs, residual, file.crane.SWL)
     T_wire = natural_periods(what_hangs.rod, what_hangs.end, PERIODS)
     return LiftResponse(data, forcing, what_hangs, residual, asked.calls > 0, T_wire, z, mode)
+
+
+def check_place(file: LiftFile) -> None:
+    """Refuse a lift without vessel or place of the crane tip. Errors: LiftError."""
+    if file.vessel is None or file.at is None:
+        what = "vessel" if file.vessel is None else "place of the crane tip (tip.at, or [boom])"
+        raise LiftError(f"{what}: missing. The frequency road needs vessel and tip; a motion of the tip in their place runs in time only.")
 
 
 def forcing_of(waves: Waves, file: LiftFile) -> Forcing:
