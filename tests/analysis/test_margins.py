@@ -3,13 +3,13 @@
 import math
 from dataclasses import replace
 
-import control
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
+import control
 from stillhook import load_crane
 from stillhook.analysis.linear import gain_limit
 from stillhook.analysis.loops import ContinuousLoop, position_loop, sampled
