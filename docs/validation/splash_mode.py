@@ -37,6 +37,9 @@ HEAVIEST = {"nov-150t": 100e3, "nov-100t-pure-active": 100e3}
 """Payloads above this are left out on smaller cranes [kg]."""
 SWINGS = 2.0
 """A gain counts as calm where the dynamic tension is below this many times that of manual mode, plus a tenth of the weight."""
+SOFT = "2 m/s"
+"""Default gain of splash mode."""
+Way = tuple[str, StageMode, str]
 FloatArray = NDArray[np.float64]
 
 
@@ -72,25 +75,33 @@ def case(file: LiftFile, payload: str, mode: StageMode, v_soft: str) -> Lowering
     return file.lift.model_copy(update=changes)
 
 
-def passage(files: list[LiftFile], payload: str, mode: StageMode, v_soft: str = "2 m/s", crane: str = "deep-250t") -> Passage:
-    run = lower(load_crane(crane), [case(f, payload, mode, v_soft) for f in files], on_failure="mark")
-    most, least = (run[f"stage_F_sling_{end}"].values[:, THROUGH] for end in ("max", "min"))
-    return Passage(most, least, read_payload(payload).mass * G)
+def passing(crane: str, files: list[LiftFile], ways: Iterable[Way]) -> dict[Way, Passage]:
+    """Passages of payloads in modes at gains, (payload, mode, v_soft) each, all side by side."""
+    ways = list(ways)
+    run = lower(load_crane(crane), [case(f, *way) for way in ways for f in files], on_failure="mark")
+    most, least = (run[f"stage_F_sling_{end}"].values[:, THROUGH].reshape(len(ways), -1) for end in ("max", "min"))
+    return {way: Passage(most[i], least[i], read_payload(way[0]).mass * G) for i, way in enumerate(ways)}
 
 
-def calm(files: list[LiftFile], crane: str, v_soft: str) -> str:
-    """How many of the library's payloads pass calmly at this gain."""
+def calm(files: list[LiftFile], crane: str) -> list[str]:
+    """How many of the library's payloads pass calmly at each gain."""
     names = [n for n in payloads() if read_payload(n).mass <= HEAVIEST.get(crane, np.inf)]
-    swinging = []
-    for name in names:
-        manual, splash = passage(files, name, StageMode.MANUAL, crane=crane), passage(files, name, StageMode.SPLASH, v_soft, crane)
-        if not splash.most.max() < manual.W + SWINGS * max(manual.dynamic.max(), 0.0) + 0.1 * manual.W:
-            swinging.append(name)
-    return f"all {len(names)} calm" if not swinging else f"{', '.join(swinging)} swings"
+    modes = [(StageMode.MANUAL, SOFT), *((StageMode.SPLASH, v) for v in GAINS)]
+    found = passing(crane, files, ((n, *mode) for n in names for mode in modes))
+    told = []
+    for v in GAINS:
+        swinging = [n for n in names if not _calm(found[n, StageMode.MANUAL, SOFT], found[n, StageMode.SPLASH, v])]
+        told.append(f"all {len(names)} calm" if not swinging else f"{', '.join(swinging)} swings")
+    return told
+
+
+def _calm(manual: Passage, splash: Passage) -> bool:
+    return bool(splash.most.max() < manual.W + SWINGS * max(manual.dynamic.max(), 0.0) + 0.1 * manual.W)
 
 
 def passages(files: list[LiftFile]) -> dict[tuple[str, StageMode], Passage]:
-    return {(name, mode): passage(files, name, mode) for name in COMPARED for mode in MODES}
+    found = passing(CRANES[0], files, ((name, mode, SOFT) for name in COMPARED for mode in MODES))
+    return {(name, mode): passage for (name, mode, _), passage in found.items()}
 
 
 def tension_table(found: Mapping[tuple[str, StageMode], Passage]) -> str:
@@ -118,7 +129,7 @@ def compute() -> tuple[dict[str, str], Mapping[tuple[str, StageMode], Passage]]:
         what = f"highest sling tension above the weight in air, {name}"
         claims[f"splash mode: {what}"] = ("lower, without numbers", taken(found, StageMode.SPLASH), "so here as well")
         claims[f"AHC: {what}"] = ("not told", taken(found, StageMode.AHC), "ours")
-    gains = [(crane, *(calm(few, crane, v) for v in GAINS)) for crane in CRANES]
+    gains = [(crane, *calm(few, crane)) for crane in CRANES]
     blocks = {
         "claims": claims_table(claims),
         "tension": tension_table(mild),
