@@ -5,7 +5,6 @@ from pathlib import Path
 
 import pytest
 from hypothesis import settings
-from tests import warm
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -23,13 +22,3 @@ def shared_data() -> Path:
     if not folder.is_dir():
         pytest.skip(f"no measured data in {folder}: set STILLHOOK_SHARED_DATA to the folder that holds it")
     return folder
-
-
-@pytest.hookimpl(tryfirst=True)
-def pytest_sessionstart(session: pytest.Session) -> None:
-    """Before workers start on the whole suite, kernels that are not on disk are compiled side by side."""
-    config = session.config
-    workers = getattr(config.option, "numprocesses", None) or 0
-    whole = config.args_source is pytest.Config.ArgsSource.TESTPATHS
-    if workers > 1 and whole and not hasattr(config, "workerinput") and warm.cold():
-        warm.warm(workers)
