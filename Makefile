@@ -24,7 +24,7 @@ demo: $(STAMP)
 	@$(BIN)/stillhook demo
 
 test: $(STAMP)
-	@$(BIN)/python -m pytest $(PYTEST_ARGS)
+	@OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest $(PYTEST_ARGS)
 
 check: $(STAMP)
 	@echo "ruff check" && $(BIN)/ruff check --quiet --output-format concise .
