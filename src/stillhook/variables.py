@@ -427,3 +427,9 @@ PHYSICAL: Mapping[str, Variable] = {v.name: v for v in SERIES + SUMMARY + QUANTI
 """What a log may hold under its own name. The names of ANSWERS are everyday words (load, speed, first), which a log may use for anything."""
 VARIABLES: tuple[Variable, ...] = SERIES + SUMMARY + QUANTITIES + LIFT + ANSWERS
 BY_NAME: Mapping[str, Variable] = {v.name: v for v in VARIABLES}
+
+
+def attributes(name: str) -> dict[str, str]:
+    """Unit, meaning, sign and source of a variable, for a Dataset."""
+    v = BY_NAME[name]
+    return {k: str(x) for k, x in (("units", v.unit), ("long_name", v.meaning), ("sign", v.sign), ("source", v.source)) if x}

@@ -25,7 +25,7 @@ from stillhook.library import crane_toml
 from stillhook.library.draws import crane_with
 from stillhook.scenario import Scenario
 from stillhook.units import came
-from stillhook.variables import BY_NAME
+from stillhook.variables import attributes
 
 if TYPE_CHECKING:
     import xarray
@@ -155,12 +155,6 @@ def _dataset(names: Sequence[str], table: Draws, numbers: FloatArray, status: li
     columns |= {name: (dims, numbers[:, :, j], attributes(name)) for j, name in enumerate(NUMBERS)}
     columns["factor_value"] = (("draw", "factor"), table.values, attributes("factor_value"))
     return xarray.Dataset(columns, coords={"case": list(names), "draw": np.arange(len(table.values)), "factor": list(table.columns)})
-
-
-def attributes(name: str) -> dict[str, str]:
-    """Unit, meaning and source of a variable, for a Dataset."""
-    v = BY_NAME[name]
-    return {k: str(x) for k, x in (("units", v.unit), ("long_name", v.meaning), ("sign", v.sign), ("source", v.source)) if x}
 
 
 def drawn_pair(run: xarray.Dataset, case: str, i: int) -> Pair:

@@ -15,7 +15,7 @@ from stillhook.analysis.applicable import cause_of
 from stillhook.analysis.bands import INSIDE, chance
 from stillhook.analysis.controllers import Controller
 from stillhook.analysis.drawn import Drawing
-from stillhook.analysis.many_draws import AT_ONCE, SAMPLER, attributes, base_drawings, part_of, run_drawn
+from stillhook.analysis.many_draws import AT_ONCE, SAMPLER, base_drawings, part_of, run_drawn
 from stillhook.analysis.map_result import CLASSIC
 from stillhook.analysis.maps import CLASSIC_AND_NEW, Cells, cells_of
 from stillhook.analysis.uncertainty import Draws, Uncertainty, draws
@@ -24,6 +24,7 @@ from stillhook.engine.build import results_hash
 from stillhook.engine.many import NUMBERS
 from stillhook.engine.run import Progress
 from stillhook.library import crane_toml
+from stillhook.variables import attributes
 
 if TYPE_CHECKING:
     import xarray

@@ -16,13 +16,13 @@ from stillhook.engine.lanes import VL
 from stillhook.engine.lift_run import LiftResult, run_lowerings
 from stillhook.engine.lift_summary import lift_summary
 from stillhook.engine.run import Progress
-from stillhook.engine.simulate import OnFailure, raise_failures
+from stillhook.engine.simulate import OnFailure, Series, raise_failures, series_columns, summary_columns, time_axis
 from stillhook.errors import LiftError, SpecError
 from stillhook.library import crane_toml
 from stillhook.lift.lowering import Lowering
 from stillhook.plants.lift import LiftSignals
 from stillhook.plants.state import Signals
-from stillhook.variables import BY_NAME
+from stillhook.variables import attributes
 
 if TYPE_CHECKING:
     import xarray
@@ -98,28 +98,19 @@ def labelled(
     """Summaries and series of lowerings as a labelled Dataset; see `lower`."""
     import xarray
 
-    columns: dict[str, Any] = {}
-    for name in found[0][0]:
-        values = [("; ".join(run[name]) if name == "notes" else run[name]) for run, _ in found]
-        columns[name] = ((), values[0], _attrs(name)) if single else (("case",), values, _attrs(name))
+    columns = summary_columns([run for run, _ in found], single=single)
     n_stages = max(len(stages) for _, stages in found)
     for name in found[0][1][0]:
         table = np.full((len(found), n_stages), np.nan)
         for i, (_, stages) in enumerate(found):
             table[i, : len(stages)] = [s[name] for s in stages]
-        columns[f"stage_{name}"] = (("stage",), table[0], _attrs(name)) if single else (("case", "stage"), table, _attrs(name))
+        columns[f"stage_{name}"] = (("stage",), table[0], attributes(name)) if single else (("case", "stage"), table, attributes(name))
     coords: dict[str, Any] = {} if single else {"case": [c.name or str(i) for i, c in enumerate(cases)]}
     names = [r.packed.programme.names for r in results]
     coords["stage"] = [*names[0], "after"] if len(set(names)) == 1 else [str(i) for i in range(n_stages)]
-    if results[0].series is not None:
-        n = max(len(r.series) for r in results if r.series is not None)
-        coords["time"] = ("time", np.arange(n) * results[0].dt, {"units": "s", "long_name": "time"})
-        block = np.full((len(results), n, len(COLUMNS)), np.nan)
-        for i, r in enumerate(results):
-            if r.series is not None:
-                block[i, : len(r.series)] = r.series
-        for j, name in enumerate(COLUMNS):
-            columns[name] = (("time",) if single else ("case", "time"), block[0, :, j] if single else block[:, :, j], _attrs(name))
+    if series := [r.series for r in results if r.series is not None]:
+        columns |= series_columns(COLUMNS, series, single=single)
+        coords["time"] = time_axis(Series(series, results[0].dt))
     data = xarray.Dataset(columns, coords=coords)
     data.attrs = {
         "title": f"Stillhook lowering from {crane.name}",
@@ -131,8 +122,3 @@ def labelled(
         "every": results[0].dt,
     }
     return data
-
-
-def _attrs(name: str) -> dict[str, str]:
-    v = BY_NAME[name]
-    return {k: str(x) for k, x in (("units", v.unit), ("long_name", v.meaning), ("sign", v.sign), ("source", v.source)) if x}

@@ -24,7 +24,7 @@ from stillhook.errors import ScenarioError, SimulationError
 from stillhook.library import crane_toml
 from stillhook.plants.state import Signals
 from stillhook.scenario import Scenario
-from stillhook.variables import BY_NAME, WINDOW
+from stillhook.variables import WINDOW, attributes
 
 if TYPE_CHECKING:
     import xarray
@@ -126,6 +126,29 @@ def to_dataset(
     return labelled(crane, cases, summaries, step=results[0].step, single=single, series=series)
 
 
+def summary_columns(summaries: Sequence[Mapping[str, Any]], *, single: bool) -> dict[str, Any]:
+    """Numbers of every run as variables of a Dataset, over "case" unless there is one run alone."""
+    columns: dict[str, Any] = {}
+    for name in summaries[0]:
+        values = [("; ".join(s[name]) if name == "notes" else s[name]) for s in summaries]
+        columns[name] = ((), values[0], attributes(name)) if single else (("case",), values, attributes(name))
+    return columns
+
+
+def series_columns(names: Sequence[str], rows: Sequence[NDArray[np.float64]], *, single: bool) -> dict[str, Any]:
+    """Time series of every run, (n, len(names)) each, as variables of a Dataset; NaN beyond the end of the shorter ones."""
+    table = np.full((len(rows), max(len(r) for r in rows), len(names)), np.nan)
+    for i, row in enumerate(rows):
+        table[i, : len(row)] = row
+    dims = ("time",) if single else ("case", "time")
+    return {name: (dims, table[0, :, j] if single else table[:, :, j], attributes(name)) for j, name in enumerate(names)}
+
+
+def time_axis(series: Series) -> tuple[str, NDArray[Any], dict[str, str]]:
+    """Times of the longest series, as a coordinate of a Dataset."""
+    return "time", np.arange(max(len(r) for r in series.rows)) * series.dt, {"units": "s", "long_name": "time"}
+
+
 def labelled(
     crane: Crane | Sequence[Crane],
     cases: Sequence[Scenario],
@@ -138,20 +161,11 @@ def labelled(
     """Summaries, and series where there are, as a labelled Dataset with everything that repeats the run; step [s]."""
     import xarray  # heavy: not wanted for the command line's first table
 
-    columns: dict[str, Any] = {}
-    for name in summaries[0]:
-        values = [("; ".join(s[name]) if name == "notes" else s[name]) for s in summaries]
-        columns[name] = ((), values[0], _attrs(name)) if single else (("case",), values, _attrs(name))
+    columns = summary_columns(summaries, single=single)
     coords: dict[str, Any] = {} if single else {"case": _labels(crane, cases)}
     if series is not None:
-        n = max(len(r) for r in series.rows)
-        coords["time"] = ("time", np.arange(n) * series.dt, {"units": "s", "long_name": "time"})
-        table = np.full((len(series.rows), n, len(Signals._fields)), np.nan)
-        for i, row in enumerate(series.rows):
-            table[i, : len(row)] = row
-        for j, name in enumerate(Signals._fields):
-            values = table[0, :, j] if single else table[:, :, j]
-            columns[name] = (("time",) if single else ("case", "time"), values, _attrs(name))
+        columns |= series_columns(Signals._fields, series.rows, single=single)
+        coords["time"] = time_axis(series)
     data = xarray.Dataset(columns, coords=coords)
     data.attrs = {
         "title": f"Stillhook run of {crane.name if isinstance(crane, Crane) else f'{len(crane)} cranes'}",
@@ -179,10 +193,3 @@ def _labels(crane: Crane | Sequence[Crane], cases: Sequence[Scenario]) -> list[s
         return [c.name or str(i) for i, c in enumerate(cases)]
     names = [c.name for c in crane]
     return names if len(set(names)) == len(names) else [str(i) for i in range(len(names))]
-
-
-def _attrs(name: str) -> dict[str, str]:
-    v = BY_NAME[name]
-    return {k: str(x) for k, x in (("units", v.unit), ("long_name", v.meaning), ("sign", v.sign), ("source", v.source)) if x}
-
-
