@@ -46,3 +46,11 @@ class SeaError(StillhookError):
 
 class LiftError(StillhookError):
     """A lift file, payload or winch programme that does not describe a lift, or one that this crane cannot be asked."""
+
+
+class PlanError(StillhookError):
+    """A lift plan, or a set of its rules, that does not describe a plan, or one that cannot be answered."""
+
+
+class WeatherError(StillhookError):
+    """Weather that cannot be read, or a question that it cannot answer."""

@@ -1,0 +1,30 @@
+"""Weather over time: waves as height, period and direction, and wind; one table, whatever file it came from."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+COLUMNS = ("H_m0", "T_p", "T_m02", "come_from", "wind", "wind_from", "current")
+"""What a weather table may know: height [m], periods [s], where waves and wind come from, clockwise from north [rad], speeds [m/s]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Weather:
+    """n records of weather, one after the other, step [s] apart except at gaps.
+
+    time UTC, ascending; columns: name of `COLUMNS` -> (n,), NaN where unknown; step [s] the usual spacing; source, the file; notes, what the
+    reader had to say.
+    """
+
+    time: NDArray[np.datetime64] = field(repr=False)
+    columns: dict[str, FloatArray] = field(repr=False)
+    step: float
+    source: str = "weather"
+    notes: tuple[str, ...] = ()
+
+    def __len__(self) -> int:
+        return len(self.time)
