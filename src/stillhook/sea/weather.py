@@ -16,8 +16,8 @@ COLUMNS = ("H_m0", "T_p", "T_m02", "come_from", "wind", "wind_from", "current")
 class Weather:
     """n records of weather, one after the other, step [s] apart except at gaps.
 
-    time UTC, ascending; columns: name of `COLUMNS` -> (n,), NaN where unknown; step [s] the usual spacing; source, the file; notes, what the
-    reader had to say.
+    time UTC, ascending; columns: name of `COLUMNS` -> (n,), NaN where unknown; step [s] the usual spacing; source, the file; notes, what
+    the reader had to say.
     """
 
     time: NDArray[np.datetime64] = field(repr=False)
