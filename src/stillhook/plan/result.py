@@ -1,4 +1,4 @@
-"""What a plan found: limiting sea states of every alternative with what governs them, as labelled arrays, plain facts, and blocks beside."""
+"""What a plan found: limiting sea states of every alternative and what governs them, as labelled arrays with plain facts and blocks."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 Credit = Literal["twin", "credited"]
 CREDITS: tuple[Credit, ...] = ("twin", "credited")
-"""The limit as the model of each alternative says it, and what may be credited: no more than the cap where no certificate covers the cell."""
+"""The limit as the model of each alternative says it, and what is credited: no more than the cap where no certificate covers the cell."""
 BLOCKS = ("depth", "efficiency", "landing", "sensitivity", "convergence", "weather", "demand")
 """Datasets that a result may have beside its limits, in the order of the file."""
 
@@ -26,13 +26,14 @@ class PlanResult:
     Hs_highest [m] (least and most of the seas that were asked), heading_tolerance [rad].
         Hs_limit, Hs_limit_low, Hs_limit_high (credit, alternative, heading, period) [m]: limiting significant wave height with its 95 %
         interval (NaN where there is none): inf above the highest sea that was asked, 0 where a calm is beyond, NaN where it is not told;
+        alpha, op_wf (same dims) [1], [m]: forecast factor of that limit and the height that a forecast may show, NaN where not told;
         governing_phase, governing_rule, governing_tier (same dims): texts, "" where nothing governs;
         Hs_rule (credit, tier, alternative, phase, rule, heading, period) [m]: everything that was found, NaN where not;
         counts (alternative, phase, heading, period): tier whose limits count, "" where none tells;
         n_seeds (alternative, phase, heading, period): runs behind it;
         inside (alternative, phase, heading, period): share of the asked seas that the crane's certificate covers.
-    facts: plain data for JSON: what was asked (name, crane, vessel, payload, place, phases, rules, limited, alternatives, operation, inputs,
-    settings) and how it was answered (version, code, date, runs, notes, not_covered, remarks).
+    facts: plain data for JSON: what was asked (name, crane, vessel, payload, place, phases, rules, limited, alternatives, operation,
+    inputs, settings) and how it was answered (version, code, date, shown, runs, notes, not_covered, remarks).
     blocks: name of `BLOCKS` -> Dataset, each only where it was made:
         depth (alternative, z): F_top_max, F_top_static, DAF, sling_ratio, slack_chance, T_0; attrs Hs, Tp, beta, z_resonance;
         efficiency (alternative, period): eta_wire, eta_load; landing (alternative, run): v_landed; sensitivity (factor, alternative);
