@@ -1,0 +1,206 @@
+"""From limits of phases, tiers and rules to one table: the least of them in every cell, with what it is by, and how a table is read."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stillhook.errors import PlanError
+from stillhook.plan.alternatives import Alternative
+from stillhook.plan.demand import Tier
+from stillhook.plan.lift_plan import LiftPlan
+from stillhook.plan.limits import Limits
+from stillhook.units import show
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+TIERS = (Tier.CLOSED_FORM, Tier.FREQUENCY, Tier.TIME)
+"""From the least to the most that is known; a later one counts before an earlier."""
+SAME = 1e-9
+"""Part of a period or an angle by which two that are meant to be one may differ."""
+FULL = 2.0 * math.pi
+
+
+@dataclass(frozen=True)
+class Axes:
+    """Axes of a plan's tables: heading [rad], period [s], names of alternatives, phases and rules."""
+
+    headings: tuple[float, ...]
+    periods: tuple[float, ...]
+    alternatives: tuple[Alternative, ...]
+    phases: tuple[str, ...]
+    rules: tuple[str, ...]
+
+    @classmethod
+    def of(cls, plan: LiftPlan) -> Axes:
+        """Those of a plan, headings and periods rising."""
+        env, rules = plan.environment, tuple(rule.key for rule in plan.rules.rules)
+        return cls(tuple(sorted(env.headings)), tuple(sorted(env.Tp)), plan.alternatives, tuple(p.name for p in plan.phases), rules)
+
+    @property
+    def columns(self) -> tuple[int, int]:
+        """Number of headings and of periods."""
+        return len(self.headings), len(self.periods)
+
+    def place(self, Tp: FloatArray, beta: FloatArray) -> tuple[IntArray, IntArray]:
+        """Rows of headings and of periods of columns (c,). Errors: PlanError for a column that is not of this table."""
+        rows = [_nearest(x, of) for x, of in ((beta, self.headings), (Tp, self.periods))]
+        return rows[0], rows[1]
+
+
+def _nearest(x: FloatArray, of: Sequence[float]) -> IntArray:
+    off = np.abs(np.asarray(x, dtype=float)[:, None] - np.array(of))
+    best = off.argmin(axis=1)
+    if (off[np.arange(len(off)), best] > SAME * (1.0 + np.abs(x))).any():
+        raise PlanError(f"limits of periods or headings that are not of the table ({len(of)} of them). Ask for the plan's own table.")
+    return np.asarray(best, dtype=np.int64)
+
+
+@dataclass(frozen=True, eq=False)
+class Gathered:
+    """Limits of all phases side by side: Hs, low, high (tier, alternative, phase, rule, heading, period) [m], NaN where not told."""
+
+    axes: Axes
+    Hs: FloatArray = field(repr=False)
+    low: FloatArray = field(repr=False)
+    high: FloatArray = field(repr=False)
+
+
+def gathered(axes: Axes, limits: Sequence[Limits]) -> Gathered:
+    """Limits put in their places. A column that is told twice takes the later one."""
+    shape = (len(TIERS), len(axes.alternatives), len(axes.phases), len(axes.rules), *axes.columns)
+    found = Gathered(axes, *(np.full(shape, np.nan) for _ in range(3)))
+    for each in limits:
+        if each.alternative not in axes.alternatives:
+            continue
+        at = (TIERS.index(each.tier), axes.alternatives.index(each.alternative), axes.phases.index(each.phase))
+        heading, period = axes.place(each.Tp, each.beta)
+        for into, of in ((found.Hs, each.Hs), (found.low, each.low), (found.high, each.high)):
+            for rule, values in of.items():
+                into[(*at, axes.rules.index(rule), heading, period)] = values
+    return found
+
+
+@dataclass(frozen=True, eq=False)
+class Chosen:
+    """What counts: Hs, low, high and tier (alternative, phase, rule, heading, period), tier as a place in `TIERS`, -1 where none tells."""
+
+    axes: Axes
+    Hs: FloatArray = field(repr=False)
+    low: FloatArray = field(repr=False)
+    high: FloatArray = field(repr=False)
+    tier: IntArray = field(repr=False)
+
+
+def chosen(found: Gathered) -> Chosen:
+    """Of every rule the limit by the tier that knows most: the twin where it was run, else the frequency road, else the closed form."""
+    told = np.isfinite(found.Hs) | np.isposinf(found.Hs)
+    rank = np.arange(len(TIERS)).reshape(-1, *([1] * (found.Hs.ndim - 1)))
+    tier = np.where(told, rank, -1).max(axis=0)
+    at = np.maximum(tier, 0)[None]
+
+    def taken(a: FloatArray) -> FloatArray:
+        return np.asarray(np.where(tier >= 0, np.take_along_axis(a, at, axis=0)[0], np.nan))
+
+    return Chosen(found.axes, taken(found.Hs), taken(found.low), taken(found.high), tier.astype(np.int64))
+
+
+@dataclass(frozen=True, eq=False)
+class Governed:
+    """The table (alternative, heading, period): Hs with low and high [m]; phase, rule and tier as places in their axes, -1 where nothing
+    governs: no limit was found below the highest sea that was asked, or none is told."""
+
+    axes: Axes
+    Hs: FloatArray = field(repr=False)
+    low: FloatArray = field(repr=False)
+    high: FloatArray = field(repr=False)
+    phase: IntArray = field(repr=False)
+    rule: IntArray = field(repr=False)
+    tier: IntArray = field(repr=False)
+
+
+def governed(of: Chosen) -> Governed:
+    """The least limit over phases and rules in every cell, and what it is by; of equal ones the first phase and rule."""
+    n_a, n_p, n_r, n_b, n_T = of.Hs.shape
+    flat = [a.reshape(n_a, n_p * n_r, n_b, n_T) for a in (of.Hs, of.low, of.high)]
+    least = np.where(np.isnan(flat[0]), np.inf, flat[0]).argmin(axis=1)[:, None]
+    Hs, low, high = (np.take_along_axis(a, least, axis=1)[:, 0] for a in flat)
+    nothing = np.isnan(flat[0]).all(axis=1)
+    Hs = np.where(nothing, np.nan, np.where(np.isnan(Hs), np.inf, Hs))
+    tier = np.take_along_axis(of.tier.reshape(flat[0].shape), least, axis=1)[:, 0]
+    governs = np.isfinite(Hs)
+    phase, rule = np.divmod(least[:, 0], n_r)
+    return Governed(of.axes, Hs, low, high, *(np.where(governs, k, -1).astype(np.int64) for k in (phase, rule, tier)))
+
+
+def counting(of: Chosen) -> NDArray[np.str_]:
+    """The tier whose limits count in (alternative, phase, heading, period), as text: that which knows most of those that tell a rule."""
+    names = np.array(["", *(tier.value for tier in TIERS)])
+    return np.asarray(names[of.tier.max(axis=2) + 1])
+
+
+def untold(of: Chosen) -> Mapping[Alternative, tuple[str, ...]]:
+    """Phases that no tier tells anything of in some cell, by alternative; alternatives without such phases are left out."""
+    silent = np.asarray((of.tier < 0).all(axis=2))
+    found = {}
+    for i, alternative in enumerate(of.axes.alternatives):
+        found[alternative] = tuple(name for k, name in enumerate(of.axes.phases) if silent[i, k].any())
+    return {a: phases for a, phases in found.items() if phases}
+
+
+@dataclass(frozen=True, eq=False)
+class LimitTable:
+    """Limits of one alternative as they are read on board: Hs (heading, period) [m], headings [rad] and periods [s] rising;
+    heading_tolerance [rad]; Hs_highest, the highest sea that was asked [m]: more than that is never answered."""
+
+    Hs: FloatArray = field(repr=False)
+    headings: FloatArray = field(repr=False)
+    periods: FloatArray = field(repr=False)
+    heading_tolerance: float
+    Hs_highest: float
+
+    def __post_init__(self) -> None:
+        if self.Hs.shape != (len(self.headings), len(self.periods)):
+            raise PlanError(f"limit table of {self.Hs.shape}: not {len(self.headings)} headings by {len(self.periods)} periods.")
+
+    def at(self, Tp: FloatArray, beta: FloatArray | None = None) -> FloatArray:
+        """Limiting significant wave height [m] of seas of peak period Tp [s] that travel in beta [rad from the bow], (n,).
+
+        The worst of the headings within the tolerance and of the two periods on either side of Tp (the one row where Tp is a row); below
+        the lowest period the first row holds; above the highest, and beyond the tolerance from every heading, the limit is 0. Tp NaN: the
+        worst of all periods. beta None: the vessel turns to the heading that is best for the period; NaN: 0, nobody knows. What is not told
+        in the table is 0.
+        """
+        by_heading = self._by_heading(np.asarray(Tp, dtype=float))
+        if beta is None:
+            return np.asarray(by_heading.max(axis=0))
+        off = np.abs((np.asarray(beta, dtype=float)[None] - self.headings[:, None] + math.pi) % FULL - math.pi)
+        near = off <= self.heading_tolerance * (1.0 + SAME) + SAME
+        worst = np.where(near, by_heading, np.inf).min(axis=0)
+        return np.asarray(np.where(near.any(axis=0), worst, 0.0))
+
+    def _by_heading(self, Tp: FloatArray) -> FloatArray:
+        """Limits (heading, n) of each heading alone."""
+        told = np.minimum(np.nan_to_num(self.Hs, nan=0.0, posinf=np.inf), self.Hs_highest)
+        slack = SAME * self.periods
+        high = np.searchsorted(self.periods + slack, np.nan_to_num(Tp, nan=0.0))
+        low = np.searchsorted(self.periods - slack, np.nan_to_num(Tp, nan=0.0), side="right") - 1
+        beyond = high >= len(self.periods)
+        rows = [np.clip(k, 0, len(self.periods) - 1) for k in (low, high)]
+        found = np.minimum(told[:, rows[0]], told[:, rows[1]])
+        found = np.where(beyond, 0.0, found)
+        return np.where(np.isnan(Tp), told.min(axis=1, keepdims=True), found)
+
+    def described(self) -> str:
+        """How the table is read, in words."""
+        deg = show(self.heading_tolerance, "angle", 4)
+        lowest, highest = (show(float(T), "time", 4) for T in (self.periods[0], self.periods[-1]))
+        return (
+            f"worst of the headings within {deg} and of the periods on either side; below {lowest} the first period holds, above {highest} "
+            f"the limit is 0 m; no more than {show(self.Hs_highest, 'length', 3)}, the highest sea that was asked"
+        )

@@ -1,0 +1,108 @@
+"""The table of limits: what governs a cell, and how a table is read on board."""
+
+import math
+
+import numpy as np
+import pytest
+
+from stillhook.errors import PlanError
+from stillhook.plan.alternatives import Alternative
+from stillhook.plan.demand import Tier
+from stillhook.plan.limits import Limits
+from stillhook.plan.table import TIERS, Axes, LimitTable, chosen, counting, gathered, governed, untold
+
+NONE, SSC = Alternative.NONE, Alternative.SSC
+AXES = Axes((2.6, math.pi), (6.0, 8.0, 10.0), (NONE, SSC), ("splash", "deep"), ("DAF", "slack"))
+TABLE = LimitTable(
+    np.array([[3.0, 2.5, 2.0], [2.0, np.inf, 1.0]]), np.radians([165.0, 180.0]), np.array([6.0, 8.0, 10.0]), math.radians(10.0), 4.0
+)
+
+
+def limits(phase, alternative, tier, **Hs):
+    """Limits of every column, given by rule as one number for all."""
+    beta, Tp = (a.ravel() for a in np.meshgrid(AXES.headings, AXES.periods, indexing="ij"))
+    return Limits(phase, alternative, tier, Tp, beta, {rule: np.full(6, value) for rule, value in Hs.items()})
+
+
+def test_the_least_limit_over_phases_and_rules_governs_and_is_named():
+    found = governed(chosen(gathered(AXES, [
+        limits("splash", SSC, Tier.TIME, DAF=3.0, slack=2.0),
+        limits("deep", SSC, Tier.FREQUENCY, DAF=1.5, slack=9.0),
+    ])))  # fmt: skip
+    assert (found.Hs[1] == 1.5).all()
+    assert (found.phase[1] == 1).all()
+    assert (found.rule[1] == 0).all()
+    assert (found.tier[1] == TIERS.index(Tier.FREQUENCY)).all()
+
+
+def test_the_twin_counts_before_the_road_and_the_road_before_the_closed_form_even_where_it_allows_more():
+    told = [limits("deep", SSC, Tier.CLOSED_FORM, DAF=0.5, slack=0.6), limits("deep", SSC, Tier.FREQUENCY, DAF=2.0, slack=2.5)]
+    assert governed(chosen(gathered(AXES, told))).Hs[1, 0, 0] == 2.0
+    told.append(limits("deep", SSC, Tier.TIME, DAF=3.0, slack=np.nan))
+    found = chosen(gathered(AXES, told))
+    assert found.Hs[1, 1, :, 0, 0].tolist() == [3.0, 2.5]  # the rule that the twin does not tell stays with the road
+    assert (counting(found)[1, 1] == "time").all()
+
+
+def test_a_later_tier_that_finds_no_limit_still_counts():
+    told = [limits("deep", SSC, Tier.FREQUENCY, DAF=2.0), limits("deep", SSC, Tier.TIME, DAF=np.inf)]
+    found = governed(chosen(gathered(AXES, told)))
+    assert np.isposinf(found.Hs[1]).all()
+    assert (found.phase[1] == -1).all()
+
+
+def test_what_nobody_tells_is_no_number_and_its_phases_are_named():
+    found = chosen(gathered(AXES, [limits("deep", SSC, Tier.FREQUENCY, DAF=2.0)]))
+    table = governed(found)
+    assert np.isnan(table.Hs[0]).all()
+    assert (table.Hs[1] == 2.0).all()
+    assert untold(found) == {NONE: ("splash", "deep"), SSC: ("splash",)}
+    assert (counting(found)[0] == "").all()
+
+
+def test_limits_of_another_table_are_refused():
+    other = Limits("deep", SSC, Tier.TIME, np.array([7.0]), np.array([math.pi]), {"DAF": np.array([1.0])})
+    with pytest.raises(PlanError, match="not of the table"):
+        gathered(AXES, [other])
+
+
+def test_a_period_between_two_rows_takes_the_worse_and_a_row_takes_itself():
+    head = np.full(4, math.pi)
+    assert TABLE.at(np.array([6.0, 7.9, 8.0, 9.0]), head).tolist() == [2.0, 2.0, 4.0, 1.0]
+
+
+def test_below_the_first_period_the_first_row_holds_and_above_the_last_the_limit_is_nought():
+    assert TABLE.at(np.array([2.0, 10.01]), np.full(2, math.pi)).tolist() == [2.0, 0.0]
+
+
+def test_waves_beyond_the_tolerance_of_every_heading_are_never_workable_and_overlaps_take_the_worse():
+    beta = np.radians([154.0, 155.5, 172.0, 190.0, 191.0])
+    assert TABLE.at(np.full(5, 6.0), beta).tolist() == [0.0, 3.0, 2.0, 2.0, 0.0]
+
+
+def test_headings_are_compared_around_the_circle():
+    following = LimitTable(np.array([[1.0]]), np.array([0.0]), np.array([8.0]), math.radians(15.0), 4.0)
+    assert following.at(np.array([8.0, 8.0]), np.radians([350.0, 10.0])).tolist() == [1.0, 1.0]
+
+
+def test_a_vessel_free_to_turn_takes_its_best_heading():
+    assert TABLE.at(np.array([6.0, 8.0])).tolist() == [3.0, 4.0]
+
+
+def test_an_unknown_period_takes_the_worst_row_and_an_unknown_direction_is_not_workable():
+    assert TABLE.at(np.array([np.nan]), np.array([math.pi])).tolist() == [1.0]
+    assert TABLE.at(np.array([6.0]), np.array([np.nan])).tolist() == [0.0]
+
+
+def test_no_answer_is_above_the_highest_sea_that_was_asked():
+    assert TABLE.at(np.array([8.0]), np.array([math.pi])).tolist() == [4.0]
+
+
+def test_limits_that_are_not_told_are_read_as_not_workable():
+    table = LimitTable(np.array([[np.nan]]), np.array([math.pi]), np.array([8.0]), 0.2, 4.0)
+    assert table.at(np.array([8.0]), np.array([math.pi])).tolist() == [0.0]
+
+
+def test_a_table_says_how_it_is_read():
+    assert "within 10 deg" in TABLE.described()
+    assert "above 10 s the limit is 0 m" in TABLE.described()
