@@ -27,7 +27,8 @@ FloatArray = NDArray[np.float64]
 class Hung:
     """rod, end: wire, hook, slings and payload; s_w wire paid out [m]; B = 1/2 rho C_D A_p [N s^2/m^2] and C_lin [N s/m] drag of the
     payload; rho_V mass of the water that it displaces [kg]; z height of the middle of the payload above still water [m], at which waves act
-    (None: in air); depth of the water [m]; F_top tension at the crane tip, F_sling in the slings, at rest [N]; sensors of the winch."""
+    (None: in air); depth of the water [m]; F_top tension at the crane tip, F_sling in the slings, at rest [N]; sensors of the winch; V mean
+    speed at which the payload goes through the water, either sign [m/s], which adds to the damping by drag."""
 
     rod: Rod
     end: End
@@ -40,6 +41,7 @@ class Hung:
     z: float | None = None
     depth: float = math.inf
     sensors: Sensors = field(default_factory=Sensors)
+    V: float = 0.0
 
     @property
     def duty(self) -> Duty:

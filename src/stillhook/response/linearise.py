@@ -25,9 +25,34 @@ def drag_of_harmonic(B: float, v: ArrayLike) -> FloatArray:
     return np.asarray(8.0 / (3.0 * math.pi) * B * np.asarray(v, dtype=np.float64))
 
 
-def drag_of_gaussian(B: float, sigma_v: ArrayLike) -> FloatArray:
-    """Linear drag [N s/m] of a Gaussian speed of deviation sigma_v [m/s]; B [N s^2/m^2]."""
-    return np.asarray(math.sqrt(8.0 / math.pi) * B * np.asarray(sigma_v, dtype=np.float64))
+def drag_of_gaussian(B: float, sigma_v: ArrayLike, V: float = 0.0) -> FloatArray:
+    r"""Linear drag [N s/m] of a Gaussian speed of deviation sigma_v [m/s] about a mean speed V [m/s]; B [N s^2/m^2].
+
+    .. math:: \Sigma = 2 B\,E|V + v| = 2 B \left(V\,\mathrm{erf}\frac{V}{\sqrt 2 \sigma_v}
+        + \sqrt{2/\pi}\,\sigma_v\,e^{-V^2/2\sigma_v^2}\right)
+
+    The slope with the least square error; at V = 0 it takes out the same power.
+    """
+    sigma = np.asarray(sigma_v, dtype=np.float64)
+    if V == 0.0:
+        return np.asarray(math.sqrt(8.0 / math.pi) * B * sigma)
+    share, bell = _normal(V, sigma)
+    return np.asarray(2.0 * B * (V * (2.0 * share - 1.0) + 2.0 * sigma * bell))
+
+
+def mean_drag(B: float, V: float, sigma_v: ArrayLike) -> FloatArray:
+    """Mean of B (V + v)|V + v| for a Gaussian v of deviation sigma_v [m/s] [N]; B [N s^2/m^2], V [m/s]."""
+    sigma = np.asarray(sigma_v, dtype=np.float64)
+    share, bell = _normal(V, sigma)
+    return np.asarray(B * ((V**2 + sigma**2) * (2.0 * share - 1.0) + 2.0 * V * sigma * bell))
+
+
+def _normal(V: float, sigma: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Standard normal distribution and density at V/sigma; of what does not scatter, those far out."""
+    from scipy.special import ndtr  # heavy: only where something moves on
+
+    x = V / np.where(sigma > 0.0, sigma, 1e-12)
+    return np.asarray(ndtr(x)), np.asarray(np.exp(-0.5 * x**2) / math.sqrt(2.0 * math.pi))
 
 
 class Answer(NamedTuple):

@@ -42,8 +42,8 @@ class ResidualGrid:
         i, f = _between(self.F, F)
         j, g = _between(self.s_w, s_w)
         j_1 = min(j + 1, len(self.s_w) - 1)
-        low, high = (_mixed(row[j], row[j_1], g) for row in (self.tables[i], self.tables[min(i + 1, len(self.F) - 1)]))
-        return _mixed(low, high, f)
+        low, high = (mixed(row[j], row[j_1], g) for row in (self.tables[i], self.tables[min(i + 1, len(self.F) - 1)]))
+        return mixed(low, high, f)
 
 
 def identify_grid(
@@ -75,7 +75,7 @@ def _between(knots: Sequence[float], x: float) -> tuple[int, float]:
     return i, 0.0 if len(knots) == 1 else (x - knots[i]) / (knots[i + 1] - knots[i])
 
 
-def _mixed(a: Residual, b: Residual, share: float) -> Residual:
+def mixed(a: Residual, b: Residual, share: float) -> Residual:
     """Two residuals on the same frequencies and amplitudes as one, `share` of the second."""
     if share == 0.0:
         return a

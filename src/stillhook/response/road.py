@@ -141,7 +141,7 @@ def sigmas(forcing: Forcing, hung: Hung, residual: Residual) -> Sigmas:
     v = forcing.deviation(1)
     out[:, v == 0.0] = 0.0
     trial = SPEEDS if hung.B > 0.0 else SPEEDS[:1]
-    drag = hung.C_lin + drag_of_gaussian(hung.B, trial)
+    drag = hung.C_lin + drag_of_gaussian(hung.B, trial, hung.V)
     for rows in _blocks(v, residual):
         tables = _Tables(forcing, hung, drag, residual, float(np.sqrt(v[rows[0]] * v[rows[-1]])))
         for i in range(0, len(rows), BLOCK):
