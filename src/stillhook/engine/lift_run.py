@@ -73,24 +73,26 @@ class Ready(NamedTuple):
     drive: Drive
 
 
-def prepare(crane: Crane, cases: Sequence[Lowering], n_sub: int) -> list[Ready]:
-    """Checked and packed lowerings. Errors: LiftError, ScenarioError, SpecError naming the case."""
+def prepare(crane: Crane | Sequence[Crane], cases: Sequence[Lowering], n_sub: int, places: Sequence[int] | None = None) -> list[Ready]:
+    """Checked and packed lowerings; crane that of all, or one for each; places their numbers in a longer list, for messages.
+    Errors: LiftError, ScenarioError, SpecError naming the case."""
     ready = []
-    for i, case in enumerate(cases):
+    for i, (each, case) in enumerate(zip([crane] * len(cases) if isinstance(crane, Crane) else crane, cases, strict=True)):
         try:
-            check_lift(crane, case)
-            drive = Drive(crane, stand_in(crane, case, 0.0))
-            packed = pack_lift(crane, case, drive.s_tip_0)
-            check_course(crane, case, packed)
+            check_lift(each, case)
+            drive = Drive(each, stand_in(each, case, 0.0))
+            packed = pack_lift(each, case, drive.s_tip_0)
+            check_course(each, case, packed)
             check_lift_step(packed, drive.t_cycle / n_sub)
         except StillhookError as e:
-            raise type(e)(f"case {i}: {e}" if len(cases) > 1 else str(e)) from None
+            named = places is not None or len(cases) > 1
+            raise type(e)(f"case {i if places is None else places[i]}: {e}" if named else str(e)) from None
         ready.append(Ready(case, packed, drive))
     return ready
 
 
 def run_lowerings(
-    crane: Crane,
+    crane: Crane | Sequence[Crane],
     cases: Sequence[Lowering],
     *,
     n_sub: int,
@@ -98,12 +100,14 @@ def run_lowerings(
     every: int,
     threads: int = 2,
     progress: Progress | None = None,
+    places: Sequence[int] | None = None,
 ) -> list[LiftResult]:
     """Lowerings in blocks of `lanes` (1 or 16), the blocks shared by threads; a failed case is marked and spoils no other.
 
-    n_sub steps per PLC cycle; a row of the series every `every` cycles (0: statistics alone).
+    crane that of all cases, or one for each; several are of one winch type and have one PLC cycle. n_sub steps per PLC cycle; a row of the
+    series every `every` cycles (0: statistics alone). places: numbers of the cases in a longer list, for messages.
     """
-    ready = prepare(crane, cases, n_sub)
+    ready = prepare(crane, cases, n_sub, places)
     groups: dict[Any, list[int]] = {}
     for i, r in enumerate(ready):
         groups.setdefault((r.drive.n_ticks, r.drive.cols, r.case.wire.nodes, waves_step(r.case.waves)), []).append(i)

@@ -22,6 +22,21 @@ LOWEST = {"e_min", "em_min", "tip_min", "p_min", "p_hp_min", "alpha_m_min", "F_m
 SUMMED = {"cycles", "e_sum", "e2_sum", "tip_sum", "tip2_sum", "pump_abs", "slack"}
 
 
+NUMBERS = (
+    "duration", "s_tip_pp", "e_c_pp", "eta_c", "load_pp", "hook_pp", "eta_load", "F_w_max", "F_w_min", "F_sling_max", "F_sling_min",
+    "DAF", "snap", "sling_slack_time", "slack_time", "z_load_min", "z_load_max", "v_load_min", "v_load_max", "F_slam_max",
+    "F_drag_max", "F_bottom_max", "t_landed", "v_landed", "v_hit_max", "p_a_max", "p_b_max", "p_min", "alpha_m_min", "alpha_p_max",
+    "u_p_max", "omega_m_max", "v_w_max", "v_tip_max", "saturation_time", "relief_time", "overspeed_time", "stroke_time",
+    "cavitation_time", "wire_time",
+)  # fmt: skip
+"""Numbers that the whole run and each stage have alike."""
+STAGE_NUMBERS = ("t_begin", *NUMBERS)
+RUN_NUMBERS = (
+    *NUMBERS, "z_load_end", "s_w_end", "programme_time", "energy_pumps", "work_gravity", "work_damping", "work_buoyancy",
+    "work_inertia", "work_drag", "work_slam", "work_bottom", "energy_unaccounted",
+)  # fmt: skip
+
+
 def merged(parts: Sequence[Any]) -> Any:
     """Statistics of stages one after another as those of all of them; Stats or LiftStats."""
     cls = type(parts[0])
@@ -149,7 +164,7 @@ def lift_summary(crane: Crane, case: Lowering, result: LiftResult) -> tuple[dict
     """Numbers of the whole run, and of each stage of the programme that was begun, the rest NaN; one more for the time after it."""
     names = [*result.packed.programme.names, "after"]
     run = stage_numbers(result, whole(result))
-    blank = dict.fromkeys(["t_begin", *run], math.nan)
+    blank = dict.fromkeys(STAGE_NUMBERS, math.nan)
     rows = [dict(blank) for _ in names]
     for (i, part), start in zip(result.stages, result.starts, strict=True):
         rows[min(i, len(rows) - 1)] = {"t_begin": start, **stage_numbers(result, part)}

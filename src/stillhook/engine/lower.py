@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -20,6 +21,7 @@ from stillhook.engine.simulate import OnFailure, Series, raise_failures, series_
 from stillhook.errors import LiftError, SpecError
 from stillhook.library import crane_toml
 from stillhook.lift.lowering import Lowering
+from stillhook.lift.programme import stage_names
 from stillhook.plants.lift import LiftSignals
 from stillhook.plants.state import Signals
 from stillhook.variables import attributes
@@ -29,6 +31,8 @@ if TYPE_CHECKING:
 
 LIFT_STEP = 5e-3
 """Default step [s]: the wire is stepped implicitly, and the winch at 5 ms is right to 0.1 mm of wire (docs/validation/step-size.md)."""
+Found = tuple[Mapping[str, Any], Sequence[Mapping[str, Any]]]
+"""Numbers of one lowering: of the whole run, and of each of its stages."""
 COLUMNS = Signals._fields + LiftSignals._fields
 
 
@@ -91,11 +95,22 @@ def labelled(
     crane: Crane,
     cases: Sequence[Lowering],
     results: Sequence[LiftResult],
-    found: Sequence[tuple[Mapping[str, Any], Sequence[Mapping[str, Any]]]],
+    found: Sequence[Found],
     *,
     single: bool,
 ) -> xarray.Dataset:
     """Summaries and series of lowerings as a labelled Dataset; see `lower`."""
+    data = summarised(crane, cases, found, step=results[0].step, single=single)
+    if series := [r.series for r in results if r.series is not None]:
+        data = data.assign(series_columns(COLUMNS, series, single=single)).assign_coords(time=time_axis(Series(series, results[0].dt)))
+    data.attrs["every"] = results[0].dt
+    return data
+
+
+def summarised(
+    crane: Crane | Sequence[Crane], cases: Sequence[Lowering], found: Sequence[Found], *, step: float, single: bool
+) -> xarray.Dataset:
+    """Numbers of lowerings, of the whole runs and of each stage, as a labelled Dataset; step [s]."""
     import xarray
 
     columns = summary_columns([run for run, _ in found], single=single)
@@ -106,19 +121,16 @@ def labelled(
             table[i, : len(stages)] = [s[name] for s in stages]
         columns[f"stage_{name}"] = (("stage",), table[0], attributes(name)) if single else (("case", "stage"), table, attributes(name))
     coords: dict[str, Any] = {} if single else {"case": [c.name or str(i) for i, c in enumerate(cases)]}
-    names = [r.packed.programme.names for r in results]
-    coords["stage"] = [*names[0], "after"] if len(set(names)) == 1 else [str(i) for i in range(n_stages)]
-    if series := [r.series for r in results if r.series is not None]:
-        columns |= series_columns(COLUMNS, series, single=single)
-        coords["time"] = time_axis(Series(series, results[0].dt))
+    names = {stage_names(c.programme) for c in cases}
+    coords["stage"] = [*names.pop(), "after"] if len(names) == 1 else [str(i) for i in range(n_stages)]
     data = xarray.Dataset(columns, coords=coords)
     data.attrs = {
-        "title": f"Stillhook lowering from {crane.name}",
-        "crane": crane_toml(crane),
+        "title": f"Stillhook lowering from {crane.name if isinstance(crane, Crane) else f'{len(crane)} cranes'}",
+        "crane": crane_toml(crane) if isinstance(crane, Crane) else json.dumps([crane_toml(c) for c in crane]),
         "single": int(single),
         "stillhook_version": __version__,
         "stillhook_kernel": kernel_hash(),
-        "step": results[0].step,
-        "every": results[0].dt,
+        "step": step,
+        "every": 0.0,
     }
     return data

@@ -40,16 +40,16 @@ IN_FLIGHT = 3
 
 
 class Answers(NamedTuple):
-    """What a task gives back: status and notes of each case, numbers of shape (case, NUMBERS), and the code that made them."""
+    """What a task gives back: status and notes of each case, numbers of shape (case, names), and the code that made them."""
 
     status: list[str]
     numbers: NDArray[np.float64]
     notes: list[tuple[str, ...]]
     made_by: str
 
-    def summary(self, i: int) -> dict[str, Any]:
-        """The summary of one case, keys and SI units of `stillhook.variables.SUMMARY`."""
-        return {"status": self.status[i], **dict(zip(NUMBERS, self.numbers[i].tolist(), strict=True)), "notes": list(self.notes[i])}
+    def summary(self, i: int, names: Sequence[str] = NUMBERS) -> dict[str, Any]:
+        """The summary of one case, keys and SI units of `stillhook.variables`; names of its numbers."""
+        return {"status": self.status[i], **dict(zip(names, self.numbers[i].tolist(), strict=True)), "notes": list(self.notes[i])}
 
 
 def summaries(
@@ -88,8 +88,8 @@ def summaries(
     meter = Meter(len(cases), progress, done=len(found))
     meter.tell()
     workers = threads if client is None else max(sum(client.nthreads().values()), 1)
-    tasks = [_Task(i, [cranes[k] for k in i], [cases[k] for k in i], n_sub) for i in _cut(cranes, cases, missing, workers)]
-    landed = _on_threads(tasks, threads, meter) if client is None else _on_cluster(tasks, client, meter)
+    tasks = [Task(i, [cranes[k] for k in i], [cases[k] for k in i], n_sub) for i in _cut(cranes, cases, missing, workers)]
+    landed = on_threads(tasks, threads, meter) if client is None else on_cluster(tasks, client, meter)
     with closing(landed):  # a store that fails stops the threads, or the cluster, at once
         for task, answers in landed:
             if kept is not None:
@@ -107,19 +107,19 @@ def _check_all(cranes: Sequence[Crane], cases: Sequence[Scenario]) -> None:
             raise type(e)(f"case {i}: {e}" if len(cases) > 1 else str(e)) from None
 
 
-class _Task(NamedTuple):
+class Task(NamedTuple):
     """Cases that one worker runs, with their places in the whole list."""
 
     indices: list[int]
     cranes: list[Crane]
-    cases: list[Scenario]
+    cases: list[Any]
     n_sub: int
 
-    def part(self, start: int, end: int) -> _Task:
+    def part(self, start: int, end: int) -> Task:
         """Some of its cases."""
-        return _Task(self.indices[start:end], self.cranes[start:end], self.cases[start:end], self.n_sub)
+        return Task(self.indices[start:end], self.cranes[start:end], self.cases[start:end], self.n_sub)
 
-    def light(self) -> _Task:
+    def light(self) -> Task:
         """The same without the sources of the cranes' numbers, which no run reads; cranes that are one stay one."""
         bare = {id(c): c for c in self.cranes}
         bare = {key: c.model_copy(update={"sources": {}}) for key, c in bare.items()}
@@ -127,20 +127,25 @@ class _Task(NamedTuple):
 
 
 def _cut(cranes: Sequence[Crane], cases: Sequence[Scenario], missing: Sequence[int], workers: int) -> list[list[int]]:
-    """Places of the missing cases in tasks: cases that can share a block of lanes lie together; tasks are whole blocks."""
+    """Places of the missing cases in tasks: cases that can share a block of lanes lie together."""
     groups: dict[tuple[int, int, int], list[int]] = {}
     for i in missing:
         groups.setdefault(shape(cranes[i], cases[i]), []).append(i)
-    fair = math.ceil(len(missing) / (TASKS_EACH * workers) / VL) * VL
-    out = []
-    for (n_ticks, _, _), group in groups.items():
-        worth = math.ceil(max(TASK_SECONDS, TASK_SECONDS_EACH * workers) / (n_ticks * cranes[0].control.t_cycle) / VL) * VL
+    return in_tasks([(n * cranes[group[0]].control.t_cycle, group) for (n, _, _), group in groups.items()], workers)
+
+
+def in_tasks(groups: Sequence[tuple[float, Sequence[int]]], workers: int) -> list[list[int]]:
+    """Groups of cases, each with the simulated time of one case [s], in tasks of whole blocks of lanes."""
+    fair = math.ceil(sum(len(group) for _, group in groups) / (TASKS_EACH * workers) / VL) * VL
+    out: list[list[int]] = []
+    for seconds, group in groups:
+        worth = math.ceil(max(TASK_SECONDS, TASK_SECONDS_EACH * workers) / seconds / VL) * VL
         size = max(VL, min(fair, worth))
-        out += [group[k : k + size] for k in range(0, len(group), size)]
+        out += [list(group[k : k + size]) for k in range(0, len(group), size)]
     return out
 
 
-def work(task: _Task, progress: Progress | None = None) -> Answers:
+def work(task: Task, progress: Progress | None = None) -> Answers:
     """Run one task on one thread: block by block, each summed up while its motions are at hand."""
     found: list[dict[str, Any]] = []
     total = len(task.indices)
@@ -158,20 +163,25 @@ def work(task: _Task, progress: Progress | None = None) -> Answers:
     return Answers([s["status"] for s in found], numbers, [tuple(s["notes"]) for s in found], results_hash())
 
 
+Work = Callable[[Task, Progress | None], Answers]
+
+
 def work_packed(task: bytes) -> Answers:
     """`work` on a pickled task: a cluster need not look into what it carries."""
     return work(pickle.loads(task))
 
 
-def _on_threads(tasks: Sequence[_Task], threads: int, meter: Meter) -> Generator[tuple[_Task, Answers], None, None]:
-    """Tasks with their answers, as they finish."""
+def on_threads(
+    tasks: Sequence[Task], threads: int, meter: Meter, work: Work = work, kind: str = "driver"
+) -> Generator[tuple[Task, Answers], None, None]:
+    """Tasks with their answers, as they finish; work: what a task is, kind: driver that it runs."""
     if threads == 1 or len(tasks) < 2:
         for task in tasks:
             yield task, work(task, meter.part(len(task.indices)))
         return
-    driver(tasks[0].cranes[0].plant.value, VL)
+    driver(tasks[0].cranes[0].plant.value, VL, kind)
     with ThreadPoolExecutor(threads) as pool:
-        waiting: dict[Future[Answers], _Task] = {pool.submit(work, task, meter.part(len(task.indices))): task for task in tasks}
+        waiting: dict[Future[Answers], Task] = {pool.submit(work, task, meter.part(len(task.indices))): task for task in tasks}
         try:
             for done in as_done(list(waiting)):
                 yield waiting.pop(done), done.result()
@@ -181,9 +191,11 @@ def _on_threads(tasks: Sequence[_Task], threads: int, meter: Meter) -> Generator
             raise
 
 
-def _on_cluster(tasks: Sequence[_Task], client: Any, meter: Meter) -> Generator[tuple[_Task, Answers], None, None]:
-    """Tasks with their answers, as they finish."""
-    with closing(spread(tasks, lambda task: task.light(), work_packed, client)) as answered:
+def on_cluster(
+    tasks: Sequence[Task], client: Any, meter: Meter, run: Callable[[bytes], Answers] = work_packed
+) -> Generator[tuple[Task, Answers], None, None]:
+    """Tasks with their answers, as they finish; run: what a worker makes of a pickled task."""
+    with closing(spread(tasks, lambda task: task.light(), run, client)) as answered:
         for task, answers in answered:
             meter.part(len(task.indices))(1.0)
             yield task, answers

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 from zipfile import BadZipFile
 from zlib import error as ZlibError
 
@@ -19,6 +19,7 @@ from stillhook.errors import SimulationError
 from stillhook.scenario import Scenario
 from stillhook.whole import cannot_write, check_folder, whole_file
 
+Case = TypeVar("Case")
 SUFFIX = ".cases.npz"
 KEY = 32
 """Length of a key [bytes]."""
@@ -44,16 +45,19 @@ class Store:
         except OSError as e:
             raise cannot_write(folder, e) from None
 
-    def keys(self, cranes: Sequence[Crane], cases: Sequence[Scenario], n_sub: int, code: str) -> list[bytes]:
-        """What each result follows from, as a hash: everything but names, titles and sources, which change no number."""
+    def keys(
+        self, cranes: Sequence[Crane], cases: Sequence[Case], n_sub: int, code: str, said: Callable[[Case], bytes] | None = None
+    ) -> list[bytes]:
+        """What each result follows from, as a hash: everything but names, titles and sources, which change no number. said: a case as
+        bytes, that of scenarios by default."""
+        say: Callable[[Any], bytes] = said or _scenario
         prints: dict[int, bytes] = {}
         start = f"{code} {n_sub} {' '.join(self.names)}".encode()
         out = []
         for crane, case in zip(cranes, cases, strict=True):
             if id(crane) not in prints:
                 prints[id(crane)] = crane.model_dump_json(exclude={"sources", "title", "name"}).encode()
-            scenario = json.dumps(_bare(case.to_dict()), sort_keys=True).encode()
-            out.append(hashlib.sha256(b"\0".join((start, prints[id(crane)], scenario))).digest())
+            out.append(hashlib.sha256(b"\0".join((start, prints[id(crane)], say(case)))).digest())
         return out
 
     def check_room(self) -> None:
@@ -120,8 +124,12 @@ NAMES = ("name", "source", "report")
 """What a scenario, and the record of a motion in it, are called and where they are from."""
 
 
-def _bare(data: Any) -> Any:
+def _scenario(case: Scenario) -> bytes:
+    return json.dumps(bare(case.to_dict()), sort_keys=True).encode()
+
+
+def bare(data: Any) -> Any:
     """Plain data without names, at every depth."""
     if isinstance(data, dict):
-        return {key: _bare(x) for key, x in data.items() if key not in NAMES}
-    return [_bare(x) for x in data] if isinstance(data, list) else data
+        return {key: bare(x) for key, x in data.items() if key not in NAMES}
+    return [bare(x) for x in data] if isinstance(data, list) else data

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
@@ -114,6 +115,12 @@ class Rao:
         spline = CubicSpline(self.omega, h, axis=1)(omega)
         straight, curved = (np.sqrt(np.mean(np.abs(H) ** 2, axis=1)) for H in (line, spline))
         return float(np.max(np.abs(curved - straight) / (curved + straight)))
+
+    @cached_property
+    def digest(self) -> bytes:
+        """Hash of the numbers, whatever they are called."""
+        arrays = (self.omega, self.beta, self.H, np.array(self.depth))
+        return hashlib.sha256(b"".join(a.tobytes() for a in arrays)).digest()
 
     @cached_property
     def _spline(self) -> Any:

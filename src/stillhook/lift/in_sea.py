@@ -1,0 +1,55 @@
+"""A lowering in one piece of a random sea, told in a few words: tip and water are made when it is run."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from dataclasses import dataclass, field
+from functools import cached_property
+
+from stillhook.errors import LiftError
+from stillhook.lift.lowering import Lowering
+from stillhook.sea.motion import Still
+from stillhook.sea.rao import Rao
+from stillhook.sea.realisation import realise, tip_motion
+from stillhook.sea.spectrum import Sea
+from stillhook.sea.wave_field import wave_field
+
+
+@dataclass(frozen=True, eq=False)
+class InSea:
+    """What thousands of runs of a table are given as: small, and quick to send to a cluster.
+
+    lift: everything but tip and waves, which it must not have; the waves repeat after its duration. sea, seed: which waves; rao: what
+    moves in them; x, y: crane tip and payload from the vessel's reference point, forward and to port [m]. water: whether the payload feels
+    the waves. left: part of the tip's motion that reaches the wire, 1 all of it (a flat cap on compensation of 80 % leaves 0.2); the water
+    keeps its waves.
+    """
+
+    lift: Lowering
+    sea: Sea = field(repr=False)
+    seed: int
+    rao: Rao = field(repr=False)
+    x: float
+    y: float
+    water: bool = False
+    left: float = 1.0
+
+    def __post_init__(self) -> None:
+        if self.lift.waves is not None or not isinstance(self.lift.tip, Still):
+            raise LiftError(f'lift "{self.lift.name}": it has a tip motion or waves already. Leave them to the sea, or run it as it is.')
+
+    @cached_property
+    def motion(self) -> bytes:
+        """Hash of what tip and water follow from: runs in which it is equal are moved alike."""
+        trains = [{"spectrum": t.spectrum.to_dict(), "beta": t.beta, "spread": t.spread} for t in self.sea.trains]
+        place = [self.lift.duration, self.lift.depth, self.seed, self.x, self.y, self.water, self.left]
+        return hashlib.sha256(json.dumps([trains, place], sort_keys=True).encode() + self.rao.digest).digest()
+
+    def made(self) -> Lowering:
+        """The lowering, with `realise`, `tip_motion` and `wave_field` of the seed. Errors: SeaError for a sea without waves."""
+        waves = realise(self.sea, self.lift.duration, self.seed, depth=self.lift.depth)
+        tip = tip_motion(waves, self.rao, self.x, self.y)
+        tip = tip if self.left == 1.0 else tip.times(self.left)
+        water = wave_field(waves, self.x, self.y) if self.water else None
+        return self.lift.model_copy(update={"tip": tip, "waves": water})
