@@ -102,7 +102,35 @@ def _lift(table: Mapping[str, Any], file: Path, seed: int | None, duration: str 
     top.known(TOP)
     top.need("crane", "payload", "water", "start", "stage")
     crane = load_crane(top.beside("crane", file.parent))
-    water = Fields(table["water"], "water.", LiftError)
+    depth, _ = water_of(top)
+    programme = _programme(table["stage"])
+    z_0 = top.quantity("start", "length")
+    assert z_0 is not None
+    length = top.quantity("duration", "time") if duration is None else parse(duration, "time", "--duration")
+    length = planned(programme, z_0, depth) if length is None else length
+    place = place_of(top, file.parent, depth, length, seed) if moving else still_place(top, file.parent)
+    given: dict[str, Any] = {
+        "name": top.text("name", file.stem),
+        "payload": payload_of(top, file.parent),
+        "tip": place.tip,
+        "waves": place.waves,
+        "h_tip": f"{place.h_tip!r} m",
+        "depth": table["water"]["depth"],
+        "z_0": table["start"],
+        "programme": programme,
+        "duration": f"{length!r} s",
+    }
+    given |= parts_of(table)
+    given |= {key: table[key] for key in ("controller", "ramp", "friction") if key in table}
+    if "rho" in table["water"]:
+        given["rho"] = table["water"]["rho"]
+    step, every = _steps(top, "step"), _steps(top, "every")
+    return LiftFile(crane, Lowering(**given), step, every, place.words, place.vessel, place.at, place.sea, place.notes)
+
+
+def water_of(top: Fields) -> tuple[float, float]:
+    """Depth [m] and density [kg/m^3] of the water, from [water]. Errors: LiftError, UnitError."""
+    water = Fields(top.table["water"], "water.", LiftError)
     water.known(WATER)
     depth = water.quantity("depth", "length")
     if depth is None:
@@ -112,31 +140,13 @@ def _lift(table: Mapping[str, Any], file: Path, seed: int | None, duration: str 
     rho = water.quantity("rho", "density", RHO_SEA)
     if rho is None or not LIGHTEST <= rho <= HEAVIEST:
         raise water.wrong("rho", f"give the density of water, {LIGHTEST:g} to {HEAVIEST:g} kg/m^3.")
-    programme = _programme(table["stage"])
-    z_0 = top.quantity("start", "length")
-    assert z_0 is not None
-    length = top.quantity("duration", "time") if duration is None else parse(duration, "time", "--duration")
-    length = planned(programme, z_0, depth) if length is None else length
-    place = place_of(top, file.parent, depth, length, seed) if moving else still_place(top, file.parent)
-    given: dict[str, Any] = {
-        "name": top.text("name", file.stem),
-        "payload": _payload(top, file.parent),
-        "tip": place.tip,
-        "waves": place.waves,
-        "h_tip": f"{place.h_tip!r} m",
-        "depth": table["water"]["depth"],
-        "z_0": table["start"],
-        "programme": programme,
-        "duration": f"{length!r} s",
-    }
-    for key, kind in (("rigging", Rigging), ("wire", DeepWire), ("winch", WinchSettings), ("sensors", Sensors)):
-        if key in table:
-            given[key] = kind(**_table(table, key))
-    given |= {key: table[key] for key in ("controller", "ramp", "friction") if key in table}
-    if "rho" in water:
-        given["rho"] = table["water"]["rho"]
-    step, every = _steps(top, "step"), _steps(top, "every")
-    return LiftFile(crane, Lowering(**given), step, every, place.words, place.vessel, place.at, place.sea, place.notes)
+    return depth, rho
+
+
+def parts_of(table: Mapping[str, Any]) -> dict[str, Any]:
+    """Rigging, wire, settings of the winch and sensors, of those tables that are there."""
+    kinds = (("rigging", Rigging), ("wire", DeepWire), ("winch", WinchSettings), ("sensors", Sensors))
+    return {key: kind(**_table(table, key)) for key, kind in kinds if key in table}
 
 
 def _table(table: Mapping[str, Any], key: str) -> dict[str, Any]:
@@ -155,7 +165,7 @@ def _programme(rows: Any) -> tuple[Stage, ...]:
     return tuple(Stage(**row) for row in rows)
 
 
-def _payload(top: Fields, folder: Path) -> Payload:
+def payload_of(top: Fields, folder: Path) -> Payload:
     """A payload of the library, a file seen from the lift file, or a table with name, mass and shape."""
     if isinstance(top.table["payload"], Mapping):
         return Payload(**top.table["payload"])

@@ -123,11 +123,7 @@ def _point_and_height(top: Fields, tip: Fields) -> tuple[TipPoint | None, float]
     if "boom" in top:
         if "at" in tip or height is not None:
             raise LiftError("tip: its place is given beside [boom]. Leave one of them out.")
-        boom = Fields(top.table["boom"], "boom.", LiftError)
-        boom.known(BOOM)
-        boom.need("pedestal", "slew", "main")
-        texts: dict[str, Any] = {key: tuple(value) if isinstance(value, list) else value for key, value in boom.table.items()}
-        x, y, z = Boom(**texts).tip
+        x, y, z = boom_of(top).tip
         return TipPoint(x, y, z), z
     point = parse_point(tip.text("at"), "tip.at") if "at" in tip else None
     if height is not None and point is not None and point.z is not None:
@@ -136,6 +132,15 @@ def _point_and_height(top: Fields, tip: Fields) -> tuple[TipPoint | None, float]
     if height is None:
         raise LiftError('tip: its height above the water is missing. Give z in tip.at, or height = "30 m".')
     return point, height
+
+
+def boom_of(top: Fields) -> Boom:
+    """The crane of the table [boom]."""
+    boom = Fields(top.table["boom"], "boom.", LiftError)
+    boom.known(BOOM)
+    boom.need("pedestal", "slew", "main")
+    texts: dict[str, Any] = {key: tuple(value) if isinstance(value, list) else value for key, value in boom.table.items()}
+    return Boom(**texts)
 
 
 def _sea(table: Fields, folder: Path) -> Sea:

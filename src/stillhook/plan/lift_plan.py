@@ -22,7 +22,7 @@ from stillhook.scenario import Number, Record, Sensors
 from stillhook.sea.parametric import Jonswap, pierson_moskowitz
 from stillhook.sea.rao import Rao
 from stillhook.sea.spectrum import Sea, Train, WaveSpectrum
-from stillhook.sea.tip import TipPoint
+from stillhook.sea.tip import TipPoint, parse_point
 from stillhook.sea.torsethaugen import Torsethaugen
 
 ALL = tuple(Alternative)
@@ -104,10 +104,16 @@ class LiftPlan:
         """The phase of this name."""
         return next(p for p in self.phases if p.name == name)
 
-    def hanging(self, z: float) -> Lowering:
-        """The payload hanging still with its underside at z [m]: for what looks at weights and stiffness, not a run."""
+    def tip_of(self, phase: Phase) -> TipPoint:
+        """Crane tip in a phase, with its height: the phase's own, else that of the plan."""
+        at = self.at if phase.tip is None else parse_point(phase.tip, "tip")
+        return TipPoint(at.x, at.y, self.h_tip if at.z is None else at.z)
+
+    def hanging(self, z: float, h_tip: float | None = None) -> Lowering:
+        """The payload hanging still with its underside at z [m]: for what looks at weights and stiffness, not a run; h_tip [m], None that of
+        the plan."""
         stand = (Stage(mode=StageMode.MANUAL, time="60 s"),)
-        lengths = {"h_tip": self.h_tip, "depth": self.depth, "z_0": z}
+        lengths = {"h_tip": self.h_tip if h_tip is None else h_tip, "depth": self.depth, "z_0": z}
         given: dict[str, Any] = {key: f"{value!r} m" for key, value in lengths.items()}
         given |= {"name": self.name, "payload": self.payload, "rigging": self.rigging, "wire": self.wire, "winch": self.winch}
         given |= {"programme": stand, "duration": "60 s", "rho": f"{self.rho!r} kg/m^3", "sensors": self.sensors}

@@ -1,0 +1,255 @@
+"""Plan files: one TOML that names crane, vessel, crane tip, payload, water, phases, seas, rules and weather of a lift."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping
+from dataclasses import replace
+from importlib import import_module
+from importlib.resources import as_file, files
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+from stillhook.crane import content
+from stillhook.errors import PlanError, ScenarioError, SeaError, UnitError
+from stillhook.io.fields import Fields, described
+from stillhook.io.lift_file import parts_of, payload_of, water_of
+from stillhook.io.lift_place import boom_of, still_place
+from stillhook.library import load_crane
+from stillhook.library.files import nearest, shelf, toml_text
+from stillhook.plan.alternatives import Alternative
+from stillhook.plan.courses import Water, called, joined
+from stillhook.plan.lift_plan import ALL, Environment, LiftPlan, WeatherUse
+from stillhook.plan.phases import Phase
+from stillhook.plan.rules import RuleSet
+from stillhook.plan.sea_range import spelled
+from stillhook.sea.rao import Rao
+from stillhook.sea.tip import TipPoint
+from stillhook.units import came, number, show
+
+SHELF = "plans"
+TOP = (
+    "name", "crane", "vessel", "payload", "rules", "alternatives", "tip", "boom", "water", "rigging", "wire", "winch", "sensors",
+    "environment", "operation", "weather", "phase",
+)  # fmt: skip
+OPERATION = ("T_POP", "T_C")
+WEATHER = ("file", "ship", "sense")
+RULES = "offshore-lift"
+
+
+def plans() -> tuple[str, ...]:
+    """Names of the library's example plans."""
+    return shelf(SHELF)
+
+
+def load_plan(name_or_path: str | Path) -> LiftPlan:
+    """Read a plan file::
+
+        crane = "nov-250t"                   # or the path of a crane file, seen from this file
+        vessel = "construction-vessel-130m"  # or the path of a vessel file
+        payload = "template-120t"            # or the path of a payload file, or a table [payload]
+
+        [tip]
+        at = "x=-15 m, y=-24 m, z=36 m"      # or a table [boom]
+
+        [water]
+        depth = "1500 m"
+
+        [environment]
+        Hs = "0.5 m to 6 m by 0.5 m"         # or a list of texts
+        Tp = "5 s to 14 s by 1 s"
+        headings = ["150 deg", "180 deg"]
+
+        [[phase]]
+        name = "splash zone"
+        kind = "splash-zone"
+        start = "5 m"                        # underside of the payload above still water; negative below
+        end = "-25 m"
+
+    A library name ("template-to-1500m") may stand in place of a path. Every other table has defaults, told in
+    docs/how-to/describe-a-lift-plan.md. Errors: StillhookError, one line that names file, field, what came and what is allowed.
+    """
+    name = str(name_or_path)
+    if name in plans():
+        with as_file(files("stillhook.library") / SHELF / f"{name}.toml") as file:
+            return described(file, _plan)
+    have = f"{', '.join(plans())}"
+    if not name.endswith(".toml") and not Path(name_or_path).exists():
+        raise PlanError(f"No plan {came(name)}: the library has {have}{nearest(name, plans())} A file's name ends in .toml.")
+    if not toml_text(Path(name_or_path)).strip():
+        needs = "crane, vessel, payload, [water], [environment] and phases"
+        raise PlanError(f"{Path(name_or_path).name}: empty. A plan file names {needs}; copy {have}.")
+    return described(name_or_path, _plan)
+
+
+def _plan(table: Mapping[str, Any], file: Path) -> LiftPlan:
+    top = Fields(table, "", PlanError)
+    top.known(TOP)
+    top.need("crane", "vessel", "payload", "water", "environment", "phase")
+    crane = load_crane(top.beside("crane", file.parent))
+    depth, rho = water_of(top)
+    at, vessel = _place(top, file.parent)
+    payload = payload_of(top, file.parent)
+    phases = joined(_phases(table["phase"]), Water(depth, payload.reach(rho)))
+    rules = _rules(top, file.parent)
+    _check_limits(phases, rules)
+    T_POP, T_C, notes = _operation(top, phases)
+    plan = LiftPlan(
+        name=top.text("name", file.stem),
+        crane=crane,
+        vessel=vessel,
+        at=at,
+        h_tip=_height(at),
+        payload=payload,
+        depth=depth,
+        rho=rho,
+        phases=phases,
+        environment=_environment(top),
+        rules=rules,
+        T_POP=T_POP,
+        T_C=T_C,
+        **parts_of(table),
+        alternatives=_alternatives(top),
+        weather=_weather(top, file.parent),
+        source=file.name,
+        notes=notes,
+    )
+    _check_tips(plan, top)
+    return replace(plan, digest=_digest(plan))
+
+
+def _place(top: Fields, folder: Path) -> tuple[TipPoint, Rao]:
+    """Crane tip with its height, and vessel."""
+    if "motion" in Fields(top.table.get("tip", {}), "tip.", PlanError):
+        raise PlanError("tip.motion: stands in place of vessel and sea, and a plan asks for many seas. Give tip.at, or a table [boom].")
+    place = still_place(top, folder)
+    if place.at is None or place.vessel is None:
+        raise PlanError('tip: its place is missing. Write [tip] with at = "x=-20 m, y=-18 m, z=30 m", or a table [boom].')
+    return TipPoint(place.at.x, place.at.y, place.h_tip), place.vessel
+
+
+def _height(at: TipPoint) -> float:
+    assert at.z is not None
+    return at.z
+
+
+def _phases(rows: Any) -> tuple[Phase, ...]:
+    if not isinstance(rows, list) or not rows or not all(isinstance(row, Mapping) for row in rows):
+        raise PlanError("phase: no phases. Write each as a table [[phase]] with name, kind, start, end.")
+    return tuple(_phase(row, i) for i, row in enumerate(rows, 1))
+
+
+def _phase(row: Mapping[str, Any], number: int) -> Phase:
+    named = row if "name" in row else {**row, "name": str(row.get("kind", ""))}
+    try:
+        return Phase(**named)
+    except ScenarioError as e:
+        text = str(e)
+        raise PlanError(text if text.startswith("phase ") else f"phase {number} ({came(named['name'])}): {text}") from None
+
+
+def _rules(top: Fields, folder: Path) -> RuleSet:
+    name = top.beside("rules", folder) if "rules" in top else RULES
+    if find_spec("stillhook.plan.rule_file") is None:  # until the rules are there
+        return RuleSet(name, "0", ())
+    return import_module("stillhook.plan.rule_file").load_rules(name)  # type: ignore[no-any-return]
+
+
+def _check_limits(phases: tuple[Phase, ...], rules: RuleSet) -> None:
+    """Limits of a phase are of rules that belong to it."""
+    for phase in phases:
+        own = rules.of(phase.kind)
+        for key in phase.limits:
+            if key not in own:
+                hint = f"Its rules: {', '.join(own)}{nearest(key, own)}"
+                raise PlanError(f"{called(phase)}: limits: {rules.name} has no rule {came(key)} for it. {hint}")
+
+
+def _operation(top: Fields, phases: tuple[Phase, ...]) -> tuple[float, float | None, tuple[str, ...]]:
+    """T_POP, T_C [s], and what was assumed."""
+    table = Fields(top.table.get("operation", {}), "operation.", PlanError)
+    table.known(OPERATION)
+    phases_take = sum(phase.duration or 0.0 for phase in phases)
+    T_POP, T_C = table.quantity("T_POP", "time"), table.quantity("T_C", "time")
+    if T_C is not None and T_C < 0.0:
+        raise table.wrong("T_C", "a contingency is no less than 0 h.")
+    hours = f"{number(phases_take / 3600.0, 3)} h"
+    if T_POP is None:
+        return phases_take, T_C, (f"operation.T_POP is not given: the sum of the phases stands for it, {hours}",)
+    if T_POP * (1.0 + 1e-3) < phases_take:
+        raise table.wrong("T_POP", f"the phases alone take {hours}. Give more, or leave it out.")
+    return T_POP, T_C, ()
+
+
+def _environment(top: Fields) -> Environment:
+    table = Fields(top.table["environment"], "environment.", PlanError)
+    table.need("Hs", "Tp", "headings")
+    given = {key: spelled(table, key) if key in ("Hs", "Tp", "headings") else value for key, value in table.table.items()}
+    if given.get("spread") is not None and isinstance(given["spread"], int) and not isinstance(given["spread"], bool):
+        given["spread"] = float(given["spread"])
+    return Environment(**given)
+
+
+def _alternatives(top: Fields) -> tuple[Alternative, ...]:
+    """In the order of the file, none twice."""
+    if "alternatives" not in top:
+        return ALL
+    given = top.table["alternatives"]
+    if not isinstance(given, list) or not given or not all(isinstance(x, str) for x in given):
+        raise top.wrong("alternatives", f"give a list of some of {', '.join(ALL)}.")
+    for name in given:
+        if name not in list(Alternative):
+            raise PlanError(f"alternatives: {came(name)} is not one of {', '.join(ALL)}{nearest(name, [a.value for a in ALL])}")
+        if given.count(name) > 1:
+            raise PlanError(f"alternatives: {came(name)} comes twice. Write it once.")
+    return tuple(Alternative(name) for name in given)
+
+
+def _weather(top: Fields, folder: Path) -> WeatherUse | None:
+    if "weather" not in top:
+        return None
+    table = Fields(top.table["weather"], "weather.", PlanError)
+    table.known(WEATHER)
+    name = table.text("file")
+    file = str(folder / name) if (folder / name).is_file() else name
+    return WeatherUse(file, table.quantity("ship", "angle"), table.text("sense") if "sense" in table else None)
+
+
+def _check_tips(plan: LiftPlan, top: Fields) -> None:
+    """The crane reaches every place that a phase names, and what hangs fits under it."""
+    boom = boom_of(top) if "boom" in top else None
+    room = plan.payload.height + plan.rigging.height
+    for phase in plan.phases:
+        try:
+            at = plan.tip_of(phase)
+            if phase.tip is not None and boom is not None:
+                boom.reaching(at.x, at.y, at.z)
+        except (SeaError, UnitError) as e:
+            raise PlanError(f"{called(phase)}: {e}") from None
+        highest = max(z for z in (phase.start, phase.end) if z is not None)
+        free = _height(at) - room - highest
+        if free <= 0.0:
+            raise PlanError(
+                f"{called(phase)}: underside at {show(highest, 'length')}, payload and rigging {show(room, 'length')} high: no room for them "
+                f"under the crane tip at {show(_height(at), 'length')}. Raise the tip, or lower the heights."
+            )
+
+
+def _digest(plan: LiftPlan) -> str:
+    """SHA-256 of everything that numbers follow from; names of files and notes are none."""
+    whole = {
+        "crane": content(plan.crane),
+        "vessel": plan.vessel.digest.hex(),
+        "at": [plan.at.x, plan.at.y, plan.h_tip],
+        "payload": plan.payload.to_dict(),
+        "water": [plan.depth, plan.rho],
+        "phases": [phase.model_dump(mode="json") for phase in plan.phases],
+        "environment": plan.environment.model_dump(mode="json"),
+        "rules": plan.rules.digest,
+        "operation": [plan.T_POP, plan.T_C],
+        **{key: getattr(plan, key).model_dump(mode="json") for key in ("rigging", "wire", "winch", "sensors")},
+        "alternatives": [a.value for a in plan.alternatives],
+    }
+    return hashlib.sha256(json.dumps(whole, sort_keys=True).encode()).hexdigest()
