@@ -172,16 +172,17 @@ def work_packed(task: bytes) -> Answers:
 
 
 def on_threads(
-    tasks: Sequence[Task], threads: int, meter: Meter, work: Work = work, kind: str = "driver"
+    tasks: Sequence[Task], threads: int, meter: Meter, run: Work | None = None, kind: str = "driver"
 ) -> Generator[tuple[Task, Answers], None, None]:
-    """Tasks with their answers, as they finish; work: what a task is, kind: driver that it runs."""
+    """Tasks with their answers, as they finish; run: what makes answers of a task, `work` by default, kind: driver that it runs."""
+    run = work if run is None else run
     if threads == 1 or len(tasks) < 2:
         for task in tasks:
-            yield task, work(task, meter.part(len(task.indices)))
+            yield task, run(task, meter.part(len(task.indices)))
         return
     driver(tasks[0].cranes[0].plant.value, VL, kind)
     with ThreadPoolExecutor(threads) as pool:
-        waiting: dict[Future[Answers], Task] = {pool.submit(work, task, meter.part(len(task.indices))): task for task in tasks}
+        waiting: dict[Future[Answers], Task] = {pool.submit(run, task, meter.part(len(task.indices))): task for task in tasks}
         try:
             for done in as_done(list(waiting)):
                 yield waiting.pop(done), done.result()
