@@ -1,0 +1,150 @@
+"""What a plan was asked and how it was answered, as plain data: for JSON, for the report, and for whoever repeats it."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping, Sequence
+from datetime import UTC, datetime
+from typing import Any
+
+from stillhook._version import __version__
+from stillhook.certified import CAP
+from stillhook.crane import Crane, content
+from stillhook.engine.build import results_hash
+from stillhook.engine.validated import envelope_line, twin_line
+from stillhook.io.payload_sheet import payload_numbers
+from stillhook.plan.alternatives import Alternative
+from stillhook.plan.lift_plan import LiftPlan
+from stillhook.plan.phases import Phase
+from stillhook.plan.rules import Limited, Rule
+from stillhook.units import show
+
+SAYS: Mapping[Alternative, str] = {
+    Alternative.NONE: "winch on its brake in every phase: nothing is compensated",
+    Alternative.CAP: f"a flat {CAP:.0%} of the tip's vertical motion taken away where the winch compensates",
+    Alternative.NS: "twin of the winch under classic control, normal speed",
+    Alternative.HS: "twin of the winch under classic control, high speed",
+    Alternative.SSC: "twin of the winch under semi-secondary control with the crane's own settings",
+    Alternative.STRONG_SSC: "twin of the winch under semi-secondary control with the gain that its margins allow and an aligned reference",
+}
+NOT_COVERED = (
+    "vessel motions beyond first order: slow drift, dynamic positioning, green water",
+    "horizontal motion and pendulum of the load, tugger lines, twist of wire and load",
+    "current on wire and load, and the offset that it makes at depth",
+    "bending of crane and boom, wind on load and crane, side lead and off lead",
+    "strength of payload, rigging and crane beyond the limits that the rules name",
+    "temperature of oil, backlash of gears, failure of components during the lift",
+)
+"""What no tier of the model holds, for every plan."""
+
+
+def facts_of(plan: LiftPlan, limited: Mapping[tuple[str, Alternative], Sequence[Limited]], tiers: Sequence[str]) -> dict[str, Any]:
+    """Everything that was asked; limited: rules with their limits of a phase and an alternative; tiers that the plan was run in."""
+    env = plan.environment
+    return {
+        "name": plan.name,
+        "source": plan.source,
+        "digest": plan.digest,
+        "notes": list(plan.notes),
+        "version": __version__,
+        "code": results_hash(),
+        "date": datetime.now(UTC).date().isoformat(),
+        "tiers": list(tiers),
+        "settings": {
+            "wave": env.wave, "gamma": env.gamma, "spread": env.spread, "heading_tolerance": env.heading_tolerance,
+            "Hs": list(env.Hs), "Tp": list(env.Tp), "headings": list(env.headings),
+        },
+        "crane": _crane(plan.crane),
+        "vessel": {"name": plan.vessel.name, "title": plan.vessel.source, "notes": list(plan.vessel.notes)},
+        "payload": _payload(plan),
+        "place": {"h_tip": plan.h_tip, "depth": plan.depth, "rho": plan.rho, "text": _place(plan)},
+        "phases": [_phase(phase) for phase in plan.phases],
+        "rules": {
+            "name": plan.rules.name, "version": plan.rules.version, "digest": plan.rules.digest, "changes": list(plan.rules.changes),
+            "rows": [_rule(rule) for rule in plan.rules.rules],
+        },
+        "limited": [_limited(phase, alternative, each) for (phase, alternative), rules in limited.items() for each in rules],
+        "alternatives": [{"name": a.value, "says": SAYS[a]} for a in plan.alternatives],
+        "inputs": _inputs(plan),
+        "not_covered": list(NOT_COVERED),
+    }  # fmt: skip
+
+
+def _crane(crane: Crane) -> dict[str, Any]:
+    c, held = crane.certified, envelope_line(crane)
+    certificate = None if c is None else {"number": c.short, "statement": held or twin_line(crane), "synthetic": c.synthetic}
+    return {
+        "name": crane.name, "title": crane.title, "SWL": crane.SWL, "digest": _crane_digest(crane),
+        "twin": twin_line(crane), "certificate": certificate,
+    }  # fmt: skip
+
+
+def _crane_digest(crane: Crane) -> str:
+    return _digest("\n".join(f"{name} {text}" for name, text in sorted(content(crane).items())))
+
+
+def _digest(text: str | bytes) -> str:
+    return hashlib.sha256(text if isinstance(text, bytes) else text.encode()).hexdigest()
+
+
+def _payload(plan: LiftPlan) -> dict[str, Any]:
+    payload = plan.payload
+    numbers = payload_numbers(payload, plan.rho)
+    kinds = ("V", "volume"), ("W_sub", "force"), ("A33", "mass"), ("A_p", "area")
+    words = {"V": "displaced volume", "W_sub": "submerged weight", "A33": "added mass in heave", "A_p": "area that drag acts on"}
+    rows = [[words[name], show(numbers[name], kind, 4), "derived", "payload under water"] for name, kind in kinds]
+    rows.append(["drag coefficient", f"{payload.C_D:.4g}", *_stated(payload.sources.get("C_D"))])
+    rows += [[name, str(_given(payload, name)), *_stated(source)] for name, source in payload.sources.items() if name != "C_D"]
+    return {
+        "name": payload.name, "title": payload.title, "mass": payload.mass, "height": payload.height,
+        "digest": _payload_digest(plan), "rows": rows,
+    }  # fmt: skip
+
+
+def _payload_digest(plan: LiftPlan) -> str:
+    return _digest(plan.payload.model_dump_json(exclude={"sources", "title", "name"}))
+
+
+def _stated(source: Any) -> tuple[str, str]:
+    return ("assumed", "default") if source is None else (source.kind.value, source.text)
+
+
+def _given(payload: Any, path: str) -> Any:
+    """A number of a payload as it stands there, by its path."""
+    at = payload
+    for name in path.split("."):
+        at = getattr(at, name, None) if not isinstance(at, Mapping) else at.get(name)
+        if at is None and payload.shape is not None:
+            at = getattr(payload.shape, name, None)
+    return "as given" if at is None else f"{at:.6g} (SI)" if isinstance(at, float) else at
+
+
+def _place(plan: LiftPlan) -> str:
+    at = ", ".join(f"{name} = {show(value, 'length', 4)}" for name, value in (("x", plan.at.x), ("y", plan.at.y)))
+    return f"{plan.vessel.name}, crane tip at {at}, {show(plan.h_tip, 'length', 4)} above still water, {show(plan.depth, 'length', 5)} deep"
+
+
+def _phase(phase: Phase) -> dict[str, Any]:
+    return {
+        "name": phase.name, "kind": phase.kind.value, "mode": phase.winch.value, "start": phase.start, "end": phase.end,
+        "speed": phase.speed, "duration": phase.duration, "compensated": phase.compensated, "limits": dict(phase.limits),
+    }  # fmt: skip
+
+
+def _rule(rule: Rule) -> dict[str, Any]:
+    fields = ("key", "title", "quantity", "limit", "standard", "edition", "clause", "note")
+    named = {name: getattr(rule, name) for name in fields}
+    return {**named, "sense": rule.sense.value, "level": rule.level.value, "phases": [kind.value for kind in rule.phases]}
+
+
+def _limited(phase: str, alternative: Alternative, each: Limited) -> dict[str, Any]:
+    return {"phase": phase, "alternative": alternative.value, "rule": each.rule.key, "limit": each.limit, "why": each.why}
+
+
+def _inputs(plan: LiftPlan) -> list[dict[str, str]]:
+    """Files and records that the answer follows from, with a hash of what counts in each."""
+    rows = [("plan", plan.source or plan.name, plan.digest), ("crane", plan.crane.name, _crane_digest(plan.crane))]
+    rows += [("vessel", plan.vessel.source or plan.vessel.name, plan.vessel.digest.hex())]
+    rows += [("payload", plan.payload.name, _payload_digest(plan))]
+    rows += [("rules", f"{plan.rules.name} {plan.rules.version}".strip(), plan.rules.digest)]
+    return [{"what": what, "file": file, "sha256": digest} for what, file, digest in rows]

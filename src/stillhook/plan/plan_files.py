@@ -1,0 +1,85 @@
+"""A plan's result on disk: plan.nc (labelled arrays, blocks as groups) and plan.json (facts and summary). Written whole or not at all."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from stillhook.errors import PlanError
+from stillhook.io.results import save_json
+from stillhook.plan.result import BLOCKS, PlanResult
+from stillhook.units import came
+from stillhook.whole import whole_folder
+
+if TYPE_CHECKING:
+    import xarray
+
+NUMBERS, FACTS = "plan.nc", "plan.json"
+PLAN_FILES = (NUMBERS, FACTS)
+NEEDED = {"name", "Hs_lowest", "Hs_highest"}
+
+
+def save_plan(result: PlanResult, folder: str | Path) -> Path:
+    """Write a result into a folder; both files appear together when they are complete."""
+    target = Path(folder)
+    with whole_folder(target) as part:
+        write_plan(result, part)
+    return target
+
+
+def write_plan(result: PlanResult, part: Path) -> None:
+    """The files of a result in a folder that is moved into place later."""
+    result.data.to_netcdf(part / NUMBERS, engine="h5netcdf", encoding=_packed(result.data))
+    for name in BLOCKS:
+        if name in result:
+            block = result[name]
+            block.to_netcdf(part / NUMBERS, engine="h5netcdf", mode="a", group=name, encoding=_packed(block))
+    save_json(dict(result.facts), part / FACTS)
+
+
+def _packed(data: xarray.Dataset) -> dict[Any, dict[str, Any]]:
+    return {name: {"zlib": True} for name in data.data_vars if data[name].ndim and data[name].dtype.kind in "fi"}
+
+
+def load_plan_result(folder: str | Path) -> PlanResult:
+    """The result that `save_plan` wrote. Errors: PlanError, one line, for a folder without one, or whose files are of two plans."""
+    where = Path(folder)
+    if where.name in PLAN_FILES:
+        where = where.parent
+    for name in PLAN_FILES:
+        if not (where / name).is_file():
+            raise PlanError(f"{came(str(folder))}: no {name} there. Give the folder that stillhook plan --out wrote.")
+    facts = _facts(where / FACTS)
+    try:
+        data, blocks = _datasets(where / NUMBERS)
+    except (OSError, ValueError, KeyError) as e:
+        raise PlanError(f"{where / NUMBERS}: not the numbers of a plan ({' '.join(str(e).split())[:120]}). Run the plan again.") from None
+    if missing := NEEDED - set(data.attrs):
+        raise PlanError(f"{where / NUMBERS}: not the numbers of a plan, {', '.join(sorted(missing))} missing. Run the plan again.")
+    if data.attrs["name"] != facts["name"] or data.attrs.get("digest", "") != facts.get("digest", ""):
+        raise PlanError(f"{where}: {NUMBERS} and {FACTS} are of two plans. Run the plan again.")
+    return PlanResult(data, facts, blocks)
+
+
+def _facts(path: Path) -> dict[str, Any]:
+    try:
+        facts = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as e:
+        raise PlanError(f"{path}: not JSON ({' '.join(str(e).split())[:120]}). Run the plan again.") from None
+    if not isinstance(facts, dict) or not isinstance(facts.get("name"), str):
+        raise PlanError(f"{path}: not the facts of a plan. Run the plan again.")
+    return facts
+
+
+def _datasets(path: Path) -> tuple[xarray.Dataset, dict[str, xarray.Dataset]]:
+    import h5netcdf
+    import xarray  # heavy: only where results are read
+
+    with h5netcdf.File(path) as file:
+        groups = [name for name in BLOCKS if name in file.groups]
+    read = []
+    for group in (None, *groups):
+        with xarray.open_dataset(path, engine="h5netcdf", group=group) as data:
+            read.append(data.load())
+    return read[0], dict(zip(groups, read[1:], strict=True))
