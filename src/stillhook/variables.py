@@ -423,9 +423,37 @@ LIFT = (
     _v("kind", "", "", "", "", "how far a given number can be trusted: published, datasheet, fitted, derived, assumed, user"),
 )  # fmt: skip
 
+PLAN = (
+    _v("F_top_max", "max F_top", "N", "force", "", "largest tension at the crane tip in a phase: payload, hook and wire, motion included"),
+    _v("F_top_static", "F_top", "N", "force", "", "largest tension at the crane tip in a phase with everything at rest"),
+    _v("sling_ratio", "", "1", "", "", "least sling tension over the least one at rest on a phase's way; 0: the slings come slack", "DNV-RP-N103"),
+    _v("snap_load", "F_snap", "N", "force", "", "largest sling tension when slack slings come taut; 0 where they stay taut", "DNV-RP-N103"),
+    _v("v_w_demand", "", "m/s", "speed", "either way", "largest wire speed that a phase asks of the winch: tip motion and joystick"),
+    _v("relief_share", "", "1", "", "", "share of the time with a relief valve open"),
+    _v("stroke_share", "", "1", "", "", "share of the time with the accumulator piston at an end"),
+    _v("v_lift_off", "", "m/s", "speed", "", "largest speed of the hook against what carries the payload, as it is lifted off, hoisting left out"),
+    _v("Hs_limit", "H_s,lim", "m", "length", "", "limiting significant wave height; inf above the highest sea that was asked, 0 where a calm is beyond", "DNV-OS-H101"),
+    _v("Hs_limit_low", "", "m", "length", "", "lower end of its 95 % interval"),
+    _v("Hs_limit_high", "", "m", "length", "", "upper end of its 95 % interval"),
+    _v("Hs_rule", "", "m", "length", "", "limiting significant wave height of one rule in one phase by one tier"),
+    _v("governing_phase", "", "", "", "", "phase whose limit is the least"),
+    _v("governing_rule", "", "", "", "", "rule whose limit is the least"),
+    _v("governing_tier", "", "", "", "", "tier that the least limit is from: closed-form, frequency or time"),
+    _v("counts", "", "", "", "", "tier whose limits count in a phase: the twin where it was run, else the frequency road, else the closed form"),
+    _v("n_seeds", "n", "1", "", "", "runs of the twin, each of its own waves, behind a limit"),
+    _v("inside", "", "1", "", "", "share of the asked seas that the crane's certificate covers"),
+    _v("hours_gained", "", "", "", "more is better", "workable hours more than another alternative has, in a mean year or month"),
+    _v("days_gained", "", "", "", "more is better", "expected vessel days less than another alternative takes"),
+    _v("vessel_days", "", "", "", "", "expected days of the vessel: mean wait and reference period T_R"),
+    _v("workable", "", "", "", "", "whether any sea of a plan's table is within the credited limits of any alternative"),
+    _v("shown", "", "", "", "", "alternative that leads in a plan's report: the twin with the largest mean credited limit"),
+    _v("credit", "", "", "", "", "whether a limit is what the model says (twin) or what may be credited: no more than the cap where no certificate covers the seas"),
+    _v("alternative", "", "", "", "", "way to reckon the winch: none, cap-80, ns, hs, ssc, strong-ssc"),
+)  # fmt: skip
+
 PHYSICAL: Mapping[str, Variable] = {v.name: v for v in SERIES + SUMMARY + QUANTITIES}
 """What a log may hold under its own name. The names of ANSWERS are everyday words (load, speed, first), which a log may use for anything."""
-VARIABLES: tuple[Variable, ...] = SERIES + SUMMARY + QUANTITIES + LIFT + ANSWERS
+VARIABLES: tuple[Variable, ...] = SERIES + SUMMARY + QUANTITIES + LIFT + ANSWERS + PLAN
 BY_NAME: Mapping[str, Variable] = {v.name: v for v in VARIABLES}
 
 

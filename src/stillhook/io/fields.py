@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Protocol, TypeVar
@@ -11,6 +12,10 @@ from stillhook.library.files import nearest, parsed, toml_text
 from stillhook.units import came, parse
 
 Described = TypeVar("Described")
+
+MOST = 1e12
+"""Pure numbers beyond this size are slips of the pen."""
+_PERCENT = re.compile(r"[+-]?[0-9]+(\.[0-9]*)? %")
 
 
 def described(path: str | Path, read: Callable[[Mapping[str, Any], Path], Described]) -> Described:
@@ -71,6 +76,17 @@ class Fields:
     def quantity(self, key: str, kind: str, otherwise: float | None = None) -> float | None:
         """A text with a unit as SI; `otherwise` where the field is not there."""
         return parse(self.table[key], kind, f"{self.place}{key}") if key in self.table else otherwise
+
+    def figure(self, key: str, kind: str) -> tuple[float, str]:
+        """A number in SI and as written: text with a unit; a number or a text such as "3 %" where its kind is "" (a pure number)."""
+        value = self.table[key]
+        if kind:
+            return parse(value, kind, f"{self.place}{key}"), " ".join(str(value).split())
+        if isinstance(value, str) and _PERCENT.fullmatch(value.strip()) and abs(float(value.strip()[:-1])) < MOST:
+            return float(value.strip()[:-1]) / 100.0, " ".join(value.split())
+        if isinstance(value, (int, float)) and not isinstance(value, bool) and abs(value) < MOST:
+            return float(value), f"{value:g}"
+        raise self.wrong(key, 'give a number, or a text such as "3 %".')
 
     def beside(self, key: str, folder: Path) -> str:
         """The path of a file seen from the folder of this one, or a name of the library as it is."""

@@ -5,7 +5,6 @@ from __future__ import annotations
 import functools
 import hashlib
 import json
-import re
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, replace
 from enum import StrEnum
@@ -16,14 +15,12 @@ from typing import Any
 from stillhook.errors import StillhookError, ValidateError
 from stillhook.io.fields import Fields
 from stillhook.library.files import nearest, parsed, toml_text
-from stillhook.units import came, parse
+from stillhook.units import came
 from stillhook.validate.lines import StepNumber
 from stillhook.validate.measures import MEASURES, SETTINGS
 
 TOP = ("base", "name", "version", "source", "drop", "settings", "criterion")
 OURS = "ours"
-MOST = 1e12
-"""Limits beyond this size are slips of the pen."""
 
 
 class Limit(StrEnum):
@@ -43,7 +40,6 @@ class By(StrEnum):
 
 
 _LIMITS = {kind.replace(" ", "_"): kind for kind in Limit}
-_PERCENT = re.compile(r"[+-]?[0-9]+(\.[0-9]*)? %")
 ROW = ("key", "step", "what", "measure", *_LIMITS, "by", "judged", "needed", "source", "reason")
 
 
@@ -203,7 +199,7 @@ def _settings(top: Fields, base: Criteria | None) -> dict[str, float]:
     table.known(tuple(SETTINGS))
     out = dict(base.settings) if base else {}
     for name in table.table:
-        out[name] = _figure(table, name, SETTINGS[name].quantity)[0]
+        out[name] = table.figure(name, SETTINGS[name].quantity)[0]
         if not out[name] > 0.0:
             raise table.wrong(name, "must be more than zero.")
     for name in SETTINGS:
@@ -231,7 +227,7 @@ def _row(row: Fields, old: Criterion | None, label: str) -> Criterion:
     if by not in list(By):
         raise row.wrong("by", f"not one of {', '.join(By)}.")
     if kinds:
-        kind, (limit, written) = Limit(_LIMITS[kinds[0]]), _figure(row, kinds[0], known.quantity)
+        kind, (limit, written) = Limit(_LIMITS[kinds[0]]), row.figure(kinds[0], known.quantity)
         if kind is Limit.WITHIN and limit < 0.0:
             raise row.wrong(kinds[0], "a span about zero cannot be negative.")
     else:
@@ -260,18 +256,6 @@ def _why(row: Fields, new: Criterion, old: Criterion | None, label: str) -> tupl
 
 def _meaning(c: Criterion) -> tuple[Any, ...]:
     return c.measure, c.kind, c.limit, c.by, c.judged, c.needed
-
-
-def _figure(row: Fields, key: str, quantity: str) -> tuple[float, str]:
-    """A number in SI and as written: text with a unit; a number or a text such as "3 %" where it has none."""
-    value = row.table[key]
-    if quantity:
-        return parse(value, quantity, f"{row.place}{key}"), " ".join(str(value).split())
-    if isinstance(value, str) and _PERCENT.fullmatch(value.strip()) and abs(float(value.strip()[:-1])) < MOST:
-        return float(value.strip()[:-1]) / 100.0, " ".join(value.split())
-    if isinstance(value, (int, float)) and not isinstance(value, bool) and abs(value) < MOST:
-        return float(value), f"{value:g}"
-    raise row.wrong(key, 'give a number, or a text such as "3 %".')
 
 
 def _changes(base: Criteria, kept: tuple[Criterion, ...], settings: Mapping[str, float]) -> tuple[str, ...]:
