@@ -10,7 +10,7 @@ from weakref import WeakKeyDictionary
 from stillhook.analysis.controllers import controller
 from stillhook.analysis.envelope_limits import Direction, Station
 from stillhook.crane import Crane
-from stillhook.engine.lift_programme import hanging, payload_weight
+from stillhook.engine.lift_programme import Hanging, hanging, payload_weight
 from stillhook.physics.scalar import G
 from stillhook.plan.alternatives import Alternative
 from stillhook.plan.lift_plan import LiftPlan
@@ -44,10 +44,15 @@ def places(phase: Phase) -> tuple[float, ...]:
     return tuple(dict.fromkeys([*ends, *crossing]))
 
 
+def at_rest(plan: LiftPlan, phase: Phase, z: float) -> Hanging:
+    """What hangs still with the underside at z [m], below the crane tip of the phase."""
+    return hanging(plan.crane, plan.hanging(z, plan.tip_of(phase).z), z)
+
+
 def static_tension(plan: LiftPlan, phase: Phase) -> float:
     """Largest tension at the crane tip with everything at rest on a phase's way [N]; off the seabed with skirt friction and suction."""
     held = plan.payload.lift_off.friction + plan.payload.lift_off.suction if phase.kind is PhaseKind.SEABED_LIFT_OFF else 0.0
-    return max(hanging(plan.crane, plan.hanging(z), z).F_tip for z in places(phase)) + held
+    return max(at_rest(plan, phase, z).F_tip for z in places(phase)) + held
 
 
 def static_sling(plan: LiftPlan, phase: Phase, pick: Callable[[list[float]], float] = max) -> float:
@@ -118,13 +123,13 @@ _TOPS: WeakKeyDictionary[LiftPlan, dict[tuple[str, float, float], tuple[float, s
 
 
 def _slowest(plan: LiftPlan, phase: Phase, name: str) -> Found:
-    least = min((_top(plan, z, name) for z in places(phase)), key=lambda top: top[0])
+    least = min((_top(plan, phase, z, name) for z in places(phase)), key=lambda top: top[0])
     return Found(*least)
 
 
-def _top(plan: LiftPlan, z: float, name: str) -> tuple[float, str]:
+def _top(plan: LiftPlan, phase: Phase, z: float, name: str) -> tuple[float, str]:
     """Highest steady wire speed with the underside at z [m], hoisting or lowering, and what stops it; 0 where the mode may not be used."""
-    still = hanging(plan.crane, plan.hanging(z), z)
+    still = at_rest(plan, phase, z)
     known = _TOPS.setdefault(plan, {})
     key = (name, still.F_tip, still.s_w)
     if key not in known:

@@ -64,9 +64,9 @@ def limits_of(demand: Demand, limited: Sequence[Limited], calm: Mapping[str, flo
 
     calm: what the phase asks in still water (`stillhook.plan.capacities.calm`), used below the lowest sea unless the demand has a calm of
     its own (Hs 0). The limit is the first crossing from below: a demand that falls again in higher seas does not open them. Between two
-    heights it is read from the parabola through them and a third, which is exact for what grows with the height, its square, or both. A sea
-    that the tier does not tell, above one that it tells, counts as beyond; so does a column whose lowest sea is beyond and whose calm is not
-    known: its limit is 0. Ends of the interval are the limits of the demand's own interval.
+    heights it is read from the parabola through them and a third, which is exact for what grows with the height, its square, or both.
+    A sea that the tier does not tell, above one that it tells, counts as beyond; so does a column whose lowest sea is beyond and whose
+    calm is not known: its limit is 0. Ends of the interval are the limits of the demand's own interval.
     """
     columns = demand.seas.columns()
     Tp, beta = (np.array([column[i] for column in columns], dtype=np.float64) for i in (0, 1))
