@@ -110,8 +110,8 @@ class LiftPlan:
         return TipPoint(at.x, at.y, self.h_tip if at.z is None else at.z)
 
     def hanging(self, z: float, h_tip: float | None = None) -> Lowering:
-        """The payload hanging still with its underside at z [m]: for what looks at weights and stiffness, not a run; h_tip [m], None that of
-        the plan."""
+        """The payload hanging still with its underside at z [m]: for what looks at weights and stiffness, not a run; h_tip [m] of the plan
+        unless given."""
         stand = (Stage(mode=StageMode.MANUAL, time="60 s"),)
         lengths = {"h_tip": self.h_tip if h_tip is None else h_tip, "depth": self.depth, "z_0": z}
         given: dict[str, Any] = {key: f"{value!r} m" for key, value in lengths.items()}

@@ -6,9 +6,7 @@ import hashlib
 import json
 from collections.abc import Mapping
 from dataclasses import replace
-from importlib import import_module
 from importlib.resources import as_file, files
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +21,7 @@ from stillhook.plan.alternatives import Alternative
 from stillhook.plan.courses import Water, called, joined
 from stillhook.plan.lift_plan import ALL, Environment, LiftPlan, WeatherUse
 from stillhook.plan.phases import Phase
+from stillhook.plan.rule_file import load_rules, rules_of
 from stillhook.plan.rules import RuleSet
 from stillhook.plan.sea_range import spelled
 from stillhook.sea.rao import Rao
@@ -37,6 +36,8 @@ TOP = (
 OPERATION = ("T_POP", "T_C")
 WEATHER = ("file", "ship", "sense")
 RULES = "offshore-lift"
+ROUNDED = 1e-3
+"""Part of a planned time by which it may have been rounded down."""
 
 
 def plans() -> tuple[str, ...]:
@@ -94,7 +95,8 @@ def _plan(table: Mapping[str, Any], file: Path) -> LiftPlan:
     payload = payload_of(top, file.parent)
     phases = joined(_phases(table["phase"]), Water(depth, payload.reach(rho)))
     rules = _rules(top, file.parent)
-    _check_limits(phases, rules)
+    for phase in phases:
+        rules_of(rules, phase)  # refuses limits that cannot be
     T_POP, T_C, notes = _operation(top, phases)
     plan = LiftPlan(
         name=top.text("name", file.stem),
@@ -151,20 +153,7 @@ def _phase(row: Mapping[str, Any], number: int) -> Phase:
 
 
 def _rules(top: Fields, folder: Path) -> RuleSet:
-    name = top.beside("rules", folder) if "rules" in top else RULES
-    if find_spec("stillhook.plan.rule_file") is None:  # until the rules are there
-        return RuleSet(name, "0", ())
-    return import_module("stillhook.plan.rule_file").load_rules(name)  # type: ignore[no-any-return]
-
-
-def _check_limits(phases: tuple[Phase, ...], rules: RuleSet) -> None:
-    """Limits of a phase are of rules that belong to it."""
-    for phase in phases:
-        own = rules.of(phase.kind)
-        for key in phase.limits:
-            if key not in own:
-                hint = f"Its rules: {', '.join(own)}{nearest(key, own)}"
-                raise PlanError(f"{called(phase)}: limits: {rules.name} has no rule {came(key)} for it. {hint}")
+    return load_rules(top.beside("rules", folder) if "rules" in top else RULES)
 
 
 def _operation(top: Fields, phases: tuple[Phase, ...]) -> tuple[float, float | None, tuple[str, ...]]:
@@ -178,7 +167,7 @@ def _operation(top: Fields, phases: tuple[Phase, ...]) -> tuple[float, float | N
     hours = f"{number(phases_take / 3600.0, 3)} h"
     if T_POP is None:
         return phases_take, T_C, (f"operation.T_POP is not given: the sum of the phases stands for it, {hours}",)
-    if T_POP * (1.0 + 1e-3) < phases_take:
+    if phases_take > T_POP * (1.0 + ROUNDED):
         raise table.wrong("T_POP", f"the phases alone take {hours}. Give more, or leave it out.")
     return T_POP, T_C, ()
 
@@ -232,8 +221,8 @@ def _check_tips(plan: LiftPlan, top: Fields) -> None:
         free = _height(at) - room - highest
         if free <= 0.0:
             raise PlanError(
-                f"{called(phase)}: underside at {show(highest, 'length')}, payload and rigging {show(room, 'length')} high: no room for them "
-                f"under the crane tip at {show(_height(at), 'length')}. Raise the tip, or lower the heights."
+                f"{called(phase)}: underside at {show(highest, 'length')}, payload and rigging {show(room, 'length')} high: they cannot "
+                f"hang under the crane tip at {show(_height(at), 'length')}. Raise the tip, or lower the heights."
             )
 
 
