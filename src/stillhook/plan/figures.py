@@ -1,0 +1,178 @@
+"""Figures of the limits: what is workable in every cell and what governs there, and height over period for all alternatives."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stillhook.io.page import png
+from stillhook.plan.figure_parts import (
+    COLOUR,
+    CREDITED,
+    MARKER,
+    SAME,
+    THICK,
+    TWIN,
+    WIDTH,
+    FloatArray,
+    canvas,
+    degrees,
+    few,
+    height,
+    key_below,
+    named,
+    names,
+    phase_code,
+    rule_code,
+)
+from stillhook.plan.figures_detail import detail_figures
+from stillhook.plan.figures_weather import weather_figures
+from stillhook.plan.result import Credit, PlanResult
+from stillhook.plan.rosette import rosette
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from matplotlib.patches import Rectangle
+
+RESOLUTION = 150
+"""Of pictures [dots per inch]."""
+ROWS = 21
+"""Rows of cells in one picture at most; more alternatives go to a second one."""
+ROW, PANEL, FRAME = 0.33, 0.42, 0.8
+"""Height of a row of cells, of what each strip needs beside, and of what the picture needs beside [inch]."""
+COLOURS, NOTHING, UNTOLD, DARK = "YlGnBu", "#E8A598", "#E0E0E0", 0.62
+"""Scale of limits; colour of a cell with the limit 0, and of one that is not told; part of the scale from which letters are white."""
+PANELS = 3
+"""Headings side by side at most."""
+CLOSED = "closed-form"
+
+
+def pictures(result: PlanResult) -> dict[str, bytes]:
+    """Every figure as PNG, by file stem: the same bytes whatever the settings of matplotlib here."""
+    import matplotlib  # heavy
+
+    with matplotlib.rc_context():
+        matplotlib.rcdefaults()
+        return {stem: png(figure, RESOLUTION) for stem, figure in figures(result).items()}
+
+
+def figures(result: PlanResult) -> dict[str, Figure]:
+    """Every figure of a plan by file stem, in the order in which a report shows them."""
+    found: dict[str, Figure] = {"limits-over-period": curves(result)}
+    found |= limit_tables(result, CREDITED)
+    found |= limit_tables(result, TWIN)
+    found["rosette"] = rosette(result)
+    return found | weather_figures(result) | detail_figures(result)
+
+
+def limit_tables(result: PlanResult, credit: Credit) -> dict[str, Figure]:
+    """Limits by heading and period with the phase and the rule that govern; by the twin only of those that credit takes something from."""
+    wanted = names(result.data)
+    if credit == TWIN:
+        wanted = [name for name in wanted if differs(result, name)]
+    each = max(1, ROWS // result.data.sizes["heading"])
+    parts = [wanted[i : i + each] for i in range(0, len(wanted), each)]
+    return {f"limits-{credit}{f'-{i + 1}' if len(parts) > 1 else ''}": limit_table(result, credit, part) for i, part in enumerate(parts)}
+
+
+def differs(result: PlanResult, alternative: str) -> bool:
+    """Whether what is credited to an alternative is not what its model says."""
+    both = result.data["Hs_limit"].sel(alternative=alternative)
+    a, b = (np.minimum(both.sel(credit=c).values, float(result.data.attrs["Hs_highest"])) for c in (TWIN, CREDITED))
+    return not bool(np.allclose(a, b, rtol=0.0, atol=SAME, equal_nan=True))
+
+
+def limit_table(result: PlanResult, credit: Credit, alternatives: list[str]) -> Figure:
+    """A strip of cells for every alternative: rows are headings, columns periods; in each the limit, and below it what governs."""
+    from matplotlib.figure import Figure  # heavy: only where pictures are wanted
+
+    data = result.data
+    rows, strips = data.sizes["heading"], len(alternatives)
+    figure = Figure(figsize=(WIDTH, FRAME + strips * (PANEL + ROW * rows)), layout="constrained")
+    axes = figure.subplots(strips, 1, squeeze=False)[:, 0]
+    for ax, name in zip(axes, alternatives, strict=True):
+        _strip(ax, result, credit, name)
+    axes[-1].set_xlabel("peak period Tp [s]", fontsize="small")
+    said = "credited" if credit == CREDITED else "as the twin computes, before credit"
+    figure.suptitle(f"Limiting significant wave height Hs [m], {said}", fontsize="medium")
+    return figure
+
+
+def _strip(ax: Axes, result: PlanResult, credit: Credit, name: str) -> None:
+    from matplotlib import colormaps
+
+    here = result.data.sel(credit=credit, alternative=name)
+    highest = float(result.data.attrs["Hs_highest"])
+    Hs = np.asarray(here["Hs_limit"].values, dtype=float)
+    scale = colormaps[COLOURS]
+    part = np.clip(np.nan_to_num(Hs, nan=0.0, posinf=highest) / highest, 0.0, 1.0)
+    small = "xx-small" if Hs.shape[1] > 14 else "x-small"
+    for i, k in np.ndindex(Hs.shape):
+        colour = UNTOLD if np.isnan(Hs[i, k]) else NOTHING if Hs[i, k] <= 0.0 else scale(0.85 * part[i, k])
+        ink = "white" if part[i, k] > DARK else "black"
+        ax.add_patch(_cell(k, i, colour))
+        governs = _codes(result, str(here["governing_phase"].values[i, k]), str(here["governing_rule"].values[i, k]))
+        ax.text(k, i - (0.18 if governs else 0.0), height(float(Hs[i, k]), highest), ha="center", va="center", fontsize="small", color=ink)
+        ax.text(k, i + 0.25, governs, ha="center", va="center", fontsize=small, color=ink)
+    ax.set_xlim(-0.5, Hs.shape[1] - 0.5)
+    ax.set_ylim(Hs.shape[0] - 0.5, -0.5)
+    ax.set_xticks(range(Hs.shape[1]), [f"{T:g}" for T in result.data["period"].values], fontsize="small")
+    ax.set_yticks(range(Hs.shape[0]), [degrees(b) for b in result.data["heading"].values], fontsize="small")
+    ax.tick_params(length=0)
+    ax.set_title(named(name), fontsize="small", loc="left", pad=3)
+
+
+def _cell(k: int, i: int, colour: object) -> Rectangle:
+    from matplotlib.patches import Rectangle
+
+    return Rectangle((k - 0.5, i - 0.5), 1.0, 1.0, facecolor=colour, edgecolor="white", lw=0.8)
+
+
+def _codes(result: PlanResult, phase: str, rule: str) -> str:
+    return f"{phase_code(result, phase)} {rule_code(result, rule)}" if phase and rule else ""
+
+
+def closed_form(result: PlanResult) -> FloatArray:
+    """Least limit over phases and rules by the closed form alone (alternative, heading, period) [m], as credited; NaN where none tells."""
+    found = np.asarray(result.data["Hs_rule"].sel(credit=CREDITED, tier=CLOSED).values, dtype=float)
+    flat = np.moveaxis(found, (1, 2), (0, 1)).reshape(-1, *found.shape[:1], *found.shape[3:])
+    least = np.where(np.isnan(flat), np.inf, flat).min(axis=0)
+    return np.asarray(np.where(np.isnan(flat).all(axis=0), np.nan, least))
+
+
+def curves(result: PlanResult) -> Figure:
+    """Limiting height over peak period, a panel a heading, all alternatives: credited drawn out, by the twin dashed, closed form dotted."""
+    data, highest = result.data, float(result.data.attrs["Hs_highest"])
+    chosen = few(data.sizes["heading"], PANELS)
+    figure, axes = canvas(1, len(chosen), 4.1, sharey=True)
+    T, closed = data["period"].values, closed_form(result)
+    for ax, i in zip(axes[0], chosen, strict=True):
+        for a, name in enumerate(names(data)):
+            here = data["Hs_limit"].sel(alternative=name).isel(heading=i)
+            credited, twin = (np.minimum(here.sel(credit=c).values, highest) for c in (CREDITED, TWIN))
+            style = {"color": COLOUR[name], "lw": THICK[name]}
+            ax.plot(T, credited, marker=MARKER[name], ms=3.5, label=named(name), **style)
+            if differs(result, name):
+                ax.plot(T, twin, ls="--", **style)
+            if name in ("none", "cap-80"):
+                ax.plot(T, np.minimum(closed[a, i], highest), ls=":", **style)
+        ax.set_title(f"waves at {degrees(data['heading'].values[i])}", fontsize="small")
+        ax.set_xlabel("peak period Tp [s]", fontsize="small")
+        ax.set_ylim(0.0, 1.04 * highest)
+        ax.axhline(highest, color="#777777", lw=0.8)
+    first = axes[0, 0]
+    first.set_ylabel("limiting significant wave height Hs [m]", fontsize="small")
+    first.plot([], [], color="#777777", ls="--", label="twin, before credit")
+    first.plot([], [], color="#777777", ls=":", label="closed form alone")
+    key_below(figure, [first], 4)
+    most = f"nothing above {highest:g} m was asked"
+    figure.suptitle(f"Limits over period by alternative (full lines: credited; {most})", fontsize="medium")
+    return figure
+
+
+def worst(Hs: FloatArray) -> FloatArray:
+    """Least limit over the headings, of (heading, period) [m]; NaN where none is told."""
+    filled = np.where(np.isnan(Hs), np.inf, Hs)
+    return np.asarray(np.where(np.isnan(Hs).all(axis=0), np.nan, filled.min(axis=0)))
