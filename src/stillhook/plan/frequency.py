@@ -1,0 +1,192 @@
+"""The frequency tier: what every phase that does not cut the surface asks, in all seas of a table, under every alternative."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stillhook.engine.run import Progress
+from stillhook.plan.alternatives import Alternative
+from stillhook.plan.demand import Demand, Seas, Tier
+from stillhook.plan.extremes import largest_of_parts, speed_at_crossing
+from stillhook.plan.lift_plan import LiftPlan
+from stillhook.plan.phases import Phase, PhaseKind
+from stillhook.plan.rules import Level
+from stillhook.plan.situations import Situation, situations
+from stillhook.plan.winches import BRAKE, Way, ways
+from stillhook.response.forcing import Forcing, forcing_of_seas
+from stillhook.response.hung import Hung
+from stillhook.response.linearise import mean_drag
+from stillhook.response.road import Sigmas, sigmas
+from stillhook.response.statistics import rate_below_zero, zero_crossing_period
+from stillhook.sea.extremes import MPM, P90
+from stillhook.sea.ship_motion import STANDARD_GRAVITY
+
+FloatArray = NDArray[np.float64]
+Levels = Callable[[str], float]
+"""Quantity -> probability that its largest value stays below what is told."""
+
+QUANTILES = {Level.MPM: MPM, Level.P90: P90}
+"""Probability that a largest value stays below its level."""
+
+
+def frequency(
+    plan: LiftPlan, alternatives: Sequence[Alternative], seas: Seas, progress: Progress | None = None, *, threads: int = 2
+) -> list[Demand]:
+    """What every phase asks in every sea under every alternative, by the frequency road; phases in the surface are left out.
+
+    Phases in which the winch does not follow the tip are the same under all alternatives: they share one set of numbers. Largest values
+    are those of the phase's duration, part by part of its way (`stillhook.plan.situations`), at the level of the rule that asks for them;
+    shares of time are means. Residuals of the winch are made on the twin where they are not on disk (`stillhook.plan.winches`).
+    Errors: StillhookError, one line: a lift that cannot hang, or that the twin cannot carry.
+    """
+    return demands(plan, alternatives, seas, forcings(plan, seas), progress, threads=threads)
+
+
+def forcings(plan: LiftPlan, seas: Seas) -> Mapping[tuple[float, float], Forcing]:
+    """What the seas do at the crane tip, by its place (x, y) [m] in the phases."""
+    each = [plan.environment.sea(*(float(v) for v in row)) for row in zip(seas.Hs, seas.Tp, seas.beta, strict=True)]
+    places = {(s.x, s.y) for _, parts in looked_at(plan) for s in parts}
+    return {place: forcing_of_seas(each, plan.vessel, *place) for place in sorted(places)}
+
+
+def looked_at(plan: LiftPlan) -> list[tuple[Phase, tuple[Situation, ...]]]:
+    """Phases that the road tells, with the places on their way."""
+    found = ((phase, situations(plan, phase)) for phase in plan.phases)
+    return [(phase, parts) for phase, parts in found if parts]
+
+
+def demands(
+    plan: LiftPlan,
+    alternatives: Sequence[Alternative],
+    seas: Seas,
+    forcing: Mapping[tuple[float, float], Forcing],
+    progress: Progress | None = None,
+    *,
+    threads: int = 2,
+) -> list[Demand]:
+    """As `frequency`, for seas whose forcing is known, by the tip's place; the heights and periods of `seas` are only labels here."""
+    phases = looked_at(plan)
+    duties = [replace(s.hung.duty, sensors=plan.sensors) for phase, parts in phases if phase.compensated for s in parts]
+    winch = ways(plan.crane, alternatives, duties, threads=threads, progress=progress) if duties else {}
+    found = []
+    for phase, parts in phases:
+        shared = None if phase.compensated else _phase(plan, phase, Alternative.NONE, parts, forcing, None)
+        for alternative in alternatives:
+            values = shared or _phase(plan, phase, alternative, parts, forcing, winch[alternative])
+            found.append(Demand(phase.name, alternative, Tier.FREQUENCY, seas, values, notes=_notes(phase)))
+    return found
+
+
+def _notes(phase: Phase) -> tuple[str, ...]:
+    return () if phase.compensated else ("the winch does not follow the tip: the same under all alternatives",)
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """One situation of a phase in all seas: time [s] that it stands for, V speed of the way, lowering positive [m/s], what moves there."""
+
+    hung: Hung
+    time: float
+    V: float
+    forcing: Forcing
+    s: Sigmas = field(repr=False)
+
+    def cycles(self, sigma: FloatArray, rate: FloatArray) -> FloatArray:
+        """Number of cycles of a motion in the part's time; 0 of what stands still."""
+        T = zero_crossing_period(sigma, rate)
+        return np.asarray(self.time / np.where(np.isnan(T), np.inf, T))
+
+    @property
+    def rise(self) -> FloatArray:
+        """Mean force of the water on a payload that sinks, up positive [N]."""
+        return mean_drag(self.hung.B, self.V, self.s.relative) + self.hung.C_lin * self.V
+
+
+def _phase(
+    plan: LiftPlan,
+    phase: Phase,
+    alternative: Alternative,
+    parts: Sequence[Situation],
+    forcing: Mapping[tuple[float, float], Forcing],
+    way: Way | None,
+) -> Mapping[str, FloatArray]:
+    """Quantities of one phase under one alternative."""
+    residuals = [BRAKE if way is None else way.at(s.hung.s_w) for s in parts]
+    V = _way_speed(phase)
+    asked = []
+    for s, residual in zip(parts, residuals, strict=True):
+        moving = replace(s.hung, V=V) if s.hung.z is not None else s.hung
+        asked.append(Part(moving, s.time, V, forcing[s.x, s.y], sigmas(forcing[s.x, s.y], moving, residual)))
+
+    def level(quantity: str) -> float:
+        return QUANTILES[plan.rules.level(quantity)]
+
+    values = _of_tip(asked, phase, level) | _of_load(asked, level)
+    if phase.compensated:
+        values["e_c_pp"] = 2.0 * _largest(asked, "u", "u_rate", level("e_c_pp"))
+    if way is not None and alternative.twin:
+        values["saturation_share"] = _mean(asked, [way.saturation(p.hung.s_w, *_tip_speed(p.forcing)) for p in asked])
+    if phase.kind is PhaseKind.LANDING:
+        values["v_landed"] = speed_at_crossing(abs(V), asked[-1].s.load_rate, level("v_landed"))
+    return values
+
+
+def _way_speed(phase: Phase) -> float:
+    """Speed at which the payload goes down in a phase [m/s], negative up."""
+    if phase.speed is None or phase.start is None or phase.end is None or phase.start == phase.end:
+        return 0.0
+    return phase.speed if phase.end < phase.start else -phase.speed
+
+
+def _tip_speed(forcing: Forcing) -> tuple[FloatArray, FloatArray]:
+    """Deviation of the tip's speed [m/s] and zero-crossing period of its motion [s], (n,) each."""
+    v = forcing.deviation(1)
+    return v, zero_crossing_period(forcing.deviation(), v)
+
+
+def _mean(asked: Sequence[Part], values: Sequence[FloatArray]) -> FloatArray:
+    """Mean over the time of a phase, (n,)."""
+    return np.asarray(np.average(np.array(values), axis=0, weights=[p.time for p in asked]))
+
+
+def _largest(asked: Sequence[Part], name: str, rate: str, quantile: float, *, of_rate: bool = False) -> FloatArray:
+    """Largest value about its mean of a motion of `Sigmas`, or of its rate, over all parts, (n,)."""
+    cycles = np.array([p.cycles(getattr(p.s, name), getattr(p.s, rate)) for p in asked])
+    return largest_of_parts(0.0, np.array([getattr(p.s, rate if of_rate else name) for p in asked]), cycles, quantile)
+
+
+def _of_tip(asked: Sequence[Part], phase: Phase, level: Levels) -> dict[str, FloatArray]:
+    """What the tip does and asks of the winch."""
+    z, v, a = (np.array([p.forcing.deviation(order) for p in asked]) for order in range(3))
+    N_z, N_v = (np.array([p.cycles(x[i], y[i]) for i, p in enumerate(asked)]) for x, y in ((z, v), (v, a)))
+    speed = abs(_way_speed(phase))
+    followed = largest_of_parts(0.0, v, N_v, level("v_w_demand")) if phase.compensated else np.zeros(v.shape[1])
+    values = {
+        "v_tip_max": largest_of_parts(0.0, v, N_v, level("v_tip_max")),
+        "s_tip_pp": 2.0 * largest_of_parts(0.0, z, N_z, level("s_tip_pp")),
+        "v_w_demand": followed + speed,
+    }
+    if phase.kind is PhaseKind.SEABED_LIFT_OFF:
+        values["v_lift_off"] = _largest(asked, "u", "u_rate", level("v_lift_off"), of_rate=True)
+    return values
+
+
+def _of_load(asked: Sequence[Part], level: Levels) -> dict[str, FloatArray]:
+    """Tensions and motion of what hangs. The drag of a payload that sinks takes some of its weight, that of one that rises adds to it."""
+    top, sling = (np.array([getattr(p.s, name) for p in asked]) for name in ("top", "sling"))
+    N_top, N_sling = (np.array([p.cycles(getattr(p.s, q), getattr(p.s, f"{q}_rate")) for p in asked]) for q in ("top", "sling"))
+    F_top, F_sling = (np.array([getattr(p.hung, name) - p.rise for p in asked]) for name in ("F_top", "F_sling"))
+    at_rest = min(p.hung.F_sling for p in asked)
+    T_sling = [zero_crossing_period(p.s.sling, p.s.sling_rate) for p in asked]
+    often = sum(p.time * rate_below_zero(F, p.s.sling, T) for p, F, T in zip(asked, F_sling, T_sling, strict=True))
+    return {
+        "F_top_max": largest_of_parts(F_top, top, N_top, level("F_top_max")),
+        "DAF": largest_of_parts(F_sling, sling, N_sling, level("DAF")) / (asked[0].hung.end.m * STANDARD_GRAVITY),
+        "sling_ratio": -largest_of_parts(-F_sling, sling, N_sling, level("sling_ratio")) / at_rest,
+        "slack_chance": -np.expm1(-np.asarray(often)),
+        "load_pp": 2.0 * _largest(asked, "load", "load_rate", level("load_pp")),
+    }
