@@ -57,6 +57,7 @@ KINDS: Mapping[str, Kind] = MappingProxyType(
         "density": _kind("kg/m^3", "kg/m^3"),
         "time": _kind("s", "s", "ms", "min", "h"),
         "speed": _kind("m/s", "m/min", "mm/s"),
+        "wind_speed": _kind("m/s", "m/s", "km/h", "kn"),
         "acceleration": _kind("m/s^2", "m/s^2"),
         "angle": _kind("rad", "deg", "rev"),
         "rotation": _kind("rad/s", "rev/min"),
@@ -93,7 +94,7 @@ KINDS: Mapping[str, Kind] = MappingProxyType(
 _DEFINITIONS = (
     *("m = [length]", "kg = [mass]", "s = [time]", "K = [temperature]; offset: 0", "rad = [angle]"),
     *("mm = 1e-3 m", "cm = 1e-2 m", "km = 1e3 m", "L = 1e-3 m^3", "t = 1e3 kg"),
-    *("ms = 1e-3 s", "min = 60 s", "h = 3600 s"),
+    *("ms = 1e-3 s", "min = 60 s", "h = 3600 s", "kn = 1852 m/h"),
     *(f"rev = {2 * math.pi!r} rad", f"deg = {math.pi / 180!r} rad", "Hz = rev/s"),
     *("N = kg m/s^2", "kN = 1e3 N", "MN = 1e6 N"),
     *("Pa = N/m^2", "kPa = 1e3 Pa", "MPa = 1e6 Pa", "GPa = 1e9 Pa", "bar = 1e5 Pa"),

@@ -35,6 +35,7 @@ from stillhook.cli import (
     uncertainty,
     validate,
     vessel,
+    weather,
 )
 from stillhook.errors import StillhookError
 
@@ -80,6 +81,7 @@ app.add_typer(identify.app, name="identify")
 app.add_typer(friction.app, name="friction")
 app.add_typer(vessel.app, name="vessel")
 app.add_typer(payload.app, name="payload")
+app.add_typer(weather.app, name="weather")
 
 
 def main() -> None:

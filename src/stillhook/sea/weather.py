@@ -28,3 +28,14 @@ class Weather:
 
     def __len__(self) -> int:
         return len(self.time)
+
+
+HOUR = 3600.0
+
+
+def usual_step(time: NDArray[np.datetime64]) -> float:
+    """The most frequent time from one record to the next [s], the shortest of those where several are; of one record an hour."""
+    if len(time) < 2:
+        return HOUR
+    apart, count = np.unique(np.diff(time) / np.timedelta64(1, "ms"), return_counts=True)
+    return float(apart[np.argmax(count)]) / 1000.0

@@ -1,0 +1,162 @@
+"""Columns of weather tables: which of them is what, in which unit, in which sense, and what stands for a missing number."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stillhook.errors import WeatherError
+from stillhook.sea.directions import DirectionSense
+from stillhook.units import came
+
+FloatArray = NDArray[np.float64]
+
+KINDS = {
+    "H_m0": "height", "T_p": "period", "T_m02": "period", "come_from": "direction", "wind": "speed", "wind_from": "direction",
+    "current": "speed",
+}  # fmt: skip
+ALIASES: Mapping[str, tuple[str, ...]] = {
+    "H_m0": (
+        "hs", "h_s", "hm0", "h_m0", "hsig", "hsign", "swh", "wvht", "vhm0", "waveheight", "wave_height", "sig_wave_height", "hs_tot",
+        "hs_total", "significant_wave_height", "significant_height", "sea_surface_wave_significant_height", "hm0_sea",
+    ),
+    "T_p": (
+        "tp", "t_p", "tpeak", "peak_period", "peak_wave_period", "wave_peak_period", "pp1d", "dpd", "vtpk", "tp_total", "waveperiod",
+        "dominant_wave_period", "sea_surface_wave_period_at_variance_spectral_density_maximum",
+    ),
+    "T_m02": ("tz", "t_z", "tm02", "t_m02", "mp2", "vtm02", "zero_crossing_period", "mean_zero_crossing_period", "apd"),
+    "come_from": (
+        "come_from", "mwd", "dir", "wave_dir", "wave_direction", "mean_wave_direction", "mean_direction", "mdir", "vmdr", "dirm", "thetam",
+        "waves_from", "wave_from", "wave_from_direction", "wave_direction_from", "sea_surface_wave_from_direction", "wave_to", "waves_to",
+        "wave_to_direction", "wave_direction_to", "sea_surface_wave_to_direction", "wavedir", "wavedirection", "direction",
+    ),
+    "wind": ("wind", "windspeed", "wind_speed", "wspd", "wind_speed_10m", "windspeed_10m", "ws", "ws10", "w10", "u10", "ff"),
+    "wind_from": (
+        "wind_from", "wind_dir", "winddir", "wind_direction", "wdir", "wind_from_direction", "wind_direction_10m", "dd",
+        "wind_to_direction", "wind_to",
+    ),
+    "current": ("current", "current_speed", "currentspeed", "surface_current", "cur_spd"),
+}  # fmt: skip
+UNITS: Mapping[str, Mapping[str, float]] = {
+    "height": {"m": 1.0, "cm": 0.01, "ft": 0.3048, "metre": 1.0, "meter": 1.0, "metres": 1.0, "meters": 1.0},
+    "period": {"s": 1.0, "sec": 1.0, "second": 1.0, "seconds": 1.0},
+    "speed": {"m/s": 1.0, "m s-1": 1.0, "ms-1": 1.0, "m.s-1": 1.0, "kn": 1852.0 / 3600.0, "kt": 1852.0 / 3600.0, "kts": 1852.0 / 3600.0,
+              "knots": 1852.0 / 3600.0, "km/h": 1.0 / 3.6, "cm/s": 0.01},
+    "direction": {"deg": math.pi / 180.0, "degree": math.pi / 180.0, "degrees": math.pi / 180.0, "°": math.pi / 180.0,
+                  "degt": math.pi / 180.0, "degn": math.pi / 180.0, "rad": 1.0},
+}  # fmt: skip
+PLAIN = {"height": "m", "period": "s", "speed": "m/s", "direction": "deg"}
+"""Units that numbers without any are taken for; the reader says so."""
+LARGEST = {"height": 40.0, "period": 60.0, "speed": 110.0, "direction": 4.0 * math.pi}
+"""In SI. Waves above 40 m, periods above 60 s and wind above 110 m/s were never measured; directions go round once at most."""
+FILLS = (999.0, 9999.0, 99999.0, -99.0, -999.0, -9999.0, -32768.0, 999.9, -999.9, 99.99, 9.96920996838687e36, 1e20)
+SHORT_FILL = 99.0
+"""Stands for a missing number too, but in directions, of which 99 deg is one."""
+MISSING = {"", "-", "--", "---", "nan", "n/a", "na", "#n/a", "null", "none", "mm", "missing", "*", "inf", "-inf"}
+_BRACKET = re.compile(r"\s*[\[(]\s*([^\])]*?)\s*[\])]\s*$")
+
+
+@dataclass(frozen=True)
+class Column:
+    """A column that was recognised: name in `stillhook.sea.weather.COLUMNS`, its place, heading and unit; said: the file gave the unit."""
+
+    name: str
+    place: int
+    heading: str
+    unit: str
+    said: bool
+
+
+def bare(heading: str) -> tuple[str, str]:
+    """A heading in lower case with _ between its words, less the number that a data base puts at its end, and its unit in brackets."""
+    unit = found[1] if (found := _BRACKET.search(heading)) else ""
+    name = re.sub(r"[^a-z0-9]+", "_", _BRACKET.sub("", heading).strip().lower()).strip("_")
+    return re.sub(r"_\d$", "", name), unit
+
+
+def sense_in(heading: str) -> DirectionSense | None:
+    """The sense that a heading names itself: ..._from_direction, ..._to_direction."""
+    words = bare(heading)[0].split("_")
+    return DirectionSense.FROM_NORTH if "from" in words else DirectionSense.TO_NORTH if "to" in words else None
+
+
+def columns(headings: Sequence[str], units: Sequence[str], asked: Mapping[str, str], name: str) -> list[Column]:
+    """Columns that are weather. asked: name -> heading of the file, or heading with a unit in brackets, before what is recognised."""
+    found = []
+    for key, kind in KINDS.items():
+        place = _asked(headings, asked[key], key, name) if key in asked else _recognised(headings, key, name)
+        if place is None:
+            continue
+        given = bare(asked[key])[1] if key in asked and _BRACKET.search(asked[key]) and asked[key] not in headings else ""
+        unit = given or bare(headings[place])[1] or (units[place] if place < len(units) else "")
+        tidy = " ".join(unit.lower().split())
+        if tidy and tidy not in UNITS[kind]:
+            raise WeatherError(
+                f"{name}: column {came(headings[place])}: unit {came(unit)} is not one of {', '.join(UNITS[kind])}. "
+                f'Say it with --column "{key}={headings[place]} [{PLAIN[kind]}]".'
+            )
+        found.append(Column(key, place, headings[place], tidy or PLAIN[kind], bool(tidy)))
+    return found
+
+
+def _asked(headings: Sequence[str], wanted: str, key: str, name: str) -> int:
+    for text in (wanted, _BRACKET.sub("", wanted)):
+        places = [i for i, h in enumerate(headings) if h.strip().lower() == text.strip().lower()]
+        if len(places) == 1:
+            return places[0]
+    raise WeatherError(f"{name}: --column {key}={wanted}: no column {came(wanted)}, or several. It has {', '.join(headings)}.")
+
+
+def _recognised(headings: Sequence[str], key: str, name: str) -> int | None:
+    for exact in (True, False):  # a number at the end of a heading is dropped only where that leaves one
+        names = [re.sub(r"[^a-z0-9]+", "_", _BRACKET.sub("", h).strip().lower()).strip("_") if exact else bare(h)[0] for h in headings]
+        places = [i for i, n in enumerate(names) if n in ALIASES[key]]
+        if len(places) > 1:
+            both = " and ".join(came(headings[i]) for i in places)
+            raise WeatherError(f"{name}: columns {both} both read as {key}. Choose one with --column {key}={headings[places[0]]}.")
+        if places:
+            return places[0]
+    return None
+
+
+def numbers(cells: Sequence[str], column: Column, lines: Sequence[int], decimal: str, name: str) -> tuple[FloatArray, int]:
+    """A column (n,) in SI (directions in rad, in the file's sense), NaN where missing, and how many marks such as 99 that were.
+
+    Errors: WeatherError with the line, for words that are no number and for numbers that no weather has.
+    """
+    kind = KINDS[column.name]
+    texts = [c.replace(",", ".") for c in cells] if decimal == "," else list(cells)
+    try:
+        x = np.array(texts, dtype=np.float64)
+    except ValueError:
+        x = np.array([_number(text, column, line, name) for text, line in zip(texts, lines, strict=True)])
+    x[~np.isfinite(x)] = np.nan
+    fills = np.isin(x, FILLS if kind == "direction" else (*FILLS, SHORT_FILL))
+    x[fills] = np.nan
+    x = x * UNITS[kind][column.unit]
+    wrong = (x > LARGEST[kind]) | (x < (-LARGEST[kind] if kind == "direction" else 0.0))
+    if np.any(wrong):
+        i = int(np.flatnonzero(wrong)[0])
+        raise WeatherError(
+            f"{name}: line {lines[i]}: {column.heading} = {cells[i]} {column.unit} is no {kind} of weather. Mend the line or empty the "
+            f'cell; say another unit with --column "{column.name}={column.heading} [{PLAIN[kind]}]".'
+        )
+    return x, int(np.count_nonzero(fills))
+
+
+def _number(text: str, column: Column, line: int, name: str) -> float:
+    if text.strip().lower() in MISSING:
+        return math.nan
+    try:
+        if "_" in text:
+            raise ValueError
+        return float(text)
+    except ValueError:
+        raise WeatherError(
+            f"{name}: line {line}: {column.heading} = {came(text)} is no number. Mend the line, or empty the cell if it is missing."
+        ) from None

@@ -1,0 +1,35 @@
+"""Weather of the library: synthetic hindcasts of our own, made by weather_data/make.py. No place on earth has them."""
+
+from __future__ import annotations
+
+import functools
+from pathlib import Path
+
+from stillhook.errors import WeatherError
+from stillhook.library.files import nearest
+from stillhook.units import came
+
+_SHELF = Path(__file__).resolve().parent / "weather"
+_END = ".csv.gz"
+
+
+@functools.cache
+def weathers() -> tuple[str, ...]:
+    """Names of the library's weather."""
+    return tuple(sorted(file.name.removesuffix(_END) for file in _SHELF.glob(f"*{_END}")))
+
+
+def weather_file(name_or_path: str) -> Path:
+    """The file of library weather, or a path of one's own as it is.
+
+    Errors: WeatherError of one line that names what there is, for what is neither a name nor a file.
+    """
+    if name_or_path in weathers():
+        return _SHELF / f"{name_or_path}{_END}"
+    own = Path(name_or_path)
+    if not own.exists():
+        raise WeatherError(
+            f"{came(name_or_path)}: no such file, and no weather of the library, which has {', '.join(weathers()) or 'none'}"
+            f"{nearest(name_or_path, weathers())}"
+        )
+    return own

@@ -1,0 +1,165 @@
+"""Limits of weather as text: "Hs <= 1.5 m", "wind <= 10 m/s", "Tp 5..12 s", "Hs <= 3 m for beta 150..210 deg"; both ends are inside.
+
+A limit is a range of one column of the weather, and may hold for a part of the records only ("for ..."). Every limit must hold. beta is
+the direction in which the waves travel, counter-clockwise from the bow, and needs to know where the ship heads; a ship that is free takes, in
+each record, a heading that meets all limits if there is one (every `FREE_STEP` is tried). Ranges of angles run in rising sense, through 360.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stillhook.errors import UnitError, WeatherError
+from stillhook.sea.directions import FULL, relative
+from stillhook.sea.weather import FloatArray, Weather
+from stillhook.units import came, parse
+
+BETA = "beta"
+KIND = {
+    "H_m0": "length", "T_p": "time", "T_m02": "time", "wind": "wind_speed", "current": "speed", "come_from": "angle", "wind_from": "angle",
+    BETA: "angle",
+}  # fmt: skip
+"""Columns that a limit may be of, with the kind of their units."""
+SPELT = {
+    "hs": "H_m0", "h_s": "H_m0", "hm0": "H_m0", "h_m0": "H_m0", "waveheight": "H_m0", "wave_height": "H_m0", "height": "H_m0",
+    "tp": "T_p", "t_p": "T_p", "period": "T_p", "tz": "T_m02", "t_z": "T_m02", "tm02": "T_m02", "t_m02": "T_m02",
+    "wind": "wind", "windspeed": "wind", "wind_speed": "wind", "current": "current",
+    "from": "come_from", "come_from": "come_from", "direction": "come_from", "wave_from": "come_from", "wind_from": "wind_from", BETA: BETA,
+}  # fmt: skip
+FREE_STEP = math.radians(5.0)
+"""Headings that a ship free to turn tries are so far apart [rad]."""
+SAME = 1e-9
+"""Relative: how far from a limit a number may lie and still be on it. Sums of binary floats are off by 1e-16."""
+EXAMPLES = '"Hs <= 1.5 m", "wind <= 10 m/s", "Tp 5..12 s" or "Hs <= 3 m for beta 150..210 deg"'
+
+_BOUND = re.compile(r"\s*([A-Za-z_][A-Za-z_0-9]*)\s*(<=|>=|=<|=>|≤|≥|<|>|==?)\s*(\S.*?)\s*")
+_RANGE = re.compile(r"\s*([A-Za-z_][A-Za-z_0-9]*)\s+(\S+?)\s*\.\.\s*(\S+)\s+(\S.*?)\s*")
+
+
+@dataclass(frozen=True)
+class Range:
+    """low <= column <= high [SI]; of angles, from low on in rising sense to high."""
+
+    name: str
+    low: float = -math.inf
+    high: float = math.inf
+
+    def holds(self, x: FloatArray) -> NDArray[np.bool_]:
+        """Whether each number is inside; a number that is not known is not."""
+        if KIND[self.name] == "angle":
+            width = self.high - self.low if self.high - self.low >= FULL else (self.high - self.low) % FULL
+            return np.asarray(((x - self.low + SAME) % FULL <= width + 2.0 * SAME) & np.isfinite(x))
+        return np.asarray((x >= self.low - SAME * abs(self.low)) & (x <= self.high + SAME * abs(self.high)))
+
+
+@dataclass(frozen=True)
+class Limit:
+    """A range that counts where every one of `when` holds (always, without any). text: as it was written."""
+
+    range: Range
+    when: tuple[Range, ...] = ()
+    text: str = ""
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """What it asks of the weather."""
+        return tuple(dict.fromkeys((self.range.name, *(r.name for r in self.when))))
+
+    def scaled(self, factor: float) -> Limit:
+        """The limit with its upper end times a factor."""
+        return replace(self, range=replace(self.range, high=self.range.high * factor))
+
+
+def parse_limit(text: str, where: str = "--limit") -> Limit:
+    """The limit that a text describes. Errors: WeatherError, UnitError of one line."""
+    head, *conditions = re.split(r"\s+for\s+", text.strip())
+    if len(conditions) > 1:
+        raise WeatherError(f'{where} {came(text)}: has "for" twice. Join conditions with "and".')
+    when = tuple(_range(part, text, where) for part in re.split(r"\s+and\s+", conditions[0])) if conditions else ()
+    return Limit(_range(head, text, where), when, " ".join(text.split()))
+
+
+def _range(part: str, text: str, where: str) -> Range:
+    if found := _RANGE.fullmatch(part):
+        name = _column(found[1], text, where)
+        low, high = (_value(f"{number} {found[4]}", name, text, where) for number in (found[2], found[3]))
+        if low > high and KIND[name] != "angle":
+            raise WeatherError(f"{where} {came(text)}: the range ends below its start. Write the lower end first.")
+        return Range(name, low, high)
+    found = _BOUND.fullmatch(part)
+    if found is None:
+        raise WeatherError(f"{where} {came(text)}: is no limit. Write one such as {EXAMPLES}.")
+    name, sign = _column(found[1], text, where), found[2]
+    if sign in ("<", ">", "=", "=="):
+        raise WeatherError(f"{where} {came(text)}: limits are inclusive. Write <= or >=.")
+    if KIND[name] == "angle":
+        raise WeatherError(f'{where} {came(text)}: a direction has no lower and upper side. Write a range such as "{name} 150..210 deg".')
+    value = _value(found[3], name, text, where)
+    return Range(name, high=value) if sign in ("<=", "=<", "≤") else Range(name, low=value)
+
+
+def _column(name: str, text: str, where: str) -> str:
+    if name in KIND:
+        return name
+    if name.lower() not in SPELT:
+        raise WeatherError(f"{where} {came(text)}: {came(name)} is not one of Hs, Tp, Tz, wind, current, come_from, wind_from, beta.")
+    return SPELT[name.lower()]
+
+
+def _value(value: str, name: str, text: str, where: str) -> float:
+    number = parse(value, KIND[name], f"{where} {came(text)}")
+    if number < 0.0 and KIND[name] != "angle":
+        raise UnitError(f"{where} {came(text)}: below zero. Give a limit that weather can meet.")
+    return number
+
+
+def inside(
+    limits: Sequence[Limit], weather: Weather, ship: float | None = None, *, free: bool = False
+) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """Which records (n,) meet every limit, and which of them are valid: all that the limits ask for is known. What is not valid is not met.
+
+    ship: where the bow points, clockwise from north [rad]; free: the ship may turn to any heading in each record.
+    Errors: WeatherError where the weather does not know what a limit asks for, or where waves from the bow are asked of no heading.
+    """
+    if not any(BETA in limit.columns for limit in limits):
+        return _inside(limits, weather, None)
+    if ship is None and not free:
+        raise WeatherError('--ship: missing: a limit asks for beta. Say where the bow points, "315 deg" from north, or "free".')
+    if not free:
+        return _inside(limits, weather, ship)
+    answers = [_inside(limits, weather, heading) for heading in np.arange(0.0, FULL - SAME, FREE_STEP)]
+    return np.any([met for met, _ in answers], axis=0), np.any([valid for _, valid in answers], axis=0)
+
+
+def _inside(limits: Sequence[Limit], weather: Weather, ship: float | None) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    met, valid = np.ones(len(weather), dtype=np.bool_), np.ones(len(weather), dtype=np.bool_)
+    for limit in limits:
+        counts, known = np.ones(len(weather), dtype=np.bool_), np.ones(len(weather), dtype=np.bool_)
+        for part in limit.when:
+            x = values(weather, part.name, limit, ship)
+            counts &= part.holds(x)
+            known &= np.isfinite(x)
+        x = values(weather, limit.range.name, limit, ship)
+        valid &= known & (~counts | np.isfinite(x))
+        met &= ~counts | limit.range.holds(x)
+    return met & valid, valid
+
+
+def values(weather: Weather, name: str, limit: Limit, ship: float | None) -> FloatArray:
+    """What a limit looks at, record by record (n,) [SI]."""
+    column = "come_from" if name == BETA else name
+    if column not in weather.columns:
+        have = ", ".join(weather.columns) or "nothing"
+        why = next((note for note in weather.notes if column == "come_from" and "direction" in note), "")
+        raise WeatherError(
+            f"--limit {came(limit.text)}: {weather.source} tells no {column}; it tells {have}{'. ' + why if why else ''}. "
+            "Drop the limit, or map a column to it with --column."
+        )
+    x = weather.columns[column]
+    return relative(x, ship) if name == BETA and ship is not None else x

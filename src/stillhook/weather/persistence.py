@@ -1,0 +1,163 @@
+"""Persistence of workable weather: how much of the time, in windows how long, and how long one waits for one that is long enough.
+
+A record stands for one step from its time on: a window of n hourly records is n hours long. Two records follow each other if they are one
+step apart; a longer way is a gap (`GAP`), and a gap breaks a window, as does a record of which what a limit asks for is not known. Windows
+that the ends of the series or a gap cut are counted as long as they are seen.
+
+An operation of a given length can start in a record from which at least so much workable time follows without a break, and the wait of a
+record is the time by the clock, gaps included, to the first such record at or after it: 0 where it can start at once. Waits are taken from
+every record, workable or not. Records after the last possible start are censored: their wait is not known, they are counted and left out of
+mean and percentiles, which are therefore too low where many are. Percentiles are linear between the two nearest waits (numpy's "linear").
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stillhook.errors import WeatherError
+from stillhook.sea.weather import HOUR, FloatArray
+
+BoolArray = NDArray[np.bool_]
+GAP = 1.01
+"""Records further apart than this many steps have a gap between them; below, clocks of buoys jitter."""
+SLACK = 1e-6
+"""Rounding of times that may be missing in a window [s]."""
+IN_TIME = ("window_mean", "window_max", "wait_mean", "wait_p50", "wait_p90", "wait_max")
+
+
+@dataclass(frozen=True)
+class Persistence:
+    """Counts, shares and times of one series, or of one month of the year in it.
+
+    n_hours: hours that the records cover (records times step); n_missing: records of which something that a limit asks for is not known;
+    operability: share of the valid records inside all limits; start_share: share of all records in which the operation can start at once;
+    n_windows, window_mean, window_max: unbroken workable times [s], of a month those that begin in it; n_windows_long_enough: of these, as
+    long as the operation or longer; wait_mean, wait_p50, wait_p90, wait_max [s]; n_censored: records without a later start; n_gaps: breaks
+    in time. Times and shares are NaN where there is nothing to take them from. month: 1 to 12, of the record or window's begin, all years.
+    """
+
+    n_hours: float
+    n_missing: int
+    operability: float
+    start_share: float
+    n_windows: int
+    window_mean: float
+    window_max: float
+    n_windows_long_enough: int
+    wait_mean: float
+    wait_p50: float
+    wait_p90: float
+    wait_max: float
+    n_censored: int
+    n_gaps: int
+    month: int | None = None
+    months: tuple[Persistence, ...] = field(default=(), repr=False)
+
+    def numbers(self) -> dict[str, Any]:
+        """Its numbers by name [SI], counts as whole numbers; a month's begin with which it is."""
+        hours = round(self.n_hours, 9)
+        hours = int(hours) if hours.is_integer() else hours
+        own = {name: value for name, value in vars(self).items() if name not in ("month", "months")} | {"n_hours": hours}
+        return own if self.month is None else {"month": self.month} | own
+
+
+@dataclass(frozen=True, eq=False)
+class Windows:
+    """Unbroken workable times: first record (k,) and length (k,) [s]. reach (n,) [s]: workable time without a break from each record on."""
+
+    first: NDArray[np.intp]
+    length: FloatArray
+    reach: FloatArray = field(repr=False)
+
+
+def seconds(time: NDArray[np.datetime64]) -> FloatArray:
+    """Times as seconds from the first."""
+    return np.asarray((time - time[0]) / np.timedelta64(1, "ms"), dtype=np.float64) / 1000.0
+
+
+def gaps(time: NDArray[np.datetime64], step: float) -> BoolArray:
+    """Whether there is a gap between each record and the next (n - 1,)."""
+    return np.asarray(np.diff(seconds(time)) > GAP * step)
+
+
+
+def windows_of(workable: BoolArray, time: NDArray[np.datetime64], step: float) -> Windows:
+    """Maximal runs of consecutive workable records."""
+    n = len(workable)
+    t = seconds(time)
+    broken = gaps(time, step)
+    begins = workable & np.concatenate(([True], ~workable[:-1] | broken))
+    ends = workable & np.concatenate((~workable[1:] | broken, [True]))
+    first, last = np.flatnonzero(begins), np.flatnonzero(ends)
+    reach = np.zeros(n)
+    which = np.cumsum(begins) - 1
+    reach[workable] = t[last[which[workable]]] + step - t[workable]
+    return Windows(first, t[last] + step - t[first], reach)
+
+
+def waits(can_start: BoolArray, time: NDArray[np.datetime64]) -> FloatArray:
+    """Time from each record to the first at or after it in which the operation can start (n,) [s]; NaN where there is none."""
+    n, t = len(can_start), seconds(time)
+    after = np.minimum.accumulate(np.where(can_start, np.arange(n), n)[::-1])[::-1]
+    return np.where(after < n, t[np.minimum(after, n - 1)] - t, np.nan)
+
+
+def persistence(
+    workable: BoolArray, time: NDArray[np.datetime64], step: float, window: float, *, valid: BoolArray | None = None
+) -> Persistence:
+    """Persistence of a series of workable records, with its months.
+
+    Parameters: workable (n,), whether all limits are met; time (n,) ascending; step [s]: what a record stands for; window: how long the
+    operation takes [s]; valid (n,): whether a record is known (default: all).
+    Errors: WeatherError for shapes that differ, times that do not ascend and lengths that are not above 0.
+    """
+    n = len(workable)
+    known = np.ones(n, dtype=np.bool_) if valid is None else np.asarray(valid, dtype=np.bool_)
+    if n == 0 or len(time) != n or len(known) != n:
+        raise WeatherError(f"weather: {n} records, {len(time)} times and {len(known)} marks. Give as many of each, at least one.")
+    if np.any(np.diff(time) <= np.timedelta64(0, "ms")):
+        raise WeatherError("weather: times do not ascend. Put the records in order, each time once.")
+    if not (0.0 < window < math.inf) or not (0.0 < step < math.inf):
+        raise WeatherError(f"weather: a window of {window:g} s in steps of {step:g} s. Give times longer than 0 s.")
+    work = np.asarray(workable, dtype=np.bool_) & known
+    found = windows_of(work, time, step)
+    can_start = found.reach >= window - SLACK
+    parts = (time, step, window, work, known, found, can_start, waits(can_start, time))
+    months = np.asarray(time.astype("datetime64[M]").astype(np.int64) % 12 + 1)
+    return _counted(*parts, months=months, tell=(*(m for m in range(1, 13) if np.any(months == m)),))
+
+
+def _counted(
+    time: NDArray[np.datetime64], step: float, window: float, work: BoolArray, known: BoolArray, found: Windows, can_start: BoolArray,
+    wait: FloatArray, *, months: NDArray[np.int64], tell: tuple[int, ...], month: int | None = None,
+) -> Persistence:  # fmt: skip
+    """Numbers of all records, with those of the months to tell; or of the records of one month."""
+    rows = np.ones(len(work), dtype=np.bool_) if month is None else months == month
+    lengths = found.length[rows[found.first]]
+    known_waits = wait[rows & np.isfinite(wait)]
+    n_valid = int(np.count_nonzero(known & rows))
+    p50, p90 = (float(x) for x in np.percentile(known_waits, (50.0, 90.0))) if len(known_waits) else (math.nan, math.nan)
+    parts = (time, step, window, work, known, found, can_start, wait)
+    return Persistence(
+        n_hours=int(np.count_nonzero(rows)) * step / HOUR,
+        n_missing=int(np.count_nonzero(~known & rows)),
+        operability=float(np.count_nonzero(work & rows) / n_valid) if n_valid else math.nan,
+        start_share=float(np.count_nonzero(can_start & rows) / np.count_nonzero(rows)),
+        n_windows=len(lengths),
+        window_mean=float(lengths.mean()) if len(lengths) else math.nan,
+        window_max=float(lengths.max()) if len(lengths) else math.nan,
+        n_windows_long_enough=int(np.count_nonzero(lengths >= window - SLACK)),
+        wait_mean=float(known_waits.mean()) if len(known_waits) else math.nan,
+        wait_p50=p50,
+        wait_p90=p90,
+        wait_max=float(known_waits.max()) if len(known_waits) else math.nan,
+        n_censored=int(np.count_nonzero(rows & ~np.isfinite(wait))),
+        n_gaps=int(np.count_nonzero(gaps(time, step) & rows[:-1])),
+        month=month,
+        months=tuple(_counted(*parts, months=months, tell=(), month=m) for m in tell),
+    )
