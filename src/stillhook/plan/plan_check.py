@@ -35,14 +35,20 @@ def checked(plan: LiftPlan) -> dict[str, Any]:
         "T_C": plan.T_C,
         "T_R": T_R,
         "weather_restricted": restricted,
-        "rules": {"name": plan.rules.name, "version": plan.rules.version, "changes": list(plan.rules.changes)},
+        "rules": _rules(plan),
         "limits": [_limit(plan, phase, alternative) for phase in plan.phases for alternative in plan.alternatives],
         "seas": {"Hs": list(env.Hs), "Tp": list(env.Tp), "headings": list(env.headings), "steep": steep * len(env.headings)},
-        "resonance": [{"T": T, "z": -resonance_depth(plan, T)} for T in env.Tp],
+        "resonance": [{"T": T, "z": -depth} for T in env.Tp if not math.isnan(depth := resonance_depth(plan, T))],
         "weather": None if plan.weather is None else plan.weather.file,
         "alternatives": [a.value for a in plan.alternatives],
         "notes": list(plan.notes),
     }
+
+
+def _rules(plan: LiftPlan) -> dict[str, Any]:
+    words = ("key", "title", "standard", "edition", "clause")
+    rows = [{word: getattr(rule, word) for word in words} for rule in plan.rules.rules]
+    return {"name": plan.rules.name, "version": plan.rules.version, "changes": list(plan.rules.changes), "rows": rows}
 
 
 def _phase(plan: LiftPlan, phase: Phase) -> dict[str, Any]:

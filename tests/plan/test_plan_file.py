@@ -1,0 +1,305 @@
+"""Plan files: what a file says comes out in SI, what it leaves out follows from the rest, and what cannot be is refused in one line."""
+
+from __future__ import annotations
+
+import math
+import shutil
+from itertools import pairwise
+from pathlib import Path
+
+import pytest
+
+from stillhook.errors import StillhookError
+from stillhook.plan.alternatives import Alternative
+from stillhook.plan.plan_example import copy_plan
+from stillhook.plan.plan_file import load_plan, plans
+
+PLAN = """\
+name = "Manifold to 300 m"
+crane = "nov-250t"
+vessel = "construction-vessel-130m"
+payload = "manifold-60t"
+alternatives = ["none", "ssc"]
+
+[tip]
+at = "x=-15 m, y=-24 m, z=36 m"
+
+[water]
+depth = "300 m"
+
+[environment]
+Hs = ["1 m", "2 m"]
+Tp = ["6 s", "9 s"]
+headings = ["180 deg"]
+
+[operation]
+T_POP = "4 h"
+
+[[phase]]
+name = "lift-off"
+kind = "lift-off"
+start = "4 m"
+
+[[phase]]
+name = "over the side"
+kind = "in-air"
+
+[[phase]]
+name = "splash"
+kind = "splash-zone"
+
+[[phase]]
+name = "down"
+kind = "lowering"
+
+[[phase]]
+name = "deep"
+kind = "deep"
+
+[[phase]]
+name = "landing"
+kind = "landing"
+"""
+
+
+def written(folder: Path, *changes: tuple[str, str]) -> Path:
+    """A plan file with texts exchanged; each must be there."""
+    text = PLAN
+    for old, new in changes:
+        assert old in text, old
+        text = text.replace(old, new, 1)
+    path = folder / "plan.toml"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def test_every_plan_of_the_library_can_be_read() -> None:
+    assert "template-to-1500m" in plans()
+    for name in plans():
+        assert load_plan(name).phases
+
+
+def test_the_example_is_the_lift_that_it_says() -> None:
+    plan = load_plan("template-to-1500m")
+    assert (plan.crane.name, plan.payload.mass, plan.depth) == ("nov-250t", 120e3, 1500.0)
+    assert len(plan.environment.table()) == 12 * 10 * 3
+    assert plan.alternatives == tuple(Alternative)
+
+
+def test_phases_join_and_reach_the_seabed_without_a_height_given_but_the_deck(tmp_path: Path) -> None:
+    phases = load_plan(written(tmp_path)).phases
+    assert all(a.end == b.start for a, b in pairwise(phases))
+    assert phases[0].start == 4.0
+    assert phases[-1].end == -300.0
+    assert all(phase.duration is not None and phase.duration > 0.0 for phase in phases)
+
+
+def test_durations_are_way_over_speed_where_the_payload_moves(tmp_path: Path) -> None:
+    plan = load_plan(written(tmp_path, ('kind = "splash-zone"', 'kind = "splash-zone"\nend = "-29 m"\nspeed = "18 m/min"')))
+    splash = plan.phase("splash")
+    assert splash.duration == pytest.approx(36.0 / 0.3)
+
+
+def test_a_duration_beyond_the_way_is_taken_as_given(tmp_path: Path) -> None:
+    assert load_plan(written(tmp_path, ('kind = "landing"', 'kind = "landing"\nduration = "20 min"'))).phase("landing").duration == 1200.0
+
+
+def test_an_end_left_out_is_the_start_of_the_next_phase(tmp_path: Path) -> None:
+    plan = load_plan(written(tmp_path, ('kind = "deep"', 'kind = "deep"\nstart = "-250 m"')))
+    assert plan.phase("down").end == plan.phase("deep").end == plan.phase("landing").start == -250.0
+
+
+def test_a_recovery_joins_upwards_to_the_deck(tmp_path: Path) -> None:
+    rows = PLAN[: PLAN.index("[[phase]]")] + "".join(
+        f'[[phase]]\nname = "{name}"\nkind = "{kind}"\n{more}\n'
+        for name, kind, more in (
+            ("off", "seabed-lift-off", ""),
+            ("up", "lowering", ""),
+            ("out", "splash-zone", ""),
+            ("in", "in-air", 'end = "7 m"'),
+            ("down", "set-down", 'end = "4 m"'),
+        )
+    )
+    path = tmp_path / "up.toml"
+    path.write_text(rows)
+    plan = load_plan(path)
+    assert [phase.upwards for phase in plan.phases] == [True, True, True, True, False]
+    assert (plan.phases[0].start, plan.phases[-1].end) == (-300.0, 4.0)
+
+
+def test_a_range_holds_both_ends_and_equals_its_list(tmp_path: Path) -> None:
+    ranged = load_plan(written(tmp_path, ('["1 m", "2 m"]', '"1 m to 2 m by 25 cm"'))).environment.Hs
+    listed = load_plan(written(tmp_path, ('["1 m", "2 m"]', '["2 m", "1 m", "1.25 m", "1.5 m", "1.75 m"]'))).environment.Hs
+    assert ranged == pytest.approx(listed)
+    assert ranged == pytest.approx((1.0, 1.25, 1.5, 1.75, 2.0))
+
+
+def test_the_time_of_the_operation_is_that_of_the_phases_where_none_is_given(tmp_path: Path) -> None:
+    plan = load_plan(written(tmp_path, ('[operation]\nT_POP = "4 h"\n', "")))
+    assert plan.T_POP == pytest.approx(sum(phase.duration or 0.0 for phase in plan.phases))
+    assert "T_POP" in plan.notes[0]
+
+
+def test_a_boom_gives_the_tip_that_its_angles_say(tmp_path: Path) -> None:
+    boom = '[boom]\npedestal = ["-15 m", "-9 m", "19 m"]\nslew = "270 deg"\nmain = ["30 m", "45 deg"]\n'
+    plan = load_plan(written(tmp_path, ('[tip]\nat = "x=-15 m, y=-24 m, z=36 m"\n', boom)))
+    reach = 30.0 * math.sqrt(0.5)
+    assert (plan.at.x, plan.at.y, plan.h_tip) == pytest.approx((-15.0, -9.0 - reach, 19.0 + reach))
+
+
+def test_a_phase_may_have_a_tip_of_its_own_at_the_height_of_the_plan(tmp_path: Path) -> None:
+    plan = load_plan(written(tmp_path, ('start = "4 m"', 'start = "4 m"\ntip = "x=-30 m, y=0 m"')))
+    assert plan.tip_of(plan.phase("lift-off")) == type(plan.at)(-30.0, 0.0, 36.0)
+    assert plan.tip_of(plan.phase("deep")) == plan.at
+
+
+def test_files_are_seen_from_the_folder_of_the_plan(tmp_path: Path) -> None:
+    copied = copy_plan("template-to-1500m", tmp_path / "mine")
+    plan, original = load_plan(copied[0]), load_plan("template-to-1500m")
+    assert plan.digest == original.digest
+    text = copied[1].read_text()
+    copied[1].write_text(text.replace('"120 t"', '"110 t"').replace('"68 t"', '"58 t"'))
+    assert load_plan(copied[0]).payload.mass == 110e3
+    with pytest.raises(StillhookError, match="is there already"):
+        copy_plan("template-to-1500m", tmp_path / "mine")
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ('depth = "300 m"', 'depth = "301 m"'),
+        ("y=-24 m", "y=-23 m"),
+        ('T_POP = "4 h"', 'T_POP = "5 h"'),
+        ('["6 s", "9 s"]', '["6 s", "10 s"]'),
+        ('kind = "landing"', 'kind = "landing"\nspeed = "7 m/min"'),
+        ('"manifold-60t"', '"spool-20t"'),
+    ],
+)
+def test_the_digest_changes_with_what_numbers_follow_from(tmp_path: Path, old: str, new: str) -> None:
+    assert load_plan(written(tmp_path, (old, new))).digest != load_plan(written(tmp_path)).digest
+
+
+def test_the_digest_does_not_change_with_names(tmp_path: Path) -> None:
+    assert load_plan(written(tmp_path, ("Manifold to 300 m", "Other"))).digest == load_plan(written(tmp_path)).digest
+
+
+BAD = [
+    # old, new, what the line must say
+    ('crane = "nov-250t"', 'crane = "nov-205t"', ["nov-205t", "nov-250t"]),
+    ('crane = "nov-250t"\n', "", ["crane", "missing"]),
+    ('vessel = "construction-vessel-130m"', 'vessel = "my-ship.re1"', ["vessel", "my-ship.re1", "construction-vessel-130m"]),
+    ('payload = "manifold-60t"', 'payload = "manifold"', ["manifold", "manifold-60t"]),
+    ('payload = "manifold-60t"', 'payload = { name = "x", mass = "60" }', ["levels", "shape"]),
+    ('payload = "manifold-60t"', 'payload = "manifold-60t"\nrules = "dnv"', ["rules", "dnv", "offshore-lift"]),
+    ('name = "Manifold to 300 m"', 'title = "x"', ["title", "unknown field", "crane"]),
+    ('["none", "ssc"]', '["none", "scc"]', ["scc", "ssc"]),
+    ('["none", "ssc"]', '["ssc", "ssc"]', ["ssc", "twice"]),
+    ('["none", "ssc"]', '"ssc"', ["alternatives", "list"]),
+    ('["none", "ssc"]', "[]", ["alternatives", "list"]),
+    ('at = "x=-15 m, y=-24 m, z=36 m"', 'at = "x=-15 m, y=-24 m"', ["height", "missing"]),
+    ('at = "x=-15 m, y=-24 m, z=36 m"', 'at = "x=-15, y=-24 m, z=36 m"', ["x", "no unit"]),
+    ('at = "x=-15 m, y=-24 m, z=36 m"', 'height = "36 m"', ["place is missing"]),
+    ('at = "x=-15 m, y=-24 m, z=36 m"', 'motion = "sine 1 m 9 s"', ["motion", "tip.at"]),
+    ('z=36 m"', 'z=20 m"', ["lift-off", "crane tip"]),
+    ('depth = "300 m"', "depth = 300", ["water.depth", "bare number", "300 m"]),
+    ('depth = "300 m"', 'depth = "300 t"', ["water.depth", "300 t"]),
+    ('depth = "300 m"', 'depth = "-300 m"', ["water.depth", "above 0 m"]),
+    ('depth = "300 m"', 'deep = "300 m"', ["deep", "unknown field", "depth"]),
+    ('Hs = ["1 m", "2 m"]', 'Hs = "1 to 2 m"', ["environment.Hs"]),
+    ('Hs = ["1 m", "2 m"]', 'Hs = "1 m to 2 m by 0.3 m"', ["environment.Hs", "do not meet"]),
+    ('Hs = ["1 m", "2 m"]', 'Hs = "1 m to 2 m by 1 mm"', ["environment.Hs", "larger steps"]),
+    ('Hs = ["1 m", "2 m"]', 'Hs = "2 m to 1 m by 0.5 m"', ["environment.Hs", "rising"]),
+    ('Hs = ["1 m", "2 m"]', 'Hs = ["1 m", "1 m"]', ["environment.Hs", "twice"]),
+    ('Hs = ["1 m", "2 m"]', 'Hs = ["0 m", "1 m"]', ["environment.Hs", "0.05 m"]),
+    ('Hs = ["1 m", "2 m"]', "Hs = [1, 2]", ["environment.Hs[0]", "bare number"]),
+    ('Hs = ["1 m", "2 m"]', "Hs = []", ["environment.Hs"]),
+    ('Hs = ["1 m", "2 m"]', 'Hs = ["200 m"]', ["environment.Hs", "20 m"]),
+    ('Tp = ["6 s", "9 s"]', 'Tp = ["6 m"]', ["environment.Tp", "6 m"]),
+    ('Tp = ["6 s", "9 s"]', 'Tp = ["6 min"]', ["environment.Tp", "30 s"]),
+    ('Tp = ["6 s", "9 s"]\n', "", ["environment.Tp", "missing"]),
+    ('headings = ["180 deg"]', "headings = [180]", ["environment.headings", "180"]),
+    ('headings = ["180 deg"]', 'headings = ["0 deg", "360 deg"]', ["environment.headings", "twice"]),
+    ('headings = ["180 deg"]', 'headings = ["-30 deg"]', ["environment.headings", "-30 deg"]),
+    ('headings = ["180 deg"]', 'headings = ["180 deg"]\nspread = -2', ["spread"]),
+    ('headings = ["180 deg"]', 'headings = ["180 deg"]\nwave = "bretschneider"', ["wave", "jonswap"]),
+    ('headings = ["180 deg"]', 'headings = ["180 deg"]\ngamma = 10', ["gamma"]),
+    ('headings = ["180 deg"]', 'headings = ["180 deg"]\nseed = 1', ["seed"]),
+    ('T_POP = "4 h"', 'T_POP = "10 min"', ["T_POP", "phases alone take"]),
+    ('T_POP = "4 h"', 'T_POP = "4 h"\nT_C = "-1 h"', ["T_C", "0 h"]),
+    ('T_POP = "4 h"', 'T_POP = "4 h"\ncontingency = "1 h"', ["contingency", "T_POP", "T_C"]),
+    ('T_POP = "4 h"', 'T_POP = "4 h"\n[weather]\nship = "10 deg"', ["weather.file", "missing"]),
+    ('start = "4 m"\n', "", ["lift-off", "start", "missing", "deck"]),
+    ('start = "4 m"', 'start = "-4 m"', ["lift-off", "above the water"]),
+    ('start = "4 m"', 'start = "4 m"\nend = "3 m"', ["lift-off", "goes up"]),
+    ('start = "4 m"', 'start = "4 m"\nmode = "ahc"', ["lift-off", "ahc", "manual"]),
+    ('start = "4 m"', 'start = "4 m"\ntip = "over the deck"', ["lift-off", "tip"]),
+    ('start = "4 m"', 'start = "4 m"\ntip = "x=-15 m, y=-2 m, z=12 m"', ["lift-off", "crane tip"]),
+    ('start = "4 m"', 'start = "4 m"\nlimits = { landing-speed = "0.3 m/s" }', ["lift-off", "landing-speed"]),
+    ('start = "4 m"', 'start = "4 m"\nlimits = { dynamic-load = "20 m" }', ["lift-off", "dynamic-load"]),
+    ('kind = "in-air"', 'kind = "overboarding"', ["over the side", "kind", "in-air"]),
+    ('kind = "in-air"\n', "", ["over the side", "kind"]),
+    ('kind = "in-air"', 'kind = "in-air"\nspeed = "6 m/min"', ["over the side", "speed", "stands"]),
+    ('kind = "in-air"', 'kind = "in-air"\nend = "-2 m"', ["over the side", "splash-zone"]),
+    (
+        'kind = "lowering"\n\n[[phase]]\nname = "deep"\n',
+        'kind = "lowering"\nend = "-260 m"\n\n[[phase]]\nname = "deep"\nstart = "-250 m"\n',
+        ["deep", "-250 m", "down", "-260 m"],
+    ),
+    ('kind = "splash-zone"', 'kind = "splash-zone"\nend = "-2 m"', ["splash", "covered"]),
+    ('kind = "splash-zone"', 'kind = "splash-zone"\nend = "-310 m"', ["splash", "below the seabed"]),
+    ('kind = "splash-zone"', 'kind = "splash-zone"\nend = "25 m"', ["splash", "covered"]),
+    ('kind = "splash-zone"', 'kind = "splash-zone"\nspeed = "15"', ["splash", "speed", "m/min"]),
+    ('kind = "splash-zone"', 'kind = "splash-zone"\nspeed = "-15 m/min"', ["splash", "speed"]),
+    ('kind = "splash-zone"', 'kind = "splash-zone"\nduration = "5 s"', ["splash", "duration", "take"]),
+    ('name = "splash"', 'name = "deep"', ["deep", "twice"]),
+    ('name = "splash"', "name = 3", ["phase 3", "name"]),
+    ('kind = "lowering"', 'kind = "lowering"\nend = "-26 m"\nstart = "-26 m"', ["down"]),
+    ('kind = "lowering"', 'kind = "lowering"\nmode = "landing"', ["down", "landing", "ahc"]),
+    ('kind = "deep"', 'kind = "deep"\nend = "-290 m"', ["deep", "stands"]),
+    ('kind = "landing"', 'kind = "landing"\nend = "-299 m"', ["landing", "seabed", "-300 m"]),
+    ('kind = "landing"', 'kind = "landing"\nwait = "5 min"', ["landing", "wait"]),
+]
+
+
+@pytest.mark.parametrize(("old", "new", "said"), BAD, ids=[f"{i}-{new[-30:]}" for i, (_, new, _) in enumerate(BAD)])
+def test_what_cannot_be_is_refused_in_one_line_that_names_file_and_place(tmp_path: Path, old: str, new: str, said: list[str]) -> None:
+    path = written(tmp_path, (old, new))
+    with pytest.raises(StillhookError) as caught:
+        load_plan(path)
+    line = str(caught.value)
+    assert "\n" not in line
+    assert line.startswith("plan.toml"), line
+    assert all(part in line for part in said), line
+
+
+def test_a_name_that_is_none_is_answered_with_those_there_are(tmp_path: Path) -> None:
+    with pytest.raises(StillhookError, match=r"template-to-1500m.*did you mean"):
+        load_plan("template-to-1500")
+    with pytest.raises(StillhookError, match="no such file"):
+        load_plan(tmp_path / "mine.toml")
+    empty = tmp_path / "empty.toml"
+    empty.write_text("  \n")
+    with pytest.raises(StillhookError, match="empty"):
+        load_plan(empty)
+
+
+def test_phases_that_are_no_tables_are_refused(tmp_path: Path) -> None:
+    path = tmp_path / "p.toml"
+    path.write_text('phase = ["down"]\n' + PLAN[: PLAN.index("[[phase]]")])
+    with pytest.raises(StillhookError, match="Write each as a table"):
+        load_plan(path)
+
+
+def test_a_tip_out_of_the_boom_s_reach_is_refused(tmp_path: Path) -> None:
+    copied = copy_plan("template-to-1500m", tmp_path)
+    copied[0].write_text(copied[0].read_text().replace("x=-30 m, y=-2 m, z=36 m", "x=-60 m, y=-2 m, z=36 m"))
+    with pytest.raises(StillhookError, match=r"lift-off.*boom reaches"):
+        load_plan(copied[0])
+
+
+def test_a_folder_s_vessel_goes_by_its_path(tmp_path: Path) -> None:
+    from stillhook.library.vessels import vessel_file
+
+    shutil.copy(vessel_file("supply-vessel-82m"), tmp_path / "ours.csv")
+    path = written(tmp_path, ('"construction-vessel-130m"', '"ours.csv"'))
+    assert load_plan(path).vessel.digest != load_plan("template-to-1500m").vessel.digest
