@@ -143,7 +143,7 @@ def kept(function: Any, name: str) -> Any:
     with LOCK:
         before, numba.config.CACHE_DIR = numba.config.CACHE_DIR, str(cache_folder(name, 1))
         try:
-            entry = numba.njit(cache=True, **STRICT)(function)
+            entry = numba.njit(cache=True, nogil=True, **STRICT)(function)
             if hasattr(entry, "_cache"):
                 entry._cache = _Cache(entry.py_func)
         finally:

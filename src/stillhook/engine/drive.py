@@ -2,7 +2,7 @@
 
 import bisect
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -11,7 +11,9 @@ from numpy.typing import NDArray
 
 from stillhook.control.plc import MANUAL
 from stillhook.crane import Crane
+from stillhook.engine.lanes import room_for
 from stillhook.engine.pack import MODE_CODE
+from stillhook.engine.tip_sampling import sampled
 from stillhook.plants.state import THIN, Tick
 from stillhook.scenario import Operator, PowerLoss, Scenario
 from stillhook.sea.motion import Motion, Ramped
@@ -65,6 +67,20 @@ def _only_the_tip_moves(case: Scenario) -> bool:
     return plain and not any((s.delay, s.noise_s_tip, s.noise_v_tip, s.noise_a_tip, s.noise_s_w, s.noise_F, s.step_s_tip, s.step_v_tip))
 
 
+def filled(drives: Sequence["Drive"], k: int, n: int) -> Array:
+    """Cycles k .. k + n - 1 of several drives side by side, (n, cols, lanes); motions that are one are sampled once."""
+    out = room_for((n, drives[0].cols, len(drives)))
+    done: dict[tuple[int, float], int] = {}
+    for l, drive in enumerate(drives):
+        key = (id(drive.case.tip), drive.case.ramp) if drive.cols == THIN else (id(drive), 0.0)
+        if key in done:
+            out[:, :, l] = out[:, :, done[key]]
+        else:
+            drive.fill(k, n, out, l)
+            done[key] = l
+    return out
+
+
 class Drive:
     """Rows of Tick for one scenario on one crane, made piece by piece."""
 
@@ -91,6 +107,11 @@ class Drive:
         t: Array = np.arange(k, k + n, dtype=np.float64) * self.t_cycle
         thin = _tip(self.motion, k, n, self.t_cycle)
         return thin if self.cols == THIN else self._full(t, k, n, thin)
+
+    def fill(self, k: int, n: int, out: Array, lane: int) -> None:
+        """Cycles k .. k + n - 1 into one lane of out (n, cols, lanes)."""
+        if self.cols != THIN or not sampled(self.motion, k, n, self.t_cycle, out, lane):
+            out[:, :, lane] = self.rows(k, n)
 
     def asked(self) -> Asked:
         """Extremes over the whole run, taken in pieces; in manual mode the tip asks for nothing."""

@@ -3,9 +3,13 @@
 import functools
 import itertools
 import linecache
+import math
 import typing
 from collections.abc import Callable, Iterator
 from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 from stillhook.physics.scalar import scalar
 
@@ -83,3 +87,18 @@ def replace(cls: type, field: str) -> Callable[..., Any]:
     args = ", ".join("value" if f == field else f"x.{f}" for f, _ in fields(cls))
     define(f"def replace(x, value): return cls({args})\n", names, f"<{cls.__name__} with {field} of {cls.__module__}>")
     return typing.cast(Callable[..., Any], scalar(names["replace"]))
+
+
+def room_for(shape: tuple[int, ...]) -> NDArray[np.float64]:
+    """An array on a 64-byte boundary: no vector load crosses a cache line."""
+    size = math.prod(shape)
+    room = np.empty(size + 8)
+    start = -room.ctypes.data % 64 // 8
+    return room[start : start + size].reshape(shape)
+
+
+def aligned(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """A copy on a 64-byte boundary."""
+    out = room_for(values.shape)
+    out[...] = values
+    return out

@@ -11,11 +11,11 @@ from stillhook.control.lift_modes import Stage
 from stillhook.control.plc import Memory
 from stillhook.crane import Crane
 from stillhook.engine.build import driver
-from stillhook.engine.drive import Drive, hermite_weights, scale_weights
-from stillhook.engine.lanes import fields, flatten, offset, size, unflatten
+from stillhook.engine.drive import Drive, filled, hermite_weights, scale_weights
+from stillhook.engine.lanes import aligned, fields, flatten, offset, room_for, size, unflatten
 from stillhook.engine.lift_checks import check_course, check_lift, check_lift_step
 from stillhook.engine.lift_pack import PackedLift, pack_lift, stand_in
-from stillhook.engine.run import Ending, Progress, aligned, nothing, room_for, shared
+from stillhook.engine.run import Ending, Progress, nothing, shared
 from stillhook.engine.stats import Stats, blank
 from stillhook.engine.window import blank_window
 from stillhook.errors import StillhookError
@@ -189,8 +189,7 @@ class LiftBlock:
             yield (k + count) / n
 
     def _piece(self, k: int, count: int, n: int) -> None:
-        rows = [r.drive.rows(k, count + 1) for r in self.lanes]
-        D = np.stack(rows, axis=-1, out=room_for((*rows[0].shape, len(rows))))
+        D = filled([r.drive for r in self.lanes], k, count + 1)
         E, i_0 = self._water(k, count)
         self.d.run(
             self.A.reshape(-1), self.B.reshape(-1), self.n, D.reshape(-1), self.drive.cols, self.H, self.S.reshape(-1), self.n_stages,
@@ -207,14 +206,15 @@ class LiftBlock:
         lo = int(k * t_cycle / dt + 1e-9)
         hi = int((k + count) * t_cycle / dt + 1e-9) + 2
         E = room_for((hi - lo, 2 + 2 * levels, len(self.lanes)))
-        done: dict[int, int] = {}
+        done: dict[tuple[int, float], int] = {}
         for l, r in enumerate(self.lanes):
             waves = r.case.waves
             assert waves is not None
-            if id(r) in done:
-                E[:, :, l] = E[:, :, done[id(r)]]
+            key = id(waves), r.case.ramp
+            if key in done:
+                E[:, :, l] = E[:, :, done[key]]
                 continue
-            done[id(r)] = l
+            done[key] = l
             E[:, :, l] = ramped_samples(waves, lo, hi, r.case.ramp, levels)
         return E, lo
 

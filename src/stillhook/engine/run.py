@@ -15,8 +15,8 @@ from stillhook.control.plc import Memory
 from stillhook.crane import Crane
 from stillhook.engine.build import driver
 from stillhook.engine.checks import check
-from stillhook.engine.drive import Drive, hermite_weights, scale_weights
-from stillhook.engine.lanes import VL, fields, flatten, offset, size, unflatten
+from stillhook.engine.drive import Drive, filled, hermite_weights, scale_weights
+from stillhook.engine.lanes import VL, aligned, fields, flatten, offset, size, unflatten
 from stillhook.engine.pack import Packed, pack
 from stillhook.engine.stability import check_step
 from stillhook.engine.stats import Stats, blank
@@ -191,8 +191,7 @@ class Block:
             yield (k + count) / n
 
     def _piece(self, k: int, count: int, n: int, first: int) -> None:
-        rows = [lane[1].rows(k, count + 1) for lane in self.lanes]
-        D = rows[0] if len(rows) == 1 else np.stack(rows, axis=-1, out=room_for((*rows[0].shape, len(rows))))
+        D = filled([drive for _, drive in self.lanes], k, count + 1)
         self.d.run(
             self.A.reshape(-1), D.reshape(-1), self.drive.cols, self.H, self.W, self.out.reshape(-1), self.every,
             k, count, first, n, self.n_win, self.n_sub, self.drive.t_cycle,
@@ -240,21 +239,6 @@ class Block:
             t_cycle=t_cycle,
             warm_up=self.drive.first * t_cycle,
         )
-
-
-def room_for(shape: tuple[int, ...]) -> Array:
-    """An array on a 64-byte boundary: no vector load crosses a cache line."""
-    size = math.prod(shape)
-    room = np.empty(size + 8)
-    start = -room.ctypes.data % 64 // 8
-    return room[start : start + size].reshape(shape)
-
-
-def aligned(values: Array) -> Array:
-    """A copy on a 64-byte boundary."""
-    out = room_for(values.shape)
-    out[...] = values
-    return out
 
 
 def nothing(cls: type) -> Any:

@@ -86,26 +86,26 @@ class IrregularTip(Motion):
         return math.sqrt(float(np.sum(np.abs(self.amplitudes[1:]) ** 2 * self.omega[1:] ** (2 * order))) / 2.0)
 
     @cached_property
-    def _pieces(self) -> tuple[float, FloatArray]:
-        """Spacing of the nodes [s], and the six coefficients (6, N) of the quintic that begins at each."""
+    def nodes(self) -> tuple[float, FloatArray, FloatArray, FloatArray]:
+        """Spacing of the nodes h [s]; height s, and s' h and s'' h^2 at each (N,), all heights [m]."""
         n = _fast_length(len(self.amplitudes) * 2.0 * math.pi / FINE)
         h = self.repeat / n
-        iw = 1j * h * self.omega  # times in steps, so that all coefficients are heights
+        iw = 1j * h * self.omega
         s, v, a = (synthesis(c, n) for c in (self.amplitudes, iw * self.amplitudes, iw**2 * self.amplitudes))
-        s_1, v_1, a_1 = (np.roll(x, -1) for x in (s, v, a))
-        d, e, f = s_1 - s - v - a / 2.0, v_1 - v - a, a_1 - a
-        return h, np.stack((s, v, a / 2.0, 10.0 * d - 4.0 * e + f / 2.0, -15.0 * d + 7.0 * e - f, 6.0 * d - 3.0 * e + f / 2.0))
+        return h, s, v, a
 
     def sample(self, t: ArrayLike) -> Sample:
-        h, pieces = self._pieces
+        h, *nodes = self.nodes
         x = np.asarray(t, dtype=np.float64) / h
         node = np.floor(x)
         x = x - node
-        q0, q1, q2, q3, q4, q5 = (row[node.astype(np.intp) % pieces.shape[1]] for row in pieces)
-        s = q0 + x * (q1 + x * (q2 + x * (q3 + x * (q4 + x * q5))))
-        v = q1 + x * (2.0 * q2 + x * (3.0 * q3 + x * (4.0 * q4 + x * (5.0 * q5))))
-        a = 2.0 * q2 + x * (6.0 * q3 + x * (12.0 * q4 + x * (20.0 * q5)))
-        return s, v / h, a / h**2
+        i = node.astype(np.intp) % len(nodes[0])
+        (s, v, a), (s_1, v_1, a_1) = (row[i] for row in nodes), (row[(i + 1) % len(row)] for row in nodes)
+        d, e, f = s_1 - s - v - a / 2.0, v_1 - v - a, a_1 - a
+        q2, q3, q4, q5 = a / 2.0, 10.0 * d - 4.0 * e + f / 2.0, -15.0 * d + 7.0 * e - f, 6.0 * d - 3.0 * e + f / 2.0
+        height = s + x * (v + x * (q2 + x * (q3 + x * (q4 + x * q5))))
+        speed = v + x * (2.0 * q2 + x * (3.0 * q3 + x * (4.0 * q4 + x * (5.0 * q5))))
+        return height, speed / h, (2.0 * q2 + x * (6.0 * q3 + x * (12.0 * q4 + x * (20.0 * q5)))) / h**2
 
     def times(self, factor: float) -> IrregularTip:
         """The same motion with heights times a factor of 0 or more."""
