@@ -11,7 +11,7 @@ from stillhook.errors import LiftError
 from stillhook.lift.lowering import Lowering
 from stillhook.sea.motion import Still
 from stillhook.sea.rao import Rao
-from stillhook.sea.realisation import realise, tip_motion
+from stillhook.sea.realisation import Amplitudes, realise, tip_motion
 from stillhook.sea.spectrum import Sea
 from stillhook.sea.wave_field import wave_field
 
@@ -23,7 +23,7 @@ class InSea:
     lift: everything but tip and waves, which it must not have; the waves repeat after its duration. sea, seed: which waves; rao: what
     moves in them; x, y: crane tip and payload from the vessel's reference point, forward and to port [m]. water: whether the payload feels
     the waves. left: part of the tip's motion that reaches the wire, 1 all of it (a flat cap on compensation of 80 % leaves 0.2); the water
-    keeps its waves.
+    keeps its waves. amplitudes: random ones (Rayleigh) where largest values are gathered over seeds.
     """
 
     lift: Lowering
@@ -34,6 +34,7 @@ class InSea:
     y: float
     water: bool = False
     left: float = 1.0
+    amplitudes: Amplitudes = Amplitudes.FIXED
 
     def __post_init__(self) -> None:
         if self.lift.waves is not None or not isinstance(self.lift.tip, Still):
@@ -43,12 +44,12 @@ class InSea:
     def motion(self) -> bytes:
         """Hash of what tip and water follow from: runs in which it is equal are moved alike."""
         trains = [{"spectrum": t.spectrum.to_dict(), "beta": t.beta, "spread": t.spread} for t in self.sea.trains]
-        place = [self.lift.duration, self.lift.depth, self.seed, self.x, self.y, self.water, self.left]
+        place = [self.lift.duration, self.lift.depth, self.seed, self.x, self.y, self.water, self.left, self.amplitudes]
         return hashlib.sha256(json.dumps([trains, place], sort_keys=True).encode() + self.rao.digest).digest()
 
     def made(self) -> Lowering:
         """The lowering, with `realise`, `tip_motion` and `wave_field` of the seed. Errors: SeaError for a sea without waves."""
-        waves = realise(self.sea, self.lift.duration, self.seed, depth=self.lift.depth)
+        waves = realise(self.sea, self.lift.duration, self.seed, amplitudes=self.amplitudes, depth=self.lift.depth)
         tip = tip_motion(waves, self.rao, self.x, self.y)
         tip = tip if self.left == 1.0 else tip.times(self.left)
         water = wave_field(waves, self.x, self.y) if self.water else None

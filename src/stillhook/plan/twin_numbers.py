@@ -1,0 +1,106 @@
+"""From the numbers of runs to the quantities that rules ask of a phase: which number of which stage, at which level, for how long."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stillhook.plan.alternatives import Alternative
+from stillhook.plan.capacities import static_sling
+from stillhook.plan.lift_plan import LiftPlan
+from stillhook.plan.phases import Phase, PhaseKind
+from stillhook.plan.seeds import BEYOND, Estimate, chance, largest, mean, single
+from stillhook.plan.twin_run import COUNTED, Course, Winch
+
+if TYPE_CHECKING:
+    import xarray
+
+FloatArray = NDArray[np.float64]
+Runs = Mapping[str, FloatArray]
+"""Name of `KEPT` -> that number of every run (n,)."""
+
+OF_STAGE = (
+    "duration", "s_tip_pp", "e_c_pp", "load_pp", "F_w_max", "DAF", "F_sling_min", "sling_slack_time", "snap", "v_tip_max", "v_w_max",
+    "p_a_max", "saturation_time", "relief_time", "stroke_time",
+)  # fmt: skip
+"""Numbers that are kept of the stage that counts."""
+KEPT = (*OF_STAGE, "v_landed")
+"""Those, and of the whole run the speed of the first touch: it may come before its stage is over."""
+FAILED_MOST = 0.1
+"""Part of a cell's runs that may fail: what is left tells the cell. Where more fail, the cell is beyond every limit."""
+WINCH = ("p_a_max", "saturation_share", "relief_share", "stroke_share", "v_w_demand")
+"""Quantities of the winch while it compensates: none and the flat cap have none of the twin's."""
+
+
+def kept(data: xarray.Dataset) -> dict[str, FloatArray]:
+    """Numbers of every run of a Dataset of lowerings over "case"."""
+    found = {name: data[f"stage_{name}"].values[:, COUNTED] for name in OF_STAGE}
+    return found | {"v_landed": data["v_landed"].values}
+
+
+def quantities(plan: LiftPlan, phase: Phase, alternative: Alternative, winch: Winch, course: Course, runs: Runs) -> dict[str, Estimate]:
+    """Quantities of `stillhook.plan.rules` that the twin tells of a phase in one sea, from the runs of that sea, each with its interval.
+
+    Largest values are those of the phase's duration at the level that the rules ask for; shares of time are means. What counts is the
+    stage after everything settled. A phase of which too many runs fail is beyond every limit.
+    """
+    landing = phase.kind is PhaseKind.LANDING
+    sound = np.isfinite(runs["duration"]) & (np.isfinite(runs["v_landed"]) if landing else True)
+    n = len(sound)
+    told = _told(plan, phase, alternative, winch, course, {name: values[sound] for name, values in runs.items()}) if sound.any() else {}
+    if n - int(sound.sum()) <= FAILED_MOST * n:
+        return told
+    names = told or {rule.quantity: BEYOND for rule in plan.rules.of(phase.kind).values()}
+    return {name: Estimate(0.0, 0.0, 0.0) if name == "sling_ratio" else BEYOND for name in names}
+
+
+def _told(plan: LiftPlan, phase: Phase, alternative: Alternative, winch: Winch, course: Course, runs: Runs) -> dict[str, Estimate]:
+    times, level, left = course.times, plan.rules.level, winch.left
+    compensates = phase.compensated
+    stick = max(abs(stage.lower) for stage in course.programme)
+
+    def top(name: str, quantity: str) -> Estimate:
+        return largest(runs[name], level(quantity), times)
+
+    share = {key: mean(runs[f"{key}_time"] / runs["duration"]) for key in ("saturation", "relief", "stroke")}
+    tip, v_tip = top("s_tip_pp", "s_tip_pp").of(1.0 / left), top("v_tip_max", "v_tip_max").of(1.0 / left)
+    told = {
+        "F_top_max": top("F_w_max", "F_top_max"),
+        "DAF": top("DAF", "DAF"),
+        "s_tip_pp": tip,
+        "v_tip_max": v_tip,
+        "load_pp": top("load_pp", "load_pp"),
+        "p_a_max": top("p_a_max", "p_a_max"),
+        "v_w_demand": v_tip.of(1.0, stick) if compensates else top("v_w_max", "v_w_demand"),
+    }
+    told |= {f"{key}_share": value for key, value in share.items()}
+    if phase.kind is PhaseKind.LANDING:
+        told["v_landed"] = single(runs["v_landed"], level("v_landed"))
+    else:
+        told |= _slings(plan, phase, course, runs)
+    if compensates:
+        told["e_c_pp"] = top("e_c_pp", "e_c_pp") if alternative.twin else top("s_tip_pp", "e_c_pp")
+        if not alternative.twin:
+            told = {name: value for name, value in told.items() if name not in WINCH}
+        if alternative is Alternative.CAP:
+            told["v_w_demand"] = v_tip.of(1.0, stick)
+    return told
+
+
+def _slings(plan: LiftPlan, phase: Phase, course: Course, runs: Runs) -> dict[str, Estimate]:
+    """Least tension of the slings over the least at rest, the chance that they fall slack, and the snap when they come taut.
+
+    Slings pull or hang: a least tension below nothing, as the distribution of larger ones may tell, is nothing.
+    """
+    rest, level = static_sling(plan, phase, min), plan.rules.level
+    fallen = largest(rest - runs["F_sling_min"], level("sling_ratio"), course.times).of(-1.0 / rest, 1.0)
+    slack = runs["sling_slack_time"] > 0.0
+    return {
+        "sling_ratio": Estimate(*(x if math.isnan(x) else max(x, 0.0) for x in fallen)),
+        "slack_chance": chance(int(slack.sum()), len(slack), course.times),
+        "snap_load": largest(runs["snap"], level("snap_load"), course.times) if slack.any() else Estimate(0.0, 0.0, 0.0),
+    }

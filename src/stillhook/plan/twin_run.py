@@ -1,0 +1,218 @@
+"""Phases of a plan as lowerings of the twin: what is run of a phase, for how long, and which part of the run counts."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from stillhook.certified import CAP
+from stillhook.crane import Crane
+from stillhook.engine.lift_programme import payload_weight
+from stillhook.errors import PlanError
+from stillhook.lift.in_sea import InSea
+from stillhook.lift.lowering import Lowering
+from stillhook.lift.programme import Stage, StageMode
+from stillhook.physics.scalar import G
+from stillhook.plan.alternatives import Alternative
+from stillhook.plan.lift_plan import LiftPlan
+from stillhook.plan.phases import Phase, PhaseKind
+from stillhook.plan.winches import controlled
+from stillhook.scenario import Mode
+from stillhook.sea.long_wave import wavenumber
+from stillhook.sea.realisation import Amplitudes
+from stillhook.sea.spectrum import Sea
+from stillhook.sea.wave_field import decay
+
+KINDS = (PhaseKind.IN_AIR, PhaseKind.SPLASH, PhaseKind.LOWERING, PhaseKind.DEEP, PhaseKind.LANDING)
+"""Phases that the twin runs. Lift-off, set-down and lift-off from the seabed need a ground under the load at the start, which no lowering
+has: they are told by the other tiers."""
+SETTLE = 45.0
+"""Time before the part that counts [s]: the sea grows for 10 s, compensation begins as the tip turns, and the load comes to its swing."""
+BLOCK = 300.0
+"""Longest part that counts [s]; a longer phase is many of these."""
+ROOM = 12.0
+"""Time beyond the part that counts as planned [s]: compensation may begin later than planned, by the half of a long period."""
+FAINT = 0.01
+"""Part of the water's vertical motion at the surface (standard deviations) at whose depth the waves are left out."""
+TOUCH_ROOM = 30.0
+"""Time beyond a landing as planned [s]: the load may swing, or the winch wait."""
+APPROACH_TIME, APPROACH = 40.0, 4.0
+"""A landing is run from so much time [s], and so much height [m], above the seabed, or from the start of its phase where this is lower."""
+THROUGH = 1.0
+"""Without compensation a landing counts down to this height, and is lowered on until it would be as much below the seabed [m]: the load
+that swings touches in between, and its tensions and motions are those of before."""
+HELD = 0.5
+"""Tension that landing mode keeps after touch-down, beside the hook's weight, as part of the payload's weight in water (assumed)."""
+COUNTED = 1
+"""Number of the stage that counts: before it everything settles."""
+
+
+class Winch(NamedTuple):
+    """What the winch makes of the tip's motion. left: part of it that the wire's top end has where the winch stands; controller: the
+    alternative whose controller compensates the motion, None where none does."""
+
+    left: float = 1.0
+    controller: Alternative | None = None
+
+
+@dataclass(frozen=True)
+class Course:
+    """What is run of a phase once. z_0 height of the underside at the start [m]; programme; duration of the run, counted the part that
+    tells [s]; times such parts that the phase holds; z_top highest place of the underside while it counts [m]."""
+
+    z_0: float
+    programme: tuple[Stage, ...]
+    duration: float
+    counted: float
+    times: float
+    z_top: float
+
+
+def winch_of(phase: Phase, alternative: Alternative) -> Winch:
+    """How an alternative runs the winch in a phase. Where nothing follows the tip all alternatives are one and the same run."""
+    if not phase.compensated or alternative is Alternative.NONE:
+        return Winch()
+    if alternative is Alternative.CAP:
+        return Winch(left=1.0 - CAP)
+    return Winch(controller=alternative)
+
+
+def machine_of(plan: LiftPlan, winch: Winch) -> tuple[Crane, Mode]:
+    """The crane with the settings of the controller, and its mode; the plan's own crane where nothing compensates."""
+    if winch.controller is None:
+        return plan.crane, Mode.SSC
+    crane, found = controlled(plan.crane, winch.controller, plan.sensors)
+    return crane, found.mode
+
+
+def course_of(plan: LiftPlan, phase: Phase, winch: Winch, z: float | None = None, about: float | None = None) -> Course:
+    """What is run of a phase. Of a long way it is the piece about z [m] (its worst place), where the payload is for the time `about` [s];
+    None for its end, and for all of its time.
+
+    A phase at one height, or a part of a long way, is run for up to `BLOCK` and counts as often as it goes into the phase's duration; a
+    passage of the splash zone is run whole, a landing from some metres above the seabed. Errors: PlanError for a phase that is not run.
+    """
+    if phase.kind not in KINDS:
+        raise PlanError(f'phase "{phase.name}": {phase.kind} is not run in time. Runs are made of {", ".join(KINDS)}.')
+    start, end = phase.start, phase.end
+    if start is None or end is None:
+        raise PlanError(f'phase "{phase.name}": it does not join. Read the plan with load_plan, which gives every phase its heights.')
+    mode = _mode(phase, winch)
+    if phase.kind is PhaseKind.LANDING:
+        return _landing(plan, phase, mode, start)
+    if phase.kind is PhaseKind.SPLASH:
+        return _passage(phase, mode, start, end)
+    return _part(phase, mode, (start, end), end if z is None else z, about)
+
+
+def _mode(phase: Phase, winch: Winch) -> StageMode:
+    """Mode of the winch while it counts; in a phase that compensates, manual where nothing does."""
+    return StageMode.MANUAL if phase.compensated and winch.controller is None else phase.winch
+
+
+def _stage(mode: StageMode, v: float, **ends: str | bool) -> Stage:
+    return Stage(mode=mode, lower=f"{v!r} m/s", **ends)
+
+
+def _part(phase: Phase, mode: StageMode, ends: tuple[float, float], z: float, about: float | None) -> Course:
+    """A piece of a way, or of a time at one height."""
+    (start, end), v = ends, phase.speed or 0.0
+    lasts = phase.duration or BLOCK
+    if start == end or v == 0.0:
+        counted = min(BLOCK, lasts)
+        stages = (_stage(mode, 0.0, time=f"{SETTLE!r} s"), _stage(mode, 0.0, time=f"{counted!r} s"))
+        return Course(start, stages, SETTLE + counted + ROOM, counted, lasts / counted, start)
+    way = abs(end - start)
+    counted = min(BLOCK, way / v)
+    before = min(max(abs(z - start) - 0.5 * v * counted, 0.0), max(way - v * counted, 0.0))
+    lead, down = min(before, v * SETTLE), math.copysign(1.0, start - end)
+    stages = (_stage(mode, down * lead / SETTLE, time=f"{SETTLE!r} s"), _stage(mode, down * v, time=f"{counted!r} s"))
+    at = start - down * before
+    times = max(lasts if about is None else min(about, lasts), counted) / counted
+    return Course(at + down * lead, stages, SETTLE + counted + ROOM, counted, times, max(at, at - down * v * counted))
+
+
+def _passage(phase: Phase, mode: StageMode, start: float, end: float) -> Course:
+    """The whole way through the surface, once."""
+    v = _speed(phase)
+    counted = abs(end - start) / v
+    down = math.copysign(v, start - end)
+    stages = (_stage(mode, 0.0, time=f"{SETTLE!r} s"), _stage(mode, down, depth=f"{-end!r} m"))
+    return Course(start, stages, SETTLE + 1.1 * counted + ROOM, counted, 1.0, max(start, end))
+
+
+def _landing(plan: LiftPlan, phase: Phase, mode: StageMode, start: float) -> Course:
+    """The last metres, and the touch-down. Without compensation the joystick stays down through it."""
+    v = _speed(phase)
+    height = min(start + plan.depth, max(APPROACH, APPROACH_TIME * v) + THROUGH)
+    counted = height / v
+    settle = _stage(StageMode.AHC if mode is not StageMode.MANUAL else mode, 0.0, time=f"{SETTLE!r} s")
+    if mode is StageMode.LANDING:
+        hold = HELD * payload_weight(plan.hanging(start), -math.inf) + plan.crane.hook_mass * G
+        last: tuple[Stage, ...] = (Stage(mode=mode, lower=f"{v!r} m/s", hold=f"{hold!r} N", time="1 s"),)
+    elif mode is StageMode.AHC:
+        last = (_stage(mode, v, landed=True),)
+    else:
+        low = min(THROUGH, 0.5 * height)
+        last = (_stage(mode, v, time=f"{(height - low) / v!r} s"), _stage(mode, v, time=f"{(low + THROUGH) / v!r} s"))
+        counted = (height + THROUGH) / v
+    z_0 = height - plan.depth
+    return Course(z_0, (settle, *last), SETTLE + counted + TOUCH_ROOM, counted, 1.0, z_0)
+
+
+def _speed(phase: Phase) -> float:
+    if phase.speed is None:
+        raise PlanError(f'phase "{phase.name}": speed is missing, that of the wire. Give it, such as "12 m/min".')
+    return phase.speed
+
+
+def lowering_of(plan: LiftPlan, phase: Phase, course: Course, mode: Mode) -> Lowering:
+    """The run of a course on a calm sea; mode of the controller."""
+    return plan.hanging(course.z_0, plan.tip_of(phase).z).model_copy(
+        update={
+            "name": phase.name,
+            "programme": course.programme,
+            "duration": course.duration,
+            "controller": mode,
+        }
+    )
+
+
+class Spot(NamedTuple):
+    """One sea of a table: Hs [m], Tp [s], direction of travel from the bow [rad]."""
+
+    Hs: float
+    Tp: float
+    beta: float
+
+
+def in_sea(plan: LiftPlan, phase: Phase, winch: Winch, course: Course, calm: Lowering, spot: Spot, seed: int) -> InSea:
+    """A course in one seed of a sea: the same waves for every alternative, and the same for every height but for their size.
+
+    Amplitudes are random (Rayleigh), as in a record of this length. What a flat cap leaves of the tip's motion moves the tip, the water
+    keeps its waves. calm: the course as `lowering_of` gives it.
+    """
+    at = plan.tip_of(phase)
+    sea = plan.environment.sea(*spot)
+    water = in_waves(plan, sea, course)
+    return InSea(calm, sea, seed, plan.vessel, at.x, at.y, water, winch.left, Amplitudes.RAYLEIGH)
+
+
+def in_waves(plan: LiftPlan, sea: Sea, course: Course) -> bool:
+    """Whether the water moves the payload while it counts: never in air, and not where it has `FAINT` of its motion at the surface."""
+    stage = course.programme[COUNTED]
+    goes_under = stage.end == "depth" and stage.depth is not None and stage.depth > 0.0
+    if course.z_top >= 0.0:
+        return goes_under or course.z_0 < 0.0
+    z = np.array([min(course.z_top + plan.payload.height, 0.0)])
+    total = left = 0.0
+    for train in sea.trains:
+        omega = train.spectrum.grid()
+        rate = train.spectrum.density(omega) * omega**2
+        under = rate * decay(wavenumber(omega, plan.depth), z, plan.depth)[0] ** 2
+        total += float(np.sum(0.5 * (rate[1:] + rate[:-1]) * np.diff(omega)))
+        left += float(np.sum(0.5 * (under[1:] + under[:-1]) * np.diff(omega)))
+    return left > FAINT**2 * total
