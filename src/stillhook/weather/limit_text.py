@@ -1,8 +1,9 @@
 """Limits of weather as text: "Hs <= 1.5 m", "wind <= 10 m/s", "Tp 5..12 s", "Hs <= 3 m for beta 150..210 deg"; both ends are inside.
 
 A limit is a range of one column of the weather, and may hold for a part of the records only ("for ..."). Every limit must hold. beta is
-the direction in which the waves travel, counter-clockwise from the bow, and needs to know where the ship heads; a ship that is free takes, in
-each record, a heading that meets all limits if there is one (every `FREE_STEP` is tried). Ranges of angles run in rising sense, through 360.
+the direction in which the waves travel, counter-clockwise from the bow, and needs to know where the ship heads; a ship that is free takes,
+in each record, a heading that meets all limits if there is one (every `FREE_STEP` is tried). Ranges of angles run in rising sense, through
+360 deg.
 """
 
 from __future__ import annotations
