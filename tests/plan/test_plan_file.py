@@ -228,6 +228,8 @@ BAD = [
     ('T_POP = "4 h"', 'T_POP = "4 h"\nT_C = "-1 h"', ["T_C", "0 h"]),
     ('T_POP = "4 h"', 'T_POP = "4 h"\ncontingency = "1 h"', ["contingency", "T_POP", "T_C"]),
     ('T_POP = "4 h"', 'T_POP = "4 h"\n[weather]\nship = "10 deg"', ["weather.file", "missing"]),
+    ('T_POP = "4 h"', 'T_POP = "4 h"\n[weather]\nfile = "north-sea"', ["weather.file", "north-sea", "SYNTHETIC"]),
+    ('T_POP = "4 h"', 'T_POP = "4 h"\n[weather]\nfile = "SYNTHETIC-norwegian-sea"\nsense = "from"', ["weather.sense", "coming-from"]),
     ('start = "4 m"\n', "", ["lift-off", "start", "missing", "deck"]),
     ('start = "4 m"', 'start = "-4 m"', ["lift-off", "above the water"]),
     ('start = "4 m"', 'start = "4 m"\nend = "3 m"', ["lift-off", "goes up"]),

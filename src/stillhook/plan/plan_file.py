@@ -11,12 +11,14 @@ from pathlib import Path
 from typing import Any
 
 from stillhook.crane import content
-from stillhook.errors import PlanError, ScenarioError, SeaError, UnitError
+from stillhook.errors import PlanError, ScenarioError, SeaError, UnitError, WeatherError
 from stillhook.io.fields import Fields, described
 from stillhook.io.lift_file import parts_of, payload_of, water_of
 from stillhook.io.lift_place import boom_of, still_place
+from stillhook.io.weather_file import SENSES
 from stillhook.library import load_crane
 from stillhook.library.files import nearest, shelf, toml_text
+from stillhook.library.weather import weather_file
 from stillhook.plan.alternatives import Alternative
 from stillhook.plan.courses import Water, called, joined
 from stillhook.plan.lift_plan import ALL, Environment, LiftPlan, WeatherUse
@@ -203,7 +205,14 @@ def _weather(top: Fields, folder: Path) -> WeatherUse | None:
     table.known(WEATHER)
     name = table.text("file")
     file = str(folder / name) if (folder / name).is_file() else name
-    return WeatherUse(file, table.quantity("ship", "angle"), table.text("sense") if "sense" in table else None)
+    try:
+        weather_file(file)
+    except WeatherError as e:
+        raise PlanError(f"weather.file: {e}") from None
+    sense = table.text("sense") if "sense" in table else None
+    if sense is not None and sense not in SENSES:
+        raise table.wrong("sense", f"is not one of {', '.join(SENSES)}{nearest(sense, SENSES)}")
+    return WeatherUse(file, table.quantity("ship", "angle"), sense)
 
 
 def _check_tips(plan: LiftPlan, top: Fields) -> None:
