@@ -20,8 +20,8 @@ EVERY = 150.0
 """Largest way between two heights at which is looked [m]: over it the load's natural period changes by less than a tenth below 600 m."""
 NEAR = 20.0
 """Way within which a height is taken for another one [m]."""
-BISECTIONS = 30
-"""Halvings of the way in which a resonance is sought: a kilometre to a micrometre."""
+EXACT = 0.01
+"""Height to which a resonance is sought [m]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,15 +49,14 @@ def situations(plan: LiftPlan, phase: Phase) -> tuple[Situation, ...]:
     """
     if phase.kind is PhaseKind.SPLASH:
         return ()
-    heights = _heights(plan, phase)
     at = plan.tip_of(phase)
     assert phase.duration is not None
-    shares = _shares(heights)
-    found = []
-    for z, share in zip(heights, shares, strict=True):
-        what = _hung(plan, phase, z)
-        found.append(Situation(z, float(share) * phase.duration, at.x, at.y, what, natural_period(what)))
-    return tuple(found)
+    looked = _looked(plan, phase)
+    shares = _shares([z for z, _ in looked])
+    return tuple(
+        Situation(z, float(share) * phase.duration, at.x, at.y, what, natural_period(what))
+        for (z, what), share in zip(looked, shares, strict=True)
+    )
 
 
 def resonance_depth(plan: LiftPlan, T: float) -> float:
@@ -66,6 +65,8 @@ def resonance_depth(plan: LiftPlan, T: float) -> float:
     The period grows with the wire that is out; hook, slings and the wire on the boom count.
     """
     top, bottom = -plan.payload.reach(plan.rho), -plan.depth
+    if not natural_period(_hung(plan, None, top)) <= T <= natural_period(_hung(plan, None, bottom)):
+        return math.nan
     return -_resonance(plan, None, T, top, bottom)
 
 
@@ -74,28 +75,30 @@ def natural_period(what: Hung) -> float:
     return float(natural_periods(what.rod, what.end, 1)[0])
 
 
-def _heights(plan: LiftPlan, phase: Phase) -> list[float]:
-    """Heights on the way, from start to end."""
+def _looked(plan: LiftPlan, phase: Phase) -> list[tuple[float, Hung]]:
+    """Heights on the way from start to end, and what hangs there."""
     assert phase.start is not None
     assert phase.end is not None
     if phase.start == phase.end:
-        return [phase.start]
+        return [(phase.start, _hung(plan, phase, phase.start))]
     count = max(1, math.ceil(abs(phase.end - phase.start) / EVERY))
-    heights = [float(z) for z in np.linspace(phase.start, phase.end, count + 1)]
+    found = [(float(z), _hung(plan, phase, float(z))) for z in np.linspace(phase.start, phase.end, count + 1)]
     if max(phase.start, phase.end) > 0.0:
-        return heights
+        return found
+    periods = [natural_period(what) for _, what in found]
     for T in plan.environment.Tp:
-        z = _resonance(plan, phase, T, max(phase.start, phase.end), min(phase.start, phase.end))
-        if not math.isnan(z) and min(abs(z - known) for known in heights) > NEAR:
-            heights.append(z)
-    return sorted(heights, reverse=phase.end < phase.start)
+        ends = next((i for i in range(count) if min(periods[i : i + 2]) <= T <= max(periods[i : i + 2])), None)
+        if ends is None:
+            continue
+        z = _resonance(plan, phase, T, max(found[ends][0], found[ends + 1][0]), min(found[ends][0], found[ends + 1][0]))
+        if min(abs(z - known) for known, _ in found) > NEAR:
+            found.append((z, _hung(plan, phase, z)))
+    return sorted(found, key=lambda pair: pair[0], reverse=phase.end < phase.start)
 
 
 def _resonance(plan: LiftPlan, phase: Phase | None, T: float, top: float, bottom: float) -> float:
-    """Height between two under water at which the natural period is T [m]; NaN where it is not."""
-    if not natural_period(_hung(plan, phase, top)) <= T <= natural_period(_hung(plan, phase, bottom)):
-        return math.nan
-    for _ in range(BISECTIONS):
+    """Height between two under water at which the natural period, less than T above and more below, is T [m]."""
+    while top - bottom > EXACT:
         middle = 0.5 * (top + bottom)
         if natural_period(_hung(plan, phase, middle)) < T:
             top = middle

@@ -1,0 +1,75 @@
+"""Where the frequency road looks in a phase: the whole way, all of its time, and the depths of resonance."""
+
+from __future__ import annotations
+
+import math
+from functools import cache
+from itertools import pairwise
+
+import pytest
+
+from stillhook.engine.lift_programme import wire_strength
+from stillhook.plan.lift_plan import LiftPlan
+from stillhook.plan.phases import PhaseKind
+from stillhook.plan.plan_check import checked
+from stillhook.plan.plan_file import load_plan
+from stillhook.plan.situations import EVERY, resonance_depth, situations
+
+ROD = 0.02
+"""LIFT.md's spring with a third of the wire's mass leaves out slings and hook, and is itself within a per cent of the rod."""
+
+
+@cache
+def plan() -> LiftPlan:
+    return load_plan("template-to-1500m")
+
+
+def test_times_of_all_situations_are_the_time_of_the_phase() -> None:
+    for phase in plan().phases:
+        if phase.kind is not PhaseKind.SPLASH:
+            assert sum(s.time for s in situations(plan(), phase)) == pytest.approx(phase.duration)
+
+
+def test_a_phase_is_looked_at_from_end_to_end_without_long_gaps() -> None:
+    for phase in plan().phases:
+        heights = [s.z for s in situations(plan(), phase)]
+        if heights:
+            assert (heights[0], heights[-1]) == (phase.start, phase.end)
+            assert all(0.0 < a - b <= EVERY for a, b in pairwise(heights)) or phase.upwards
+
+
+def test_nothing_is_linear_where_the_surface_cuts_the_payload() -> None:
+    assert situations(plan(), plan().phase("splash zone")) == ()
+
+
+def test_a_lowering_is_looked_at_where_the_load_is_in_resonance_with_the_seas() -> None:
+    depth = resonance_depth(plan(), 5.0)
+    found = situations(plan(), plan().phase("lower water"))
+    assert any(s.z == pytest.approx(-depth, abs=0.1) for s in found)
+    assert any(s.T_0 == pytest.approx(5.0, abs=1e-4) for s in found)
+
+
+def test_resonance_is_where_a_mass_on_a_spring_has_the_period() -> None:
+    depth, p = resonance_depth(plan(), 5.5), plan()
+    EA, _ = wire_strength(p.crane)
+    L = depth + p.h_tip - p.payload.height - p.rigging.height
+    moving = p.payload.mass + p.payload.covered(p.rho).A33 + p.crane.hook_mass + p.crane.wire.mass_per_length * L / 3.0
+    T_0 = 2.0 * math.pi * math.sqrt(moving * (L + p.crane.wire.L_0) / EA)
+    assert pytest.approx(5.5, rel=ROD) == T_0
+
+
+def test_resonance_with_long_waves_is_nowhere_in_this_water() -> None:
+    assert math.isnan(resonance_depth(plan(), 9.0))
+
+
+def test_the_tip_of_a_phase_is_where_its_situations_are() -> None:
+    (first, *_) = situations(plan(), plan().phase("lift-off"))
+    assert (first.x, first.y) == (-30.0, -2.0)
+
+
+def test_a_check_tells_every_phase_and_the_times_of_the_operation() -> None:
+    answer = checked(plan())
+    assert [row["name"] for row in answer["phases"]] == [phase.name for phase in plan().phases]
+    assert answer["T_R"] == 2.0 * answer["T_POP"]
+    assert answer["T_phases"] <= answer["T_POP"]
+    assert {row["phase"] for row in answer["limits"]} == {phase.name for phase in plan().phases}
