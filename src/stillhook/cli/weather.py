@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from stillhook.cli.cranes import Json
-from stillhook.cli.running_text import wrapped
-from stillhook.cli.show import print_json, print_table, print_values
+from stillhook.cli.show import print_json
+from stillhook.cli.weather_tables import print_alpha, print_forecast, print_persistence, print_show
 
 if TYPE_CHECKING:
     from stillhook.sea.weather import Weather
@@ -76,7 +76,7 @@ def persistence(
     if json:
         print_json(answer)
         return
-    _print_persistence(answer)
+    print_persistence(answer)
 
 
 @app.command("alpha")
@@ -101,18 +101,81 @@ def alpha(
     if json:
         print_json(found.numbers())
     else:
-        _print_alpha(found.numbers())
+        print_alpha(found.numbers())
     raise typer.Exit(1 if found.case_by_case else 0)
 
 
-def _print_alpha(answer: dict[str, Any]) -> None:
-    shown = {k: "-" if v is None else {True: "yes", False: "no"}[v] if isinstance(v, bool) else v for k, v in answer.items()}
-    times = {k: f"{answer[k] / 3600.0:g} h" for k in ("T_POP", "T_C", "T_R")}
-    print_values({k: v for k, v in shown.items() if k not in ("why", "table", *times)})
-    wrapped(", ".join(f"{k} {v}" for k, v in times.items()))
-    if answer["why"]:
-        wrapped(answer["why"])
-    wrapped(answer["table"])
+@app.command("forecast")
+def forecast(
+    file: Annotated[str, typer.Argument(help=FILE_HELP, metavar="FILE")],
+    limit: Limits,
+    t_pop: Annotated[str, typer.Option("--t-pop", help="Planned operation period.")],
+    t_c: Annotated[str | None, typer.Option("--t-c", help="Contingency time; without it T_R is twice T_POP.")] = None,
+    start: Annotated[str | None, typer.Option(help="First start (UTC), 2026-05-01T06:00; default: the forecast's first record.")] = None,
+    horizon: Annotated[str, typer.Option(help="Over which starts are looked for.")] = "72 h",
+    table: Annotated[str, typer.Option("--table", help="Table of alpha factors: a name, or a TOML file of your own.")] = "dnv-os-h101",
+    ship: Ship = None,
+    direction: Direction = None,
+    column: Columns = None,
+    time: TimeColumn = None,
+    date_order: Order = None,
+    step: Step = None,
+    json: Json = False,
+) -> None:
+    """Go or no-go from a forecast: T_R from the start must stay within the limits, wave heights times alpha.
+
+    Exit code 0 for go at the first start, 1 for no-go there (a later start may be told).
+
+    Example: stillhook weather forecast forecast.csv --limit "Hs <= 2 m" --limit "wind <= 12 m/s" --t-pop "24 h" --t-c "12 h"
+    """
+    from stillhook.units import parse
+    from stillhook.weather.alpha import load_alpha_table
+    from stillhook.weather.forecast import check_forecast, numbers
+    from stillhook.weather.limit_text import parse_limit
+
+    limits = [parse_limit(text) for text in limit]
+    T_POP, T_C = parse(t_pop, "time", "--t-pop"), None if t_c is None else parse(t_c, "time", "--t-c")
+    heading, free = _heading(ship)
+    reach, begin = parse(horizon, "time", "--horizon"), None if start is None else _begin(start)
+    found = _read(file, direction, column, time, date_order, step)
+    factors = load_alpha_table(table)
+    answer: dict[str, Any] = numbers(check_forecast(found, limits, factors, T_POP, T_C, start=begin, horizon=reach, ship=heading, free=free))
+    answer = {"file": found.source, "limits": [one.text for one in limits], "horizon": reach} | answer
+    answer["notes"] = [*answer["notes"], *found.notes]
+    if json:
+        print_json(answer)
+    else:
+        print_forecast(answer)
+    raise typer.Exit(0 if answer["go"] else 1)
+
+
+def _begin(start: str) -> Any:
+    from stillhook.io.weather_times import read_times
+
+    return read_times([start], [1], "--start", "dmy")[0]
+
+
+@app.command("show")
+def show(
+    file: Annotated[str, typer.Argument(help=FILE_HELP, metavar="FILE")],
+    direction: Direction = None,
+    column: Columns = None,
+    time: TimeColumn = None,
+    date_order: Order = None,
+    step: Step = None,
+    json: Json = False,
+) -> None:
+    """What a weather file holds, and what was made of it: times, gaps, columns, units, directions, missing values.
+
+    Example: stillhook weather show hindcast.csv --direction coming-from
+    """
+    from stillhook.weather.answer import show_answer
+
+    answer = show_answer(_read(file, direction, column, time, date_order, step))
+    if json:
+        print_json(answer)
+        return
+    print_show(answer)
 
 
 def _heading(ship: str | None) -> tuple[float | None, bool]:
@@ -151,35 +214,3 @@ def _read(
 
 
 NAMED = ("Hs", "Tp", "Tz", "wind", "come_from", "wind_from", "current")
-
-
-def _print_persistence(answer: dict[str, Any]) -> None:
-    from stillhook.weather.answer import MONTHS
-
-    every = f"a record every {answer['step'] / 3600.0:g} h"
-    wrapped(f"{answer['file']}: {answer['start']} to {answer['end']}, {every}; {', '.join(answer['limits'])}")
-    heads = ("", "hours", "operable\n%", "can start\n%", "windows", "mean\nh", "longest\nh", "long\nenough")
-    rows = [_row(MONTHS[m["month"] - 1], m) for m in answer["months"]] + [_row("all", answer)]
-    title = f"Windows of {answer['window'] / 3600.0:g} h: waits from every record, by the month in which they begin"
-    waits = ("wait\nmean h", "wait\nP50 h", "wait\nP90 h", "no later\nwindow")
-    print_table((*heads, *waits), rows, title=title)
-    missing = f"{answer['n_missing']} records miss a value that a limit asks for" if answer["n_missing"] else "no value missing"
-    wrapped(f"{answer['n_gaps']} gaps in time, {missing}; both break windows.")
-    if answer["n_censored"]:
-        share = answer["n_censored"] / answer["n_records"]
-        end = "have no later window before the series ends: left out of the waits."
-        wrapped(f"{answer['n_censored']} records ({100.0 * share:.2g} %) {end}")
-    for note in answer["notes"]:
-        wrapped(note)
-
-
-def _row(label: str, numbers: dict[str, Any]) -> list[str]:
-    times = [_h(numbers[name]) for name in ("window_mean", "window_max", "wait_mean", "wait_p50", "wait_p90")]
-    shares = ["-" if (x := numbers[name]) != x else f"{100.0 * x:.1f}" for name in ("operability", "start_share")]
-    counts = [str(numbers[name]) for name in ("n_windows", "n_windows_long_enough", "n_censored")]
-    return [label, f"{numbers['n_hours']:g}", *shares, counts[0], *times[:2], counts[1], *times[2:], counts[2]]
-
-
-def _h(time: float) -> str:
-    """A time in hours."""
-    return "-" if time != time else f"{time / 3600.0:.1f}"

@@ -133,8 +133,8 @@ def alpha_of(table: AlphaTable, hs: float, T_POP: float, T_C: float | None = Non
     """
     if not (0.0 < hs < math.inf) or not (0.0 < T_POP < math.inf) or (T_C is not None and not (0.0 <= T_C < math.inf)):
         raise WeatherError(
-            f"alpha: Hs {hs:g} m, T_POP {T_POP:g} s, T_C {'not assessed' if T_C is None else f'{T_C:g} s'}: height and time must be above 0, "
-            "the contingency not below. Check the numbers."
+            f"alpha: Hs {hs:g} m, T_POP {T_POP:g} s, T_C {'not assessed' if T_C is None else f'{T_C:g} s'}: height and time must be "
+            "above 0, the contingency not below. Check the numbers."
         )
     T_R, restricted = reference_period(table, T_POP, T_C)
     alpha, why = _alpha(table, hs, T_POP)
@@ -169,8 +169,8 @@ def _unrestricted(table: AlphaTable, T_POP: float, T_R: float) -> str:
 def _alpha(table: AlphaTable, hs: float, T_POP: float) -> tuple[float | None, str]:
     if T_POP > table.T_POP[-1] + _ROUND:
         return None, (
-            f"no alpha: T_POP {_hours(T_POP)} is beyond the {_hours(table.T_POP[-1])} of the table, and the operation is not weather "
-            "restricted. Plan for extremes of the season, or divide the operation."
+            f"no alpha: T_POP {_hours(T_POP)} is beyond the {_hours(table.T_POP[-1])} of the table, and the operation is not "
+            "weather restricted. Plan for extremes of the season, or divide the operation."
         )
     if hs < table.Hs[0] - _ROUND:
         return None, (

@@ -8,9 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from stillhook.sea.weather import HOUR, Weather
-from stillhook.weather.limit_text import BETA, Limit, inside
-from stillhook.weather.persistence import IN_TIME, persistence
+from stillhook.sea.directions import FULL
+from stillhook.sea.weather import HOUR, FloatArray, Weather
+from stillhook.weather.limit_text import BETA, KIND, Limit, inside
+from stillhook.weather.persistence import IN_TIME, gaps, persistence, seconds
 
 MONTHS = ("Jan", "Feb", "Mar", "Apr", "May", "Jun", "Jul", "Aug", "Sep", "Oct", "Nov", "Dec")
 
@@ -40,3 +41,27 @@ def persistence_answer(
 
 def _hours(numbers: dict[str, Any]) -> dict[str, float]:
     return {name: numbers[name] / HOUR if math.isfinite(numbers[name]) else math.nan for name in ("window", *IN_TIME)}
+
+
+def show_answer(weather: Weather) -> dict[str, Any]:
+    """What a series holds, column by column [SI]; of directions the mean direction. absent: time in gaps [s]."""
+    apart = np.diff(seconds(weather.time))
+    broken = gaps(weather.time, weather.step)
+    return (
+        {"file": weather.source, "start": stamp(weather.time[0]), "end": stamp(weather.time[-1]), "step": weather.step}
+        | {"n_records": len(weather), "n_gaps": int(np.count_nonzero(broken)), "absent": float(np.sum(apart[broken] - weather.step))}
+        | {"columns": {name: _column(name, x) for name, x in weather.columns.items()}, "notes": list(weather.notes)}
+    )
+
+
+def _column(name: str, x: FloatArray) -> dict[str, float | int | None]:
+    known = x[np.isfinite(x)]
+    counts: dict[str, float | int | None] = {"n_missing": len(x) - len(known)}
+    if len(known) == 0:
+        return counts | dict.fromkeys(("min", "mean", "p90", "max"))
+    if KIND[name] == "angle":
+        mean = float(np.angle(np.mean(np.exp(1j * known)))) % FULL
+        return counts | {"min": None, "mean": mean, "p90": None, "max": None}
+    return counts | {
+        "min": float(known.min()), "mean": float(known.mean()), "p90": float(np.percentile(known, 90.0)), "max": float(known.max())
+    }  # fmt: skip

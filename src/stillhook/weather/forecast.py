@@ -1,0 +1,154 @@
+"""Go or no-go from a forecast: may an operation start, now or within some days, if the forecast must stay within alpha times its limits.
+
+An operation may start at a record if, from its time on, T_R is forecast without a gap or a missing value and every record of it is within
+all limits, those on the significant wave height times alpha (OP_WF). Limits on wind, periods, current and directions are taken as they are:
+their uncertainty must be in them already. Alpha follows from the limiting height, its own for each, and from T_POP.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stillhook.errors import WeatherError
+from stillhook.sea.weather import FloatArray, Weather
+from stillhook.weather.alpha import Alpha, AlphaTable, alpha_of
+from stillhook.weather.limit_text import KIND, Limit, inside, values
+from stillhook.weather.persistence import SLACK, gaps, seconds, windows_of
+
+
+@dataclass(frozen=True)
+class Start:
+    """A start that was looked at. go: None where the forecast ends, has a gap or misses a value within T_R before anything is beyond.
+
+    governs: the limit (as written) that is used most within T_R, most: its value there [SI], allowed: what it is held against [SI], both
+    None for ranges of angles and lower limits.
+    """
+
+    time: np.datetime64
+    go: bool | None
+    governs: str = ""
+    most: float | None = None
+    allowed: float | None = None
+
+
+@dataclass(frozen=True)
+class Forecast:
+    """What a forecast says. factors: alpha of each limit on the height; why: the reason of a no in one line."""
+
+    go: bool
+    first_start: np.datetime64 | None
+    starts: tuple[Start, ...] = field(repr=False)
+    factors: tuple[Alpha, ...]
+    T_R: float
+    why: str = ""
+    notes: tuple[str, ...] = ()
+
+
+def check_forecast(
+    weather: Weather, limits: Sequence[Limit], table: AlphaTable, T_POP: float, T_C: float | None = None, *,
+    start: np.datetime64 | None = None, horizon: float = 72.0 * 3600.0, ship: float | None = None, free: bool = False,
+) -> Forecast:  # fmt: skip
+    """Looks at every record of the forecast from start (its first by default) to horizon [s] later.
+
+    limits: at least one upper limit on H_m0; T_POP, T_C [s]; ship, free as in `limit_text.inside`.
+    Errors: WeatherError where no limit is on the height, alpha is not to be had, or no record lies within the horizon.
+    """
+    heights = [i for i, limit in enumerate(limits) if limit.range.name == "H_m0" and math.isfinite(limit.range.high)]
+    if not heights:
+        raise WeatherError('--limit: none of them bounds the wave height from above. Give one such as "Hs <= 2 m".')
+    factors = {i: alpha_of(table, limits[i].range.high, T_POP, T_C) for i in heights}
+    for i in heights:
+        if factors[i].alpha is None:
+            raise WeatherError(f"--limit {limits[i].text}: {factors[i].why}")
+    scaled = [limit.scaled(factors[i].alpha or 0.0) if i in factors else limit for i, limit in enumerate(limits)]
+    first = weather.time[0] if start is None else start
+    rows = np.flatnonzero((weather.time >= first) & (weather.time <= first + np.timedelta64(round(horizon), "s")))
+    if len(rows) == 0:
+        raise WeatherError(
+            f"--start {first}: {weather.source} has no record from there to {horizon / 3600.0:g} h later; it runs from {weather.time[0]} "
+            f"to {weather.time[-1]} UTC. Give a start within it."
+        )
+    one = factors[heights[0]]
+    looked = _starts(weather, scaled, limits, rows, one.T_R, ship, free)
+    notes = tuple(f"no alpha on {limit.text}: taken as it is" for i, limit in enumerate(limits) if i not in factors)
+    if not one.weather_restricted:
+        return Forecast(False, None, looked, tuple(factors.values()), one.T_R, one.why, notes)
+    found = next((s.time for s in looked if s.go), None)
+    why = "" if looked[0].go else _why(looked, one.T_R, weather)
+    return Forecast(bool(looked[0].go), found, looked, tuple(factors.values()), one.T_R, why, notes)
+
+
+def _starts(
+    weather: Weather, scaled: Sequence[Limit], limits: Sequence[Limit], rows: NDArray[np.intp], T_R: float, ship: float | None, free: bool
+) -> tuple[Start, ...]:
+    met, valid = inside(scaled, weather, ship, free=free)
+    within, told = (windows_of(mask, weather.time, weather.step).reach for mask in (met, valid))
+    used = None if free else [_used(weather, limit, ship) for limit in scaled]
+    t = seconds(weather.time)
+    broken = np.concatenate(([False], gaps(weather.time, weather.step)))
+    starts = []
+    for i in rows:
+        last = int(np.searchsorted(t, t[i] + T_R - SLACK))
+        beyond = bool(np.any(valid[i:last] & ~met[i:last]))
+        whole = told[i] >= T_R - SLACK and not np.any(broken[i + 1 : last])
+        go = True if within[i] >= T_R - SLACK else False if beyond or whole else None
+        starts.append(Start(weather.time[i], go, *_governing(used, scaled, limits, slice(int(i), last))))
+    return tuple(starts)
+
+
+def _used(weather: Weather, limit: Limit, ship: float | None) -> tuple[FloatArray, FloatArray]:
+    """What an upper limit looks at (n,), and what share of it that is; NaN where it is not known or does not count."""
+    x = values(weather, limit.range.name, limit, ship)
+    if KIND[limit.range.name] == "angle" or not math.isfinite(limit.range.high) or limit.range.high <= 0.0:
+        return x, np.full(len(x), np.nan)
+    counts = np.ones(len(x), dtype=np.bool_)
+    for part in limit.when:
+        counts &= part.holds(values(weather, part.name, limit, ship))
+    return x, np.where(counts, x / limit.range.high, np.nan)
+
+
+def _governing(
+    used: Sequence[tuple[FloatArray, FloatArray]] | None, scaled: Sequence[Limit], limits: Sequence[Limit], rows: slice
+) -> tuple[str, float | None, float | None]:
+    shares = [(float(np.nanmax(share[rows])), k) for k, (_, share) in enumerate(used or ()) if np.any(np.isfinite(share[rows]))]
+    if not shares or used is None:
+        return "", None, None
+    _, k = max(shares)
+    at = int(np.nanargmax(used[k][1][rows])) + rows.start
+    return limits[k].text, float(used[k][0][at]), scaled[k].range.high
+
+
+def _why(starts: Sequence[Start], T_R: float, weather: Weather) -> str:
+    first = starts[0]
+    length = f"the {T_R / 3600.0:g} h of T_R"
+    if first.go is None:
+        return f"no-go at {first.time}: the forecast ends, has a gap or misses a value within {length}; it runs to {weather.time[-1]}"
+    by = f" ({first.governs})" if first.governs else ""
+    return f"no-go at {first.time}: a limit is exceeded within {length}{by}"
+
+
+def numbers(found: Forecast) -> dict[str, Any]:
+    """The answer by name [SI]; alpha and op_wf of the first limit on the height, every one under factors."""
+    one = found.factors[0]
+    first = None if found.first_start is None else _text(found.first_start)
+    return {
+        "go": found.go,
+        "first_start": first,
+        "why": found.why,
+        **{key: value for key, value in one.numbers().items() if key != "why"},
+        "factors": [f.numbers() for f in found.factors],
+        "n_starts": len(found.starts),
+        "n_go": sum(s.go is True for s in found.starts),
+        "starts": [vars(s) | {"time": _text(s.time)} for s in found.starts],
+        "notes": list(found.notes),
+    }
+
+
+def _text(time: np.datetime64) -> str:
+    return f"{np.datetime_as_string(time, unit='s')}Z"
