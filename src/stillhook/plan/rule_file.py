@@ -26,7 +26,15 @@ QUANTITIES = (
     "saturation_share", "relief_share", "stroke_share", "p_a_max", "e_c_pp", "load_pp", "v_landed", "v_lift_off",
 )  # fmt: skip
 """What a rule may be about: what the tiers tell of a phase."""
-TOP = ("base", "name", "version", "source", "drop", "rule")
+SETTINGS: Mapping[str, tuple[str, str]] = {
+    "zeta_a": ("", "amplitude of the characteristic wave over Hs"),
+    "T_z_factor": ("", "least T_z of the method over sqrt(Hs/g)"),
+    "T_z_most": ("time", "largest T_z of the method"),
+    "C_D_least": ("", "least drag coefficient of the method"),
+    "duration_least": ("time", "shortest time that largest motions of the tip are told for"),
+}
+"""Numbers of the simplified method (closed form): kind and meaning."""
+TOP = ("base", "name", "version", "source", "drop", "simplified", "rule")
 WORDS = ("standard", "edition", "clause", "note")
 ROW = ("key", "title", "quantity", "at_most", "at_least", "level", "phases", *WORDS)
 OFF = "off"
@@ -60,6 +68,8 @@ def load_rules(name_or_path: str | Path) -> RuleSet:
         level = "mpm"                 # or "p90", as the other rules of this quantity
         phases = ["splash-zone"]
         standard = "Company rule"
+        [simplified]                  # numbers of the closed form, see SETTINGS
+        zeta_a = 0.9
 
     Errors: PlanError (SpecError where it is no TOML, UnitError for a limit) of one line that names file, rule, what came, what is allowed.
     """
@@ -124,8 +134,9 @@ def _rule_set(data: Mapping[str, Any], label: str, stem: str) -> RuleSet:
         raise PlanError("rule: none is left, so that every sea would pass. Keep one.")
     _one_level(kept)
     source = top.text("source", f"{label}, on {base.label}" if base else label)
-    changes = _changes(base, kept) if base else ()
-    return _digested(RuleSet(top.text("name", stem), top.text("version"), kept, changes, source=source))
+    settings = _settings(top, base)
+    changes = _changes(base, kept, settings) if base else ()
+    return _digested(RuleSet(top.text("name", stem), top.text("version"), kept, changes, source=source, settings=settings))
 
 
 def _base(top: Fields) -> RuleSet | None:
@@ -135,6 +146,20 @@ def _base(top: Fields) -> RuleSet | None:
     if name not in rule_sets():
         raise top.wrong("base", f"Stillhook has {', '.join(rule_sets())}{nearest(name, rule_sets())}")
     return load_rules(name)
+
+
+def _settings(top: Fields, base: RuleSet | None) -> dict[str, float]:
+    table = Fields(top.table.get("simplified", {}), "simplified: ", PlanError)
+    table.known(tuple(SETTINGS))
+    out = dict(base.settings) if base else {}
+    for name in table.table:
+        out[name] = table.figure(name, SETTINGS[name][0])[0]
+        if not out[name] > 0.0:
+            raise table.wrong(name, "must be more than zero.")
+    for name, (_, meaning) in SETTINGS.items():
+        if name not in out:
+            raise PlanError(f'simplified: {name}: missing ({meaning}). Give it, or start the file with base = "offshore-lift".')
+    return {name: out[name] for name in SETTINGS}
 
 
 def _drop(top: Fields, rows: Mapping[str, Rule]) -> tuple[str, ...]:
@@ -238,10 +263,12 @@ def _one_level(rules: tuple[Rule, ...]) -> None:
             raise PlanError(f'rule "{rule.key}": level = "{rule.level}", and {other}. Give both the same.')
 
 
-def _changes(base: RuleSet, kept: tuple[Rule, ...]) -> tuple[str, ...]:
+def _changes(base: RuleSet, kept: tuple[Rule, ...], settings: Mapping[str, float]) -> tuple[str, ...]:
     """What a set has otherwise than its base."""
     old, new = {r.key: r for r in base.rules}, {r.key: r for r in kept}
-    said = [f"{r.key} ({r.title}, {r.asked}) dropped" for key, r in old.items() if key not in new]
+    was = base.settings
+    said = [f"simplified method, {n}: {settings[n]:g} in place of {was[n]:g} (SI)" for n in settings if settings[n] != was[n]]
+    said += [f"{r.key} ({r.title}, {r.asked}) dropped" for key, r in old.items() if key not in new]
     said += [f"{r.key} ({r.title}, {r.asked}) added" for key, r in new.items() if key not in old]
     pairs = [(old[key], r) for key, r in new.items() if key in old]
     said += [f"{b.key}: {_terms(b)} in place of {_terms(a)}" for a, b in pairs if _meaning(a) != _meaning(b)]

@@ -69,7 +69,7 @@ class Rule:
 @dataclass(frozen=True)
 class RuleSet:
     """Rules of a plan with where they are from. changes: what a user's file did to its base, a line each; digest of its content; source:
-    whose rules they are."""
+    whose rules they are; settings: numbers of the closed form [SI] (`stillhook.plan.rule_file.SETTINGS`)."""
 
     name: str
     version: str
@@ -77,6 +77,7 @@ class RuleSet:
     changes: tuple[str, ...] = ()
     digest: str = ""
     source: str = ""
+    settings: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def label(self) -> str:
@@ -91,7 +92,7 @@ class RuleSet:
         """The set as plain data for JSON, limits in SI."""
         rows = [{**asdict(r), "phases": [str(k) for k in r.phases], "asked": r.asked} for r in self.rules]
         top = {"name": self.name, "version": self.version, "source": self.source, "changes": list(self.changes)}
-        return {**top, "rules": rows, "digest": self.digest}
+        return {**top, "settings": dict(self.settings), "rules": rows, "digest": self.digest}
 
     def of(self, kind: PhaseKind) -> Mapping[str, Rule]:
         """Rules that belong to a kind of phase, by key."""

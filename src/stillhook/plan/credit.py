@@ -1,0 +1,111 @@
+"""What may be credited of the compensation that a twin computes: all of it where its certificate covers a sea, else the flat cap."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stillhook.certified import CAP, Conditions
+from stillhook.engine.validated import NO_CERTIFICATE, objections
+from stillhook.errors import PlanError
+from stillhook.physics.scalar import G
+from stillhook.plan.alternatives import Alternative
+from stillhook.plan.capacities import at_rest, places
+from stillhook.plan.closed_form import tip_motion
+from stillhook.plan.demand import Demand, Seas
+from stillhook.plan.lift_plan import LiftPlan
+from stillhook.plan.limits import AT_REST
+from stillhook.plan.phases import Phase
+from stillhook.plan.winches import controlled
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Inside:
+    """covered (n,): whether the certificate covers each sea; why: what stands against it, a reason each with the seas that it is of."""
+
+    covered: NDArray[np.bool_] = field(repr=False)
+    why: tuple[str, ...] = ()
+
+
+def inside(plan: LiftPlan, phase: Phase, alternative: Alternative, seas: Seas) -> Inside:
+    """Where the compensation that the twin computes may be credited in full.
+
+    Everywhere for phases without compensation, and for none and the flat cap: there is nothing to credit. For a twin where the crane's
+    certificate holds, is of a crane and not synthetic, and its envelope covers load, wire, motion and period of the tip, and mode. The
+    load is what hangs at the tip less the hook, as the winch feels it; the tip's motion is the most probable largest of the phase, from
+    crest to trough.
+    """
+    everywhere = np.ones(len(seas), dtype=bool)
+    if not (phase.compensated and alternative.twin):
+        return Inside(everywhere)
+    against = _against(plan, alternative)
+    if against:
+        return Inside(~everywhere, against)
+    reasons: dict[str, int] = {}
+    for i, asked in enumerate(_conditions(plan, phase, alternative, seas)):
+        assert plan.crane.certified is not None
+        outside = plan.crane.certified.outside(asked)
+        everywhere[i] = not outside
+        for reason in outside:
+            key = reason.split(" (validated")[0].rsplit(" ", 2)[0] if " (validated" in reason else reason
+            reasons[key] = reasons.get(key, 0) + 1
+    return Inside(everywhere, tuple(f"{key} outside the validated envelope in {n} of {len(seas)} seas" for key, n in reasons.items()))
+
+
+def _against(plan: LiftPlan, alternative: Alternative) -> tuple[str, ...]:
+    """What stands against a certificate in all seas."""
+    crane = plan.crane
+    if crane.certified is None:
+        return (f"{NO_CERTIFICATE}: no more than {CAP:.0%} of compensation is credited",)
+    found = objections(crane)
+    if found:
+        return tuple(f"certificate does not hold: {reason}" for reason in found)
+    if crane.certified.synthetic:
+        return (f"certificate {crane.certified.short} is SYNTHETIC: no crane was validated",)
+    if controlled(crane, alternative, plan.sensors)[0] != crane:
+        return (f"{alternative} runs with other settings of the controller than those that were validated",)
+    return ()
+
+
+def _conditions(plan: LiftPlan, phase: Phase, alternative: Alternative, seas: Seas) -> list[Conditions]:
+    """What a phase asks in each sea, in the terms of a certificate."""
+    mode = controlled(plan.crane, alternative, plan.sensors)[1].mode.value
+    still = [at_rest(plan, phase, z) for z in places(phase)]
+    load, wire = max(s.F_tip for s in still) / G - plan.crane.hook_mass, [s.s_w for s in still]
+    tip = tip_motion(plan, phase, seas)
+    pp, T = 2.0 * tip.largest(max(phase.duration or 0.0, plan.rules.settings["duration_least"]))[0], tip.T_z
+    return [
+        Conditions(load, min(wire) - 0.5 * float(s), max(wire) + 0.5 * float(s), float(s), float(t), (mode,))
+        for s, t in zip(pp, T, strict=True)
+    ]
+
+
+def credited(twin: Demand, cap: Demand, covered: NDArray[np.bool_]) -> Demand:
+    """The demand that may be held against limits: the twin's where it is covered (n,), else the worse of twin and cap by quantity.
+
+    Worse is more, but for what falls with the sea (`stillhook.plan.limits.AT_REST`). What one of them does not tell is the other's.
+    Errors: PlanError for demands of other seas, phases or tiers.
+    """
+    same = (twin.phase, twin.tier) == (cap.phase, cap.tier) and len(twin.seas) == len(cap.seas)
+    if not same or any(not np.array_equal(getattr(twin.seas, k), getattr(cap.seas, k)) for k in ("Hs", "Tp", "beta")):
+        raise PlanError(f"credit of {twin.alternative} in {twin.phase}: the demand of {cap.alternative} is of other seas, phase or tier.")
+
+    def merged(own: Mapping[str, FloatArray], others: Mapping[str, FloatArray], *, only_own: bool) -> dict[str, FloatArray]:
+        names = [n for n in {**own, **others} if not only_own or n in own]
+        return {n: _worse(n, own.get(n), others.get(n), covered) for n in names}
+
+    low, high = (merged(a, b, only_own=True) for a, b in ((twin.low, cap.low), (twin.high, cap.high)))
+    note = f"credited with no more than {CAP:.0%} of compensation in {int(np.count_nonzero(~covered))} of {len(covered)} seas"
+    notes = (*twin.notes, note) if not covered.all() else twin.notes
+    return replace(twin, values=merged(twin.values, cap.values, only_own=False), low=low, high=high, notes=notes)
+
+
+def _worse(name: str, own: FloatArray | None, other: FloatArray | None, covered: NDArray[np.bool_]) -> FloatArray:
+    missing = np.full(len(covered), np.nan)
+    a, b = missing if own is None else own, missing if other is None else other
+    return np.where(covered, a, (np.fmin if name in AT_REST else np.fmax)(a, b))
