@@ -26,6 +26,7 @@ from stillhook.cli import (
     lower,
     maps,
     payload,
+    report,
     response,
     runs,
     sea,
@@ -75,6 +76,7 @@ validate.register(app)
 tip.register(app)
 lower.register(app)
 response.register(app)
+report.register(app)
 app.add_typer(calc.app, name="calc")
 app.add_typer(certificate.app, name="certificate")
 app.add_typer(identify.app, name="identify")

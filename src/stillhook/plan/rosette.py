@@ -34,7 +34,7 @@ def rosette(result: PlanResult) -> Figure:
     chosen = _periods(data.sizes["period"])
     come = from_bow(data["heading"].values)
     order = np.argsort(come)
-    figure = Figure(figsize=(WIDTH, 2.9 if np.ptp(come) < WHOLE else 4.6), layout="constrained")
+    figure = Figure(figsize=(WIDTH, 3.1 if np.ptp(come) < WHOLE else 4.6), layout="constrained")
     axes = figure.subplots(1, len(chosen), subplot_kw={"projection": "polar"}, squeeze=False)[0]
     for ax, k in zip(axes, chosen, strict=True):
         _panel(ax, result, k, come[order], order)
@@ -67,4 +67,4 @@ def _panel(ax: PolarAxes, result: PlanResult, k: int, come: FloatArray, order: F
     ax.set_ylim(0.0, highest)
     ax.set_yticks(list(range(1, int(highest) + 1)) or [highest])
     ax.tick_params(labelsize="x-small")
-    ax.set_title(f"Tp {data['period'].values[k]:g} s", fontsize="small", pad=10)
+    ax.set_title(f"Tp {data['period'].values[k]:g} s", fontsize="small", pad=4)

@@ -1,0 +1,38 @@
+"""The report of a plan: PDF and self-contained page, from a result in memory or on disk."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from stillhook.plan.figures import pictures
+from stillhook.plan.report_page import html
+from stillhook.plan.report_pdf import pdf
+from stillhook.plan.result import PlanResult
+from stillhook.whole import check_folder, whole_folder
+
+PDF, PAGE = "report.pdf", "report.html"
+REPORT_FILES = (PDF, PAGE)
+FIGURE = "figure-"
+"""Begins the names of figures that are written beside."""
+
+
+def write_report(result: PlanResult, folder: Path, *, figures: bool = False) -> tuple[str, ...]:
+    """Write the report into a folder that is moved into place later; gives the names of its files.
+
+    figures: also every figure as a picture of its own. The same result gives the same bytes. Errors: PlanError where it cannot be set.
+    """
+    drawn = pictures(result)
+    content = {PDF: pdf(result, drawn), PAGE: html(result, drawn).encode()}
+    if figures:
+        content |= {f"{FIGURE}{stem}.png": data for stem, data in drawn.items()}
+    for name, data in content.items():
+        (folder / name).write_bytes(data)
+    return tuple(content)
+
+
+def save_report(result: PlanResult, folder: str | Path, *, figures: bool = False) -> tuple[str, ...]:
+    """The same in a folder of one's own: all files of it or none. Errors: StillhookError where the folder cannot be written to."""
+    target = Path(folder)
+    check_folder(target, REPORT_FILES)
+    with whole_folder(target) as part:
+        return write_report(result, part, figures=figures)

@@ -1,0 +1,214 @@
+"""The first page of a plan's report: in which weather the lift may be done, what limits it, and on which conditions."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from typing import Any
+
+import numpy as np
+
+from stillhook.plan.figure_parts import CREDITED, TWIN, degrees, few, height, named, names
+from stillhook.plan.figures import differs
+from stillhook.plan.figures_weather import OVER
+from stillhook.plan.report_parts import (
+    Part,
+    between,
+    days,
+    facts,
+    governs,
+    highest,
+    hours,
+    leading,
+    least,
+    limits,
+    number,
+    over,
+    percent,
+    sub,
+    table,
+    text,
+    worst_heading,
+)
+from stillhook.plan.result import Credit, PlanResult
+from stillhook.units import show
+
+PERIODS, HEADINGS = 12, 4
+"""Rows and columns of the first page's tables at most; the whole is in the section of limits."""
+
+
+def answer(result: PlanResult) -> dict[str, Any]:
+    """word: the limits in a line; yes: whether there is any workable sea; said: sentences; parts: tables and conditions."""
+    name = leading(result)
+    credited = limits(result, CREDITED, name)
+    top = highest(result)
+    workable = bool((np.nan_to_num(credited) > 0.0).any())
+    word = f"OP_LIM Hs {between(credited, top)}" if workable else "NO WORKABLE SEA STATE"
+    return {
+        "word": word, "yes": workable,
+        "said": [_credited(result, name), _twin(result, name), _operation(result, name), *_waiting(result, name)],
+        "parts": [*_limits(result, name), *_side_by_side(result), *_conditions(result)],
+    }  # fmt: skip
+
+
+def _seas(result: PlanResult) -> str:
+    data = result.data
+    spread = degrees(data.attrs["heading_tolerance"]) if "heading_tolerance" in data.attrs else ""
+    around = f" (each ± {spread})" if spread else ""
+    return f"Tp {over(data['period'].values, 'time')}, waves at {over(data['heading'].values, 'angle')}{around}"
+
+
+def _credited(result: PlanResult, name: str) -> str:
+    Hs = limits(result, CREDITED, name)
+    return f"Credited limit with {named(name)}: Hs {between(Hs, highest(result))} for {_seas(result)}. {_mostly(result, name, CREDITED)}"
+
+
+def _mostly(result: PlanResult, name: str, credit: Credit) -> str:
+    """What governs in the most cells."""
+    here = result.data.sel(credit=credit, alternative=name)
+    pairs = zip(here["governing_phase"].values.ravel(), here["governing_rule"].values.ravel(), strict=True)
+    counted = Counter((str(p), str(r)) for p, r in pairs if str(p))
+    if not counted:
+        return "Nothing governs below the highest sea that was asked."
+    (phase, rule), n = counted.most_common(1)[0]
+    others = f" and {len(counted) - 1} more" if len(counted) > 1 else ""
+    return f"Governing: {governs(phase, rule)} in {n} of {here['governing_phase'].size} cells{others}."
+
+
+def _twin(result: PlanResult, name: str) -> str:
+    if not differs(result, name):
+        covered = float(np.nanmean(result.data["inside"].sel(alternative=name).values))
+        why = "the crane's certificate covers" if covered > 0.0 else "credit takes nothing from"
+        return f"By the twin: the same limits ({why} what governs)."
+    held = (result.facts.get("crane") or {}).get("certificate")
+    why = "the crane's certificate does not cover it" if held else "the crane has no certificate of validation"
+    return (
+        f"By the twin, before credit: Hs {between(limits(result, TWIN, name), highest(result))}. {_mostly(result, name, TWIN)} "
+        f"What lies between is not credited: {why}."
+    )
+
+
+def _operation(result: PlanResult, name: str) -> str:
+    op = result.facts.get("operation") or {}
+    if not op:
+        return "T_POP, T_R and alpha: not told in this result."
+    T_C = op.get("T_C")
+    contingency = f"T_C {hours(T_C)}" if T_C is not None else "T_C not assessed, so T_R is twice T_POP"
+    kind = (
+        "weather restricted"
+        if op.get("weather_restricted")
+        else "not weather restricted: alpha does not apply, design for extreme conditions"
+    )
+    here = result.data.sel(credit=CREDITED, alternative=name)
+    alpha, op_wf = (np.asarray(here[k].values, dtype=float) for k in ("alpha", "op_wf")) if "alpha" in here else (np.array([]),) * 2
+    told = alpha[np.isfinite(alpha)]
+    said = f"T_POP {hours(op.get('T_POP'))}, {contingency}: T_R {hours(op.get('T_R'))}, {kind}."
+    if told.size:
+        ends = "" if told.min() == told.max() else f" to {told.max():.2f}"
+        said += f" alpha {told.min():.2f}{ends}: forecast limit OP_WF Hs {between(op_wf[np.isfinite(alpha)], math.inf)}."
+    untold = int(np.isnan(alpha).sum())
+    return said + (f" In {untold} of {alpha.size} cells the table tells no alpha: there no forecast limit holds." if untold else "")
+
+
+def _waiting(result: PlanResult, name: str) -> list[str]:
+    if "weather" not in result:
+        return []
+    block = result["weather"]
+    here = block.sel(credit=CREDITED, alternative=name, month=0)
+    mark = "SYNTHETIC weather, " if int(block.attrs.get("synthetic", 0)) else ""
+    against = [o for o in names(block, "over") if o != name] if "over" in block.dims else []
+    won = [(o, float(here["days_gained"].sel(over=o))) for o in against]
+    gains = [f"{number(x, 2)} over {OVER.get(o, o)}" for o, x in won if math.isfinite(x)]
+    waits = ", ".join(
+        f"{label} {days(float(here[key]))}" for label, key in (("mean", "wait_mean"), ("P50", "wait_p50"), ("P90", "wait_p90"))
+    )
+    tail = f" Vessel days gained each operation, credited: {', '.join(gains)}." if gains else ""
+    operability = percent(float(here["operability"]))
+    said = f"Waiting for a window of {hours(block.attrs.get('T_R'))} ({mark}whole year): {waits}; operability {operability}.{tail}"
+    return [said]
+
+
+def _limits(result: PlanResult, name: str) -> list[Part]:
+    """The table that the operation is run by: OP_LIM of every heading and period, what governs, OP_WF."""
+    data, top = result.data, highest(result)
+    credited, twin = (limits(result, credit, name) for credit in (CREDITED, TWIN))
+    columns, rows = few(data.sizes["heading"], HEADINGS), few(data.sizes["period"], PERIODS)
+    with_twin = differs(result, name)
+    head = ["Tp", *(f"{degrees(data['heading'].values[i])}" for i in columns), "governs (worst heading)", "alpha", "OP_WF"]
+    head += ["twin", "governs by the twin"] if with_twin else []
+    at = {CREDITED: worst_heading(credited), TWIN: worst_heading(twin)}
+    body = []
+    for k in rows:
+        line = [
+            f"{data['period'].values[k]:g} s",
+            *(height(float(credited[i, k]), top) for i in columns),
+            _what(result, name, CREDITED, at, k),
+        ]
+        line += [_told(result, name, key, at[CREDITED][k], k) for key in ("alpha", "op_wf")]
+        line += [height(float(twin[at[TWIN][k], k]), top), _what(result, name, TWIN, at, k)] if with_twin else []
+        body.append(line)
+    first = 1 + len(columns)
+    wide = [first, *([len(head) - 1] if with_twin else [])]
+    plain = [i for i in range(len(head)) if i not in wide]
+    title = (
+        f"OP_LIM with {named(name)}, credited: limiting Hs [m] by peak period and direction of the waves; OP_WF [m] at the worst heading"
+    )
+    return [sub(title), table(head, body, wide=wide, numbers=plain, strong=range(1, first), small=True)]
+
+
+def _what(result: PlanResult, name: str, credit: Credit, at: dict[Credit, list[int]], k: int) -> str:
+    here = result.data.sel(credit=credit, alternative=name).isel(heading=at[credit][k], period=k)
+    return governs(str(here["governing_phase"].item()), str(here["governing_rule"].item()))
+
+
+def _told(result: PlanResult, name: str, key: str, i: int, k: int) -> str:
+    if key not in result.data:
+        return "-"
+    x = float(result.data[key].sel(credit=CREDITED, alternative=name).isel(heading=i, period=k))
+    return "-" if math.isnan(x) else f"{x:.2f}"
+
+
+def _side_by_side(result: PlanResult) -> list[Part]:
+    """All alternatives at the worst heading, credited; the twin's own answer where it is another."""
+    data, top = result.data, highest(result)
+    rows = few(data.sizes["period"], PERIODS)
+    waiting = "weather" in result
+    head = ["Tp [s]", *(f"{data['period'].values[k]:g}" for k in rows), *(("work", "wait") if waiting else ())]
+    body = []
+    for name in names(data):
+        said: list[tuple[str, Credit]] = [(named(name), CREDITED)]
+        if differs(result, name):
+            said.append((f"{named(name)}, by the twin", TWIN))
+        for label, credit in said:
+            Hs = least(limits(result, credit, name))
+            body.append([label, *(height(float(Hs[k]), top) for k in rows), *(_wait(result, credit, name) if waiting else ())])
+    title = "All alternatives, worst heading: OP_LIM [m], credited; a second line where the twin says otherwise"
+    tail = "; operability and mean waiting over the year" if waiting else ""
+    return [sub(title + tail), table(head, body, wide=[0], numbers=range(1, len(head)), small=True)]
+
+
+def _wait(result: PlanResult, credit: Credit, name: str) -> tuple[str, str]:
+    """Operability and mean waiting over the year."""
+    here = result["weather"].sel(credit=credit, alternative=name, month=0)
+    return percent(float(here["operability"])), days(float(here["wait_mean"]))
+
+
+def _conditions(result: PlanResult) -> list[Part]:
+    told, place = result.facts, result.facts.get("place", {})
+    settings = told.get("settings", {})
+    waves = {"jonswap": "JONSWAP", "pm": "Pierson-Moskowitz", "torsethaugen": "Torsethaugen"}.get(str(settings.get("wave")), "-")
+    peak = f", gamma {settings['gamma']:g}" if settings.get("gamma") else ", gamma by Tp and Hs" if waves == "JONSWAP" else ""
+    spread = f"spreading cos^{settings['spread']:g}" if settings.get("spread") else "long-crested"
+    crane, payload = told.get("crane", {}), told.get("payload", {})
+    mass = show(payload["mass"], "mass", 4) if "mass" in payload else "-"
+    first, last = (show(float(T), "time", 3) for T in (result.data["period"].values.min(), result.data["period"].values.max()))
+    below = f"below Tp {first} its row holds; above {last} the limit is 0 m"
+    rows = [
+        ("lift", f"{payload.get('name', '-')}, {mass} in air, to {place.get('depth', math.nan):g} m of water"),
+        ("crane, vessel", f"{crane.get('name', '-')}; {place.get('text') or told.get('vessel', {}).get('name', '-')}"),
+        ("seas", f"{waves}{peak}, {spread}; {below}"),
+        ("credit", str(crane.get("twin", "-"))),
+    ]  # fmt: skip
+    if "speed" in crane:
+        rows.append(("winch", str(crane["speed"])))
+    return [text("Conditions. Wind, current and what the last section names are not part of these limits."), facts(rows)]

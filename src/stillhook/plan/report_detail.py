@@ -1,0 +1,243 @@
+"""Detail behind a plan's first page: every cell, every phase by every tier, waiting, and what the limits hang on."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from stillhook.plan import report_texts as say
+from stillhook.plan.figure_parts import CREDITED, TWIN, FloatArray, degrees, few, height, named, names, phase_code, rule_code, sea_words
+from stillhook.plan.figures import CLOSED, differs
+from stillhook.plan.report_parts import (
+    Part,
+    bullets,
+    days,
+    facts,
+    figure,
+    governs,
+    highest,
+    hours,
+    leading,
+    least,
+    number,
+    percent,
+    sub,
+    table,
+    text,
+)
+from stillhook.plan.result import Credit, PlanResult
+
+PERIODS = 10
+"""Columns of a table at most."""
+PAGE = 205.0
+"""Height of a picture that takes a page of its own [mm]."""
+
+
+def limit_cells(result: PlanResult, stems: Sequence[str]) -> list[Part]:
+    """Curves, tables of cells, rosette."""
+    parts = [figure("limits-over-period", "Limiting Hs over peak period; all alternatives with the same random seas.")]
+    parts.append(text(say.READING))
+    parts += [figure(s, _cells_caption(s), PAGE) for s in stems if s.startswith("limits-") and s != "limits-over-period"]
+    parts.append(figure("rosette", "Heading rosette: limiting Hs by where the waves come from. Directions that were not asked are blank."))
+    return [*parts, sub("What governs, in cells of the table"), _governing(result)]
+
+
+def _cells_caption(stem: str) -> str:
+    by = "as the twin computes them, before credit" if stem.startswith("limits-twin") else "credited"
+    return f"Limits {by}, with phase (P) and rule (R) that govern."
+
+
+def _governing(result: PlanResult) -> Part:
+    """How often what governs, for every alternative."""
+    labels = names(result.data)
+    found: dict[tuple[str, str], dict[str, int]] = {}
+    for name in labels:
+        here = result.data.sel(credit=CREDITED, alternative=name)
+        for phase, rule in zip(here["governing_phase"].values.ravel(), here["governing_rule"].values.ravel(), strict=True):
+            counts = found.setdefault((str(phase), str(rule)), {})
+            counts[name] = counts.get(name, 0) + 1
+    pairs = sorted(found, key=lambda pair: -sum(found[pair].values()))
+    rows = [[_pair(result, *pair), *(str(found[pair].get(name, "")) for name in labels)] for pair in pairs]
+    return table(("governs, credited", *(named(x) for x in labels)), rows, wide=[0], numbers=range(1, 1 + len(labels)))
+
+
+def _pair(result: PlanResult, phase: str, rule: str) -> str:
+    if not phase:
+        return "nothing below the highest sea that was asked, or not told"
+    return f"{phase_code(result, phase)} {rule_code(result, rule)}: {governs(phase, rule)}"
+
+
+def by_phase(result: PlanResult) -> list[Part]:
+    """Least limit of every phase by every tier for the leading alternative, and every rule's least limit."""
+    name, data = leading(result), result.data
+    columns = few(data.sizes["period"], PERIODS)
+    rows, strong = [], []
+    for phase in names(data, "phase"):
+        for tier in names(data, "tier"):
+            Hs = _of_phase(result, CREDITED, tier, name, phase)
+            if np.isnan(Hs).all():
+                continue
+            counts = (data["counts"].sel(alternative=name, phase=phase) == tier).values
+            if counts.any():
+                strong.append(len(rows))
+            seeds = int(data["n_seeds"].sel(alternative=name, phase=phase).values[counts].max()) if counts.any() else 0
+            least_ = least(np.where(np.isnan(Hs), np.inf, Hs))
+            cells = [height(float(least_[k]), highest(result)) for k in columns]
+            rows.append([f"{phase_code(result, phase)} {phase}", tier, str(seeds or ""), *cells])
+    head = ("phase", "by", "seeds", *(f"{data['period'].values[k]:g} s" for k in columns))
+    return [
+        text(f"Least limit over the rules [m] at the worst heading, with {named(name)}, credited. Bold: tiers that count."),
+        table(head, rows, wide=[0], numbers=range(2, len(head)), strong_rows=strong, small=True),
+        sub("Least limit of every rule over all cells, by each tier"),
+        _by_rule(result, name),
+    ]
+
+
+def _of_phase(result: PlanResult, credit: Credit, tier: str, name: str, phase: str) -> FloatArray:
+    """Least limit over the rules (heading, period) [m]."""
+    Hs = np.asarray(result.data["Hs_rule"].sel(credit=credit, tier=tier, alternative=name, phase=phase).values, dtype=float)
+    return np.asarray(np.where(np.isnan(Hs).all(axis=0), np.nan, np.where(np.isnan(Hs), np.inf, Hs).min(axis=0)))
+
+
+def _by_rule(result: PlanResult, name: str) -> Part:
+    data, tiers = result.data, names(result.data, "tier")
+    rows = []
+    for phase in names(data, "phase"):
+        for rule in names(data, "rule"):
+            Hs = np.asarray(data["Hs_rule"].sel(credit=CREDITED, alternative=name, phase=phase, rule=rule).values, dtype=float)
+            if np.isnan(Hs).all():
+                continue
+            told = np.where(np.isnan(Hs), np.inf, Hs)
+            cells = [height(float(told[t].min()), highest(result)) if not np.isnan(Hs[t]).all() else "-" for t in range(len(tiers))]
+            last = max(t for t in range(len(tiers)) if not np.isnan(Hs[t]).all())
+            i, k = np.unravel_index(int(told[last].argmin()), told[last].shape)
+            at = f"{data['period'].values[k]:g} s, {degrees(data['heading'].values[i])}" if np.isfinite(told[last].min()) else ""
+            rows.append([f"{phase_code(result, phase)} {rule_code(result, rule)}", governs(phase, rule), *cells, at])
+    return table(("", "phase: rule", *tiers, "least at"), rows, wide=[1], numbers=range(2, 2 + len(tiers)), small=True)
+
+
+def closed_form_beside(result: PlanResult) -> list[Part]:
+    """Where the closed form stands against what counts, in the phases that it speaks of."""
+    if CLOSED not in names(result.data, "tier"):
+        return []
+    name, lines = leading(result), []
+    for phase in names(result.data, "phase"):
+        closed = _of_phase(result, CREDITED, CLOSED, name, phase)
+        final = _final(result, name, phase)
+        both = np.isfinite(closed) & np.isfinite(final) & (final > 0.0)
+        if both.any():
+            ratio = closed[both] / final[both]
+            lines.append(
+                f"{phase}: closed form over the limit that counts {number(float(ratio.min()), 2)} to {number(float(ratio.max()), 2)}"
+            )
+    return [sub("Closed form beside"), bullets(lines)] if lines else []
+
+
+def _final(result: PlanResult, name: str, phase: str) -> FloatArray:
+    best = np.full((result.data.sizes["heading"], result.data.sizes["period"]), np.nan)
+    for tier in names(result.data, "tier"):
+        Hs = _of_phase(result, CREDITED, tier, name, phase)
+        best = np.where(np.isnan(Hs), best, Hs)
+    return np.asarray(best)
+
+
+def weather(result: PlanResult) -> list[Part]:
+    """Operability, waiting and what each alternative gains; empty where no weather was given."""
+    if "weather" not in result:
+        return [text("No weather was given with the plan: waiting is not reckoned. Add [weather] to the plan file.")]
+    block = result["weather"]
+    synthetic = bool(int(block.attrs.get("synthetic", 0)))
+    year, over = block.sel(month=0), names(block, "over") if "over" in block.dims else []
+    rows = []
+    for name in names(block):
+        for credit in (CREDITED, TWIN) if differs(result, name) else (CREDITED,):
+            here = year.sel(credit=credit, alternative=name)
+            gains = [float(here["days_gained"].sel(over=o)) for o in over]
+            waits = [days(float(here[k])) for k in ("wait_mean", "wait_p50", "wait_p90")]
+            label = named(name) if credit == CREDITED else f"{named(name)}, by the twin"
+            vessel = number(float(here["vessel_days"]), 3) if math.isfinite(float(here["vessel_days"])) else "-"
+            rows.append(
+                [label, percent(float(here["operability"])), *waits, vessel, *(_gain(x) for x in gains), _count(here, "n_censored")]
+            )
+    heads = {"none": "over none", "cap-80": "over cap", "best-classic": "over classic"}
+    head = ("", "operability", "mean wait", "P50", "P90", "vessel days", *(heads.get(o, o) for o in over), "censored")
+    mark = [text(f"{say.SYNTHETIC}.")] if synthetic else []
+    parts = [
+        *mark,
+        text(say.PERSISTENCE),
+        facts(_series(result)),
+        sub("Whole year; vessel days gained each operation over no compensation, the cap, the best classic controller"),
+    ]
+    parts.append(table(head, rows, wide=[0], numbers=range(1, len(head)), small=True))
+    parts.append(figure("waiting-by-month", "Operability and waiting by month of readiness."))
+    parts.append(figure("days-gained", "Vessel days gained each operation over each reference."))
+    return [*parts, sub(f"By month with {named(leading(result))}, credited"), _by_month(result)]
+
+
+def _gain(x: float) -> str:
+    return "-" if math.isnan(x) else f"{x:+.1f}" if abs(x) >= 0.05 else "0"
+
+
+def _count(here: object, key: str) -> str:
+    value = float(here[key]) if key in here else math.nan  # type: ignore[index,operator]
+    return "-" if math.isnan(value) else f"{value:.0f}"
+
+
+def _series(result: PlanResult) -> list[tuple[str, str]]:
+    """What the waiting was counted on."""
+    block, attrs = result["weather"], result["weather"].attrs
+    synthetic = " (SYNTHETIC)" if int(attrs.get("synthetic", 0)) else ""
+    here = block.sel(credit=CREDITED, alternative=leading(result), month=0)
+    rows = [("series", f"{attrs.get('source', '-')}{synthetic}")]
+    if "first" in attrs:
+        rows.append(("from, to", f"{attrs['first']} to {attrs.get('last', '-')}"))
+    rows.append(("records, gaps", f"{_count(here, 'n_hours')} records, {_count(here, 'n_gaps')} gaps"))
+    rows.append(("window", f"T_R = {hours(attrs.get('T_R', attrs.get('window')))}"))
+    if attrs.get("limit"):
+        rows.append(("limit", str(attrs["limit"])))
+    if attrs.get("ship"):
+        rows.append(("heading", str(attrs["ship"])))
+    notes = attrs.get("notes")
+    return rows + [("note", str(line)) for line in ([notes] if isinstance(notes, str) else notes if notes is not None else []) if str(line)]
+
+
+def _by_month(result: PlanResult) -> Part:
+    from stillhook.plan.figures_weather import MONTHS
+
+    block, rows = result["weather"], []
+    for month, label in enumerate(MONTHS, start=1):
+        here = block.sel(credit=CREDITED, alternative=leading(result), month=month)
+        if math.isnan(float(here["operability"])):
+            continue
+        waits = [days(float(here[k])) for k in ("wait_mean", "wait_p50", "wait_p90")]
+        counts = [_count(here, k) for k in ("n_windows", "n_windows_long_enough", "n_censored")]
+        rows.append([label, percent(float(here["operability"])), *waits, *counts])
+    return table(
+        ("month", "operability", "mean wait", "P50", "P90", "windows", "long enough", "censored"),
+        rows,
+        wide=[0],
+        numbers=range(1, 8),
+        small=True,
+    )
+
+
+def behind(result: PlanResult) -> list[Part]:
+    """Depth, efficiency, landing, sensitivity, convergence: those that were computed."""
+    captions = {
+        "depth": "Tension at the tip, dynamic factor and least sling tension against depth; dotted: depth at which the natural period on "
+        "the wire meets the period of the waves.",
+        "efficiency": "Compensation at the wire and at the payload are two things: the wire's stretch stands between them.",
+        "landing": "Landing speed, one landing a seed.",
+        "sensitivity": "Change of the limit when one input is taken lower or higher, all else as planned.",
+        "convergence": "Demand over limit as seeds are added, in the cells that decide.",
+    }
+    parts: list[Part] = []
+    for name, caption in captions.items():
+        if name in result:
+            notes = result[name].attrs.get("notes")
+            parts.append(figure(name, f"{caption} {sea_words(result[name].attrs)}".strip()))
+            parts += [text(str(notes))] if isinstance(notes, str) and notes else []
+    missing = [name for name in captions if name not in result]
+    return [*parts, text(f"Not computed in this run: {', '.join(missing)}.")] if missing else parts
