@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from typing import Any
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -105,34 +106,37 @@ def closed_form(plan: LiftPlan, phase: Phase, seas: Seas, alternative: Alternati
     method at stated submergences. Deeper: a payload on a spring with drag, resonance on the way included, and the waves down there. On the
     seabed: taking up the load with what the winch leaves of the tip's speed. Quantities that it does not know are left out.
     """
-    tip, T = tip_motion(plan, phase, seas), max(phase.duration or 0.0, plan.rules.settings["duration_least"])
-    eta, v, a = tip.largest(T)
     left = 1.0 if alternative is Alternative.NONE or not phase.compensated else 1.0 - CAP
-    V = phase.speed or 0.0
+    kept, key = _kept(plan, seas), ("values", phase.kind, phase.start, phase.end, phase.speed, phase.tip, phase.duration, phase.winch, left)
+    if key not in kept:
+        kept[key] = _values(plan, phase, seas, left)
+    notes = _notes(plan, phase, seas, alternative)
+    return Demand(phase.name, alternative, Tier.CLOSED_FORM, seas, kept[key], notes=notes)
+
+
+def _values(plan: LiftPlan, phase: Phase, seas: Seas, left: float) -> Values:
+    """Quantities of a phase with what the winch leaves of the tip's motion, from 1 (all)."""
+    tip, T = tip_motion(plan, phase, seas), max(phase.duration or 0.0, plan.rules.settings["duration_least"])
+    (eta, v, a), V = tip.largest(T), phase.speed or 0.0
     moved = Motions(left * eta, left * v, left * a, tip.omega, V, plan.rules.settings["zeta_a"] * seas.Hs, tip.T_w)
     values: Values = {"F_top_static": np.full(len(seas), static_tension(plan, phase)), "v_tip_max": v, "s_tip_pp": 2.0 * eta}
     values["v_w_demand"] = V + (v if phase.compensated else np.zeros(len(seas)))
     if phase.compensated:
         values["e_c_pp"] = 2.0 * left * eta
     values |= _OF_KIND.get(phase.kind, _under_water)(plan, phase, moved)
-    told = {name: np.where(np.isnan(tip.z), np.nan, x) for name, x in values.items()}
-    return Demand(phase.name, alternative, Tier.CLOSED_FORM, seas, told, notes=_notes(plan, phase, seas, tip, alternative))
+    return {name: np.where(np.isnan(tip.z), np.nan, x) for name, x in values.items()}
 
 
 def valid(plan: LiftPlan, seas: Seas) -> NDArray[np.bool_]:
     """Whether the simplified method holds in each sea, (n,): T_z from 8.9 sqrt(Hs/g) to 13 s. A calm is valid."""
-    return _valid(plan, seas, wave_periods(plan, seas))
-
-
-def _valid(plan: LiftPlan, seas: Seas, T_w: FloatArray) -> NDArray[np.bool_]:
-    settings = plan.rules.settings
+    T_w, settings = wave_periods(plan, seas), plan.rules.settings
     inside = (sm.shortest_period(seas.Hs, settings["T_z_factor"]) <= T_w) & (settings["T_z_most"] >= T_w)
     return np.asarray((seas.Hs == 0.0) | inside)
 
 
-def _notes(plan: LiftPlan, phase: Phase, seas: Seas, tip: Tip, alternative: Alternative) -> tuple[str, ...]:
+def _notes(plan: LiftPlan, phase: Phase, seas: Seas, alternative: Alternative) -> tuple[str, ...]:
     notes = []
-    out = int(np.count_nonzero(~_valid(plan, seas, tip.T_w)))
+    out = int(np.count_nonzero(~valid(plan, seas)))
     if out and phase.kind is PhaseKind.SPLASH:
         notes.append(f"the simplified method is for T_z from 8.9 sqrt(Hs/g) to 13 s: {out} of {len(seas)} seas are outside")
     if alternative.twin and phase.compensated:
@@ -142,27 +146,32 @@ def _notes(plan: LiftPlan, phase: Phase, seas: Seas, tip: Tip, alternative: Alte
     return tuple(notes)
 
 
-_TIPS: WeakKeyDictionary[LiftPlan, WeakKeyDictionary[Seas, dict[tuple[float, float], Tip]]] = WeakKeyDictionary()
-_PERIODS: WeakKeyDictionary[LiftPlan, WeakKeyDictionary[Seas, FloatArray]] = WeakKeyDictionary()
-_WAYS: WeakKeyDictionary[LiftPlan, dict[tuple[object, ...], Way]] = WeakKeyDictionary()
+_KEPT: WeakKeyDictionary[LiftPlan, WeakKeyDictionary[Seas, dict[object, Any]]] = WeakKeyDictionary()
+_WAYS: WeakKeyDictionary[LiftPlan, dict[object, Way]] = WeakKeyDictionary()
+
+
+def _kept(plan: LiftPlan, seas: Seas) -> dict[object, Any]:
+    """What was worked out for a plan in these seas, as long as both live."""
+    return _KEPT.setdefault(plan, WeakKeyDictionary()).setdefault(seas, {})
 
 
 def tip_motion(plan: LiftPlan, phase: Phase, seas: Seas) -> Tip:
     """What the seas do at the crane tip of a phase; remembered as long as plan and seas live."""
-    at = plan.tip_of(phase)
-    known = _TIPS.setdefault(plan, WeakKeyDictionary()).setdefault(seas, {})
-    if (at.x, at.y) not in known:
-        known[at.x, at.y] = _tip(plan, seas, at.x, at.y)
-    return known[at.x, at.y]
+    at, kept = plan.tip_of(phase), _kept(plan, seas)
+    key = ("tip", at.x, at.y)
+    if key not in kept:
+        kept[key] = _tip(plan, seas, at.x, at.y)
+    tip: Tip = kept[key]
+    return tip
 
 
 def wave_periods(plan: LiftPlan, seas: Seas) -> FloatArray:
     """Zero-crossing period of the waves T_m02 [s], (n,), that of a small sea for a calm; remembered as long as plan and seas live."""
-    known = _PERIODS.setdefault(plan, WeakKeyDictionary())
-    if seas not in known:
+    kept = _kept(plan, seas)
+    if "periods" not in kept:
         pairs, rows = np.unique(np.column_stack((np.maximum(seas.Hs, CALM), seas.Tp)), axis=0, return_inverse=True)
-        known[seas] = np.array([plan.environment.spectrum(float(H), float(T)).T_m02 for H, T in pairs])[rows.ravel()]
-    return known[seas]
+        kept["periods"] = np.array([plan.environment.spectrum(float(H), float(T)).T_m02 for H, T in pairs])[rows.ravel()]
+    return np.asarray(kept["periods"])
 
 
 def _tip(plan: LiftPlan, seas: Seas, x: float, y: float) -> Tip:
