@@ -58,9 +58,7 @@ class Gumbel:
 
         Exact but for the draws: (estimate - true)/beta has one distribution whatever mu and beta are; it is drawn with as many maxima.
         """
-        mu, beta = _fits_of_draws(self.n)
-        pivot = (mu - math.log(-math.log(q)) * (beta - 1.0)) / beta
-        low, high = np.quantile(pivot, [(1.0 + confidence) / 2.0, (1.0 - confidence) / 2.0])
+        low, high = _pivots(self.n, q, confidence)
         estimate = self.quantile(q)
         return float(estimate - low * self.beta), float(estimate - high * self.beta)
 
@@ -98,6 +96,15 @@ def _fit(x: FloatArray) -> tuple[FloatArray, FloatArray]:
             break
     mu = least[:, 0] - beta * np.log(np.exp(-y / beta[:, None]).mean(axis=1))
     return mu, beta
+
+
+@functools.lru_cache(maxsize=256)
+def _pivots(n: int, q: float, confidence: float) -> tuple[float, float]:
+    """Quantiles of (estimate - true)/beta for the quantile q from n maxima: upper and lower end."""
+    mu, beta = _fits_of_draws(n)
+    pivot = (mu - math.log(-math.log(q)) * (beta - 1.0)) / beta
+    low, high = np.quantile(pivot, [(1.0 + confidence) / 2.0, (1.0 - confidence) / 2.0])
+    return float(low), float(high)
 
 
 @functools.lru_cache(maxsize=32)
