@@ -21,7 +21,7 @@ from stillhook.plan.situations import situations
 from stillhook.plan.twin_numbers import kept
 from stillhook.plan.twin_run import Course, Spot, Winch, course_of, in_sea, lowering_of, machine_of
 from stillhook.plan.winches import BRAKE
-from stillhook.response.road import sigmas
+from stillhook.response.deviations import sigmas
 from stillhook.scenario import Mode
 
 FloatArray = NDArray[np.float64]
