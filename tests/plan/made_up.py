@@ -13,8 +13,14 @@ PERIODS = np.array([5.0, 6.0, 7.0, 8.0, 9.0, 10.0, 11.0, 12.0, 14.0, 16.0])
 PHASES = ("lift off deck", "over-boarding", "splash zone", "lowering", "deep", "landing")
 KINDS = ("lift-off", "in-air", "splash-zone", "lowering", "deep", "landing")
 TIERS = ("closed-form", "frequency", "time")
+DIGEST = "c0ffee" * 10 + "beef"
 STRENGTH = {"none": 1.0, "cap-80": 1.55, "ns": 1.5, "hs": 1.62, "ssc": 2.0, "strong-ssc": 2.05}
-STANDARD = {"standard": "DNV-ST-N001", "edition": "2021-09", "clause": "16.3 (check against your edition)", "note": "recalled, not read clause by clause"}
+STANDARD = {
+    "standard": "DNV-ST-N001",
+    "edition": "2021-09",
+    "clause": "16.3 (check against your edition)",
+    "note": "recalled, not read clause by clause",
+}
 RULES: tuple[dict[str, Any], ...] = (
     {"key": "capacity", "title": "tension at the crane tip within the crane's capacity", "quantity": "F_w_max", "limit": "crane-capacity", "sense": "at-most", "level": "p90", "phases": KINDS, **STANDARD},
     {"key": "slack-sling", "title": "no slack sling", "quantity": "F_w_min", "limit": 0.1, "sense": "at-least", "level": "p90", "phases": KINDS[2:], **STANDARD, "standard": "DNV-RP-N103", "clause": "4.4.3.3 (check against your edition)"},
@@ -76,8 +82,16 @@ def _data(certificate: bool) -> xarray.Dataset:
         "n_seeds": (cells, np.broadcast_to(np.where(counts == "time", 24, 0)[None, :, None, None], four).copy()),
         "inside": (cells, np.full(four, 1.0 if certificate else 0.0)),
     }
-    coords = {"credit": ["twin", "credited"], "tier": list(TIERS), "alternative": names, "phase": list(PHASES), "rule": rules, "heading": HEADINGS, "period": PERIODS}
-    attrs = {"name": "made-up", "Hs_lowest": 0.5, "Hs_highest": 4.0, "heading_tolerance": float(np.radians(15.0))}
+    coords = {
+        "credit": ["twin", "credited"],
+        "tier": list(TIERS),
+        "alternative": names,
+        "phase": list(PHASES),
+        "rule": rules,
+        "heading": HEADINGS,
+        "period": PERIODS,
+    }
+    attrs = {"name": "made-up", "digest": DIGEST, "Hs_lowest": 0.5, "Hs_highest": 4.0, "heading_tolerance": float(np.radians(15.0))}
     return xarray.Dataset(variables, coords, attrs)
 
 
@@ -104,7 +118,12 @@ def _blocks(data: xarray.Dataset, synthetic: bool) -> dict[str, xarray.Dataset]:
         {"v_landed": (("alternative", "run"), (0.3 + rng.gumbel(0.0, 0.05, (len(names), 40))) / gain)},
         {"alternative": names}, {"Hs": 2.0, "Tp": 9.0, "beta": float(np.pi), "limit": 0.5},
     )  # fmt: skip
-    factors = [("C_A", "0.8 of the payload's", "1.2 of the payload's", 0.12), ("C_D", "0.5", "1.5", 0.2), ("friction", "crane 1", "L4593", 0.05), ("delay", "0 ms", "200 ms", -0.4)]
+    factors = [
+        ("C_A", "0.8 of the payload's", "1.2 of the payload's", 0.12),
+        ("C_D", "0.5", "1.5", 0.2),
+        ("friction", "crane 1", "L4593", 0.05),
+        ("delay", "0 ms", "200 ms", -0.4),
+    ]
     base = np.full((len(factors), len(names)), 2.2) * gain.T / 2.0
     swing = np.array([f[3] for f in factors])[:, None]
     sensitivity = xarray.Dataset(
@@ -118,7 +137,14 @@ def _blocks(data: xarray.Dataset, synthetic: bool) -> dict[str, xarray.Dataset]:
         {"utilisation": (("cell", "n"), middle), "low": (("cell", "n"), middle - 0.4 / np.sqrt(n)), "high": (("cell", "n"), middle + 0.4 / np.sqrt(n))},
         {"cell": ["splash zone, slack-sling: Hs 2 m, Tp 8 s, 180 deg", "deep, wire-speed, ssc: Hs 2.5 m, Tp 9 s, 180 deg", "landing, landing-speed, ns: Hs 2 m, Tp 10 s, 165 deg"], "n": n},
     )  # fmt: skip
-    return {"depth": depth, "efficiency": efficiency, "landing": landing, "sensitivity": sensitivity, "convergence": convergence, "weather": _weather(names, synthetic)}
+    return {
+        "depth": depth,
+        "efficiency": efficiency,
+        "landing": landing,
+        "sensitivity": sensitivity,
+        "convergence": convergence,
+        "weather": _weather(names, synthetic),
+    }
 
 
 def _weather(names: list[str], synthetic: bool) -> xarray.Dataset:
@@ -154,9 +180,13 @@ def _facts(certificate: bool) -> dict[str, Any]:
         {"name": n, "kind": k, "mode": "ahc" if i > 3 else "manual", "start": None if i == 0 else 10.0 - i * 100.0, "end": 5.0 - i * 200.0, "speed": 0.3, "duration": 1800.0 * (i + 1), "compensated": i > 3, "tiers": list(TIERS), "why": "near the limit: run by the twin" if i > 1 else "no water, no compensation: closed form"}
         for i, (n, k) in enumerate(zip(PHASES, KINDS, strict=True))
     ]  # fmt: skip
-    twin = "twin: validated, level 2, certificate 0123 4567 89ab (holds)" if certificate else "twin: level 1, no certificate: credit at most 80 % of compensation"
+    twin = (
+        "twin: validated, level 2, certificate 0123 4567 89ab (holds)"
+        if certificate
+        else "twin: level 1, no certificate: credit at most 80 % of compensation"
+    )
     return {
-        "name": "made-up", "source": "made-up.toml", "digest": "c0ffee" * 10 + "beef", "notes": ["numbers are made up"], "version": "0.6.0", "code": "0123456789abcdef", "date": "2026-11-21",
+        "name": "made-up", "source": "made-up.toml", "digest": DIGEST, "notes": ["numbers are made up"], "version": "0.6.0", "code": "0123456789abcdef", "date": "2026-11-21",
         "settings": {"wave": "jonswap", "gamma": None, "spread": None, "heading_tolerance": float(np.radians(15.0)), "Hs": [0.5 * i for i in range(1, 9)], "Tp": PERIODS.tolist(), "headings": HEADINGS.tolist()},
         "crane": {"name": "nov-250t", "title": "250 t knuckle-boom crane", "SWL": 250e3, "digest": "ab" * 32, "twin": twin, "certificate": {"number": "0123456789ab", "statement": "validated 2026-01-01"} if certificate else None},
         "vessel": {"name": "construction-vessel-130m", "title": "offshore construction vessel of 130 m", "notes": ["roll damping 5 % of critical"]},

@@ -1,0 +1,254 @@
+"""The report of a plan says what a surveyor must know, in the order in which he reads, and the same bytes for the same results."""
+
+import io
+import json
+import math
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import matplotlib as mpl
+import numpy as np
+import pytest
+from matplotlib.image import imsave
+from tests.plan.made_up import RULES, made_up
+
+from stillhook.cli import run as command
+from stillhook.errors import PlanError
+from stillhook.io.page import png
+from stillhook.plan import figures as drawing
+from stillhook.plan import report as writing
+from stillhook.plan.figure_parts import height, named
+from stillhook.plan.figures import differs, figures, limit_tables, pictures
+from stillhook.plan.figures_detail import depth
+from stillhook.plan.plan_files import load_plan_result, save_plan
+from stillhook.plan.report import save_report
+from stillhook.plan.report_page import html
+from stillhook.plan.report_pdf import pdf
+from stillhook.plan.report_sheet import headline, sheet_of
+from stillhook.plan.result import PlanResult
+from stillhook.plan.rosette import from_bow
+from stillhook.sea.directions import geographic
+
+
+def dot() -> bytes:
+    image = io.BytesIO()
+    imsave(image, np.full((2, 2, 3), 255, np.uint8), format="png")
+    return image.getvalue()
+
+
+DOT = dot()
+"""A small picture: stands for a figure where only texts are looked at."""
+
+
+@pytest.fixture(scope="module")
+def result() -> PlanResult:
+    return made_up()
+
+
+@pytest.fixture(scope="module")
+def stems(result: PlanResult) -> tuple[str, ...]:
+    return ("limits-over-period", "limits-credited", "limits-twin", "rosette", "waiting-by-month", "days-gained", *tuple(result.blocks)[:5])
+
+
+@pytest.fixture(scope="module")
+def saved(result: PlanResult, tmp_path_factory) -> Path:
+    return save_plan(result, tmp_path_factory.mktemp("results") / "plan")
+
+
+def dots(stems: tuple[str, ...]) -> dict[str, bytes]:
+    return dict.fromkeys(stems, DOT)
+
+
+def texts(part: object) -> list[str]:
+    """Every text of a sheet, in order."""
+    if isinstance(part, dict):
+        return [t for value in part.values() for t in texts(value)]
+    if isinstance(part, list):
+        return [t for value in part for t in texts(value)]
+    return [str(part)]
+
+
+def told(result: PlanResult, stems: tuple[str, ...] = ()) -> str:
+    return "\n".join(texts(sheet_of(result, stems)))
+
+
+def test_the_first_page_tells_limit_credit_reference_period_and_forecast_height(result):
+    first = sheet_of(result, ())["answer"]
+    said = " ".join(first["said"])
+    assert re.search(r"Credited limit with \S.* Hs [0-9.]+ m to [0-9.]+ m for Tp 5 s to 16 s, waves at 150° to 180°", said)
+    assert "By the twin, before credit" in said
+    assert "T_POP 24 h, T_C not assessed, so T_R is twice T_POP: T_R 48 h, weather restricted." in said
+    assert "alpha 0.76: forecast limit OP_WF Hs" in said
+    table = next(part for part in first["parts"] if part["kind"] == "table")
+    assert table["header"][:4] == ["Tp", "150°", "165°", "180°"]
+    assert len(table["rows"]) == result.data.sizes["period"]
+
+
+def test_the_limits_of_the_first_page_are_those_of_the_result(result):
+    table = next(part for part in sheet_of(result, ())["answer"]["parts"] if part["kind"] == "table")
+    Hs = result.data["Hs_limit"].sel(credit="credited", alternative="strong-ssc").values
+    for k, row in enumerate(table["rows"]):
+        assert [float(x) for x in row[1:4]] == pytest.approx(Hs[:, k], abs=0.005)  # printed with two decimals
+        op_wf = result.data["op_wf"].sel(credit="credited", alternative="strong-ssc").values[:, k]
+        assert float(row[6]) == pytest.approx(op_wf[Hs[:, k].argmin()], abs=0.005)
+
+
+def test_where_a_certificate_covers_nothing_is_taken_from_the_twin():
+    covered = made_up(certificate=True)
+    assert not any(differs(covered, name) for name in covered.data["alternative"].values)
+    said = " ".join(headline(covered)["said"])
+    assert "By the twin: the same limits (the crane's certificate covers what governs)." in said
+    assert "not validated" not in told(covered)
+
+
+def test_without_a_certificate_the_report_says_so_on_every_page(result):
+    marks = sheet_of(result, ())["marks"]
+    assert any("twin of this crane is not validated" in mark for mark in marks)
+    assert "What lies between is not credited: the crane has no certificate of validation." in headline(result)["said"][1]
+
+
+def test_synthetic_weather_is_marked_wherever_it_is_used(result, stems):
+    page = html(result, dots(stems))
+    assert page.index("SYNTHETIC WEATHER") < page.index("OP_LIM")
+    assert "made-up-north-sea.csv.gz (SYNTHETIC)" in page
+    assert "SYNTHETIC weather, whole year" in headline(result)["said"][-1]
+    assert "SYNTHETIC" not in told(made_up(synthetic=False, certificate=True))
+
+
+def test_every_rule_stands_with_its_source_and_the_advice_to_check_it(result):
+    section = next(s for s in sheet_of(result, ())["sections"] if "Rules" in s["title"])
+    rows = next(part for part in section["parts"] if part["kind"] == "table")
+    assert "check against your edition" in rows["header"][-1]
+    assert [row[0] for row in rows["rows"]] == [f"R{i + 1}" for i in range(len(RULES))]
+    assert all(rule["standard"] in row[-1] for rule, row in zip(RULES, rows["rows"], strict=True))
+
+
+def test_the_order_is_answer_basis_detail_inputs_and_what_is_not_covered(result):
+    titles = [re.sub(r"^\d+\. ", "", s["title"]) for s in sheet_of(result, ())["sections"]]
+    wanted = [
+        "Operation and phases",
+        "Rules",
+        "Limits, cell by cell",
+        "Weather and waiting",
+        "Inputs, versions, seeds",
+        "What is not covered",
+    ]
+    assert [t for t in titles if t in wanted] == wanted
+
+
+def test_hashes_versions_and_seeds_are_told(result):
+    page = told(result)
+    for digest in (i["sha256"] for i in result.facts["inputs"]):
+        assert digest in page
+    for word in ("Stillhook 0.6.0", "0123456789abcdef", "least seeds a cell", "4200"):
+        assert word in page
+
+
+def test_limits_beyond_the_table_none_and_untold_are_told_apart():
+    assert [height(x, 4.0) for x in (math.inf, 0.0, math.nan, 2.345)] == ["> 4", "0", "-", "2.35"]
+
+
+def test_a_table_that_tells_nothing_somewhere_does_not_claim_the_best_of_the_rest(result):
+    data = result.data.copy(deep=True)
+    data["Hs_limit"].loc[{"credit": "credited", "heading": data["heading"][0], "period": 5.0}] = np.nan
+    rows = next(part for part in sheet_of(replace(result, data=data), ())["answer"]["parts"] if part["kind"] == "table")["rows"]
+    assert rows[0][1] == "-"
+    assert rows[0][4] in ("-", "lowering: capacity")
+
+
+def test_no_workable_sea_is_said_in_so_many_words(result):
+    data = result.data.copy(deep=True)
+    data["Hs_limit"][:] = 0.0
+    found = headline(replace(result, data=data))
+    assert (found["word"], found["yes"]) == ("NO WORKABLE SEA STATE", False)
+
+
+def test_the_rosette_puts_head_seas_at_the_bow_and_starboard_to_the_right():
+    beta = np.radians([0.0, 45.0, 90.0, 150.0, 180.0, 270.0])
+    onto_north = geographic(beta, 0.0)  # a ship that heads north: where waves come from is the bearing from the bow
+    assert np.exp(1j * from_bow(beta)) == pytest.approx(np.exp(1j * onto_north))
+    assert np.degrees(from_bow(np.radians([180.0, 90.0, 270.0]))) == pytest.approx([0.0, 90.0, -90.0])
+
+
+def test_pdf_and_page_of_one_result_are_the_same_bytes_after_a_way_over_the_disk(result, stems, saved):
+    again = load_plan_result(saved)
+    drawn = dots(stems)
+    assert pdf(again, drawn) == pdf(result, drawn)
+    assert html(again, drawn) == html(result, drawn)
+    assert str(saved) not in html(again, drawn)
+
+
+def test_figures_do_not_follow_the_settings_of_matplotlib(result, monkeypatch):
+    one = {"depth": lambda r: depth(r["depth"])}
+    monkeypatch.setattr(drawing, "figures", lambda r: {name: draw(r) for name, draw in one.items()})
+    plain = pictures(result)
+    with mpl.rc_context({"lines.linewidth": 9.0, "font.size": 25.0}):
+        assert pictures(result) == plain
+
+
+def test_every_figure_that_a_report_can_show_is_drawn(result, stems):
+    drawn = figures(result)
+    assert set(drawn) == set(stems)
+    assert len(png(drawn["rosette"], 40)) > 1000
+
+
+def test_many_headings_are_parted_over_several_pictures(result):
+    data = result.data.isel(heading=[0] * 12, period=[0, 5]).assign_coords(heading=np.radians(np.arange(0.0, 360.0, 30.0)))
+    assert [len(f.axes) for f in limit_tables(replace(result, data=data), "credited").values()] == [1] * 6
+    few = limit_tables(result, "twin")
+    assert [ax.get_title(loc="left") for ax in few["limits-twin"].axes] == [named(n) for n in ("hs", "ssc", "strong-ssc")]
+
+
+@pytest.mark.parametrize("cut", [{"heading": [1], "period": [4]}, {"alternative": [0]}])
+def test_the_smallest_of_plans_has_a_report(result, cut):
+    small = made_up(blocks=False)
+    small = replace(small, data=small.data.isel(cut))
+    names = set(small.data["alternative"].values)
+    facts = {**small.facts, "alternatives": [a for a in small.facts["alternatives"] if a["name"] in names]}
+    found = pdf(replace(small, facts=facts), dots(("limits-over-period", "limits-credited", "rosette")))
+    assert found.startswith(b"%PDF")
+
+
+def test_a_plan_without_weather_says_that_waiting_is_not_reckoned():
+    assert "waiting is not reckoned" in told(made_up(blocks=False))
+
+
+def test_the_page_needs_nothing_from_outside(result, stems):
+    page = html(result, dots(stems))
+    assert all(source.startswith("data:image/png;base64,") for source in re.findall(r'src="([^"]{0,40})', page))
+    assert not re.search(r"<link|<script|https?://", page)
+
+
+def test_names_in_any_letters_are_set(result):
+    facts = {**result.facts, "name": "模板 <b>to</b> 1500 m & more"}
+    odd = replace(result, facts=facts)
+    assert pdf(odd, {}).startswith(b"%PDF")
+    assert "&lt;b&gt;to&lt;/b&gt;" in html(odd, {})
+
+
+def test_report_writes_its_files_beside_the_results(saved, tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(writing, "pictures", lambda r: dots(("rosette", "depth")))
+    assert command(["report", str(saved), "--json"]) == 0
+    answer = json.loads(capsys.readouterr().out)
+    assert [Path(f).name for f in answer["files"]] == ["report.pdf", "report.html"]
+    assert all(Path(f).is_file() for f in answer["files"])
+    assert answer["answer"].startswith("OP_LIM Hs")
+    assert command(["report", str(saved), "--out", str(tmp_path / "other"), "--figures"]) == 0
+    assert sorted(p.name for p in (tmp_path / "other").iterdir()) == ["figure-depth.png", "figure-rosette.png", "report.html", "report.pdf"]
+    assert "OP_LIM Hs" in capsys.readouterr().out
+
+
+def test_a_folder_without_results_is_refused_in_one_line(tmp_path, capsys):
+    assert command(["report", str(tmp_path)]) == 2
+    error = capsys.readouterr().err.strip()
+    assert error.startswith("error: ")
+    assert "stillhook plan --out" in error
+    assert error.count("\n") == 0
+
+
+def test_a_report_that_cannot_be_set_leaves_nothing_behind(result, tmp_path, monkeypatch):
+    monkeypatch.setattr(writing, "pictures", lambda r: {"rosette": b"no picture"})
+    with pytest.raises(PlanError, match="cannot be set"):
+        save_report(result, tmp_path / "out")
+    assert not (tmp_path / "out").exists()
