@@ -1,0 +1,86 @@
+"""Persistence by the slowest road: one record after the other, dates of the standard library, no arrays. Shares no line with the package."""
+
+import csv
+import datetime as dt
+import functools
+import itertools
+import statistics
+
+HOUR = dt.timedelta(hours=1)
+
+
+@functools.cache
+def orbit(path):
+    """(time, Hs, wind) of the American table."""
+    with open(path, newline="") as file:
+        return [
+            (dt.datetime.strptime(r["datetime"], "%m/%d/%y %H:%M"), float(r["waveheight"]), float(r["windspeed"])) for r in csv.DictReader(file)
+        ]
+
+
+@functools.cache
+def hindcast(path):
+    """(time, Hs, Tp, direction as printed [deg])."""
+    with open(path, newline="") as file:
+        rows = csv.reader(file)
+        next(rows)
+        return [(dt.datetime.fromisoformat(t), float(H), float(T), float(d)) for t, H, T, d in rows]
+
+
+def follows(a, b, step):
+    return b - a == step
+
+
+def runs(times, good, step):
+    """Lists of indices of consecutive good records."""
+    found, now = [], []
+    for i, fine in enumerate(good):
+        if now and (not fine or not follows(times[i - 1], times[i], step)):
+            found.append(now)
+            now = []
+        if fine:
+            now.append(i)
+    return found + ([now] if now else [])
+
+
+def persistence(times, good, step, window):
+    """What the command prints, in hours; good holds True, False, or None where a value is missing."""
+    known = [g for g in good if g is not None]
+    found = runs(times, [bool(g) for g in good], step)
+    lengths = [len(run) * (step / HOUR) for run in found]
+    starting = []
+    for run in found:
+        starting += [i for place, i in enumerate(run) if (len(run) - place) * (step / HOUR) >= window]
+    waits, censored, next_start = [], 0, None
+    ahead = sorted(starting, reverse=True)
+    ahead_set = set(ahead)
+    for i in range(len(times) - 1, -1, -1):
+        if i in ahead_set:
+            next_start = i
+        if next_start is None:
+            censored += 1
+        else:
+            waits.append((times[next_start] - times[i]) / HOUR)
+    return {
+        "n_hours": len(times) * (step / HOUR),
+        "operability": sum(known) / len(known),
+        "n_windows": len(found),
+        "window_mean": statistics.fmean(lengths) if lengths else None,
+        "n_windows_long_enough": sum(length >= window for length in lengths),
+        "wait_mean": statistics.fmean(waits) if waits else None,
+        "wait_p50": quantile(waits, 0.5),
+        "wait_p90": quantile(waits, 0.9),
+        "n_censored": censored,
+        "n_gaps": sum(not follows(a, b, step) for a, b in itertools.pairwise(times)),
+    }
+
+
+def quantile(waits, share):
+    """Linear between the two nearest."""
+    if not waits:
+        return None
+    ordered = sorted(waits)
+    place = share * (len(ordered) - 1)
+    below = int(place)
+    above = min(below + 1, len(ordered) - 1)
+    return ordered[below] + (place - below) * (ordered[above] - ordered[below])
