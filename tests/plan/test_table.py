@@ -85,8 +85,10 @@ def test_headings_are_compared_around_the_circle():
     assert following.at(np.array([8.0, 8.0]), np.radians([350.0, 10.0])).tolist() == [1.0, 1.0]
 
 
-def test_a_vessel_free_to_turn_takes_its_best_heading():
+def test_a_vessel_free_to_turn_takes_its_best_heading_and_keeps_it_within_the_tolerance():
     assert TABLE.at(np.array([6.0, 8.0])).tolist() == [3.0, 4.0]
+    close = LimitTable(TABLE.Hs, np.radians([175.0, 180.0]), TABLE.periods, math.radians(10.0), 4.0)
+    assert close.at(np.array([6.0, 8.0])).tolist() == [2.0, 2.5]
 
 
 def test_an_unknown_period_takes_the_worst_row_and_an_unknown_direction_is_not_workable():

@@ -20,12 +20,14 @@ from stillhook.cli import (
     calc,
     certificate,
     cranes,
+    demo,
     envelope,
     friction,
     identify,
     lower,
     maps,
     payload,
+    plan,
     report,
     response,
     runs,
@@ -76,6 +78,8 @@ validate.register(app)
 tip.register(app)
 lower.register(app)
 response.register(app)
+plan.register(app)
+demo.register(app)
 report.register(app)
 app.add_typer(calc.app, name="calc")
 app.add_typer(certificate.app, name="certificate")

@@ -1,4 +1,4 @@
-"""`stillhook run`, `stillhook compare`, `stillhook demo`."""
+"""`stillhook run`, `stillhook compare`."""
 
 from __future__ import annotations
 
@@ -22,8 +22,6 @@ MOTION_HELP = 'Tip motion: "sine 2.8 m 12 s" (amplitude, period; sums with +), a
 POSITION_HELP = 'Ship logs: crane tip from the motion sensor, forward, port, up, such as "20 m, -12 m, 30 m".'
 PYTHON_POSITION, COMMAND_POSITION = 'tip=("-20 m", "12 m", "35 m")', '--position "-20 m, 12 m, 35 m"'
 OUT_FILES = ("panels.png", "runs.nc", "summary.json")
-DEMO_SHOWN = 40.0
-"""Last part of each demonstration run that its picture shows [s]."""
 COLUMNS = ("e_c_pp", "eta_c", "e_c_max", "e_c_mean", "p_max", "u_p_max", "alpha_m_min", "saturation_time", "relief_time", "status")
 HEADERS = {
     "e_c_pp": "error\np-p 30 s",
@@ -44,7 +42,6 @@ IN_PERCENT = ("eta_c", "u_p_max", "alpha_m_min")
 def register(app: typer.Typer) -> None:
     app.command("run")(run)
     app.command("compare")(compare)
-    app.command("demo")(demo)
 
 
 def cell(name: str, value: Any) -> str:
@@ -61,11 +58,11 @@ def cell(name: str, value: Any) -> str:
     return human(name, value, 4)
 
 
-def _row(summary: dict[str, Any]) -> list[str]:
+def row(summary: dict[str, Any]) -> list[str]:
     return [cell(name, summary[name]) for name in COLUMNS]
 
 
-def _print_notes(summaries: dict[str, dict[str, Any]]) -> None:
+def print_notes(summaries: dict[str, dict[str, Any]]) -> None:
     for label, summary in summaries.items():
         for note in summary["notes"]:
             print(f"{label}: {note}")
@@ -84,7 +81,7 @@ def run(
     from stillhook.errors import StillhookError
     from stillhook.io.case_file import load_case, stored_cases
 
-    _check_out(out)
+    check_out(out)
     files = stored_cases(case_file) if case_file.suffix == ".nc" else [load_case(case_file)]
     crane, case, cranes = files[0].crane, files[0].case, [f.crane for f in files]
     labels = _labels([f.case.name for f in files], case_file.stem)
@@ -98,10 +95,10 @@ def run(
     if json:
         print_json(runs[0].summary if len(runs) == 1 else summaries)
     else:
-        rows = [[label, *_row(s)] for label, s in summaries.items()]
+        rows = [[label, *row(s)] for label, s in summaries.items()]
         print_table(["case", *(HEADERS[c] for c in COLUMNS)], rows, title=_title(crane, case))
         print_twin(crane)
-        _print_notes(summaries)
+        print_notes(summaries)
     if out is not None:
         data = {label: r.dataset(c) for label, r, c in zip(labels, runs, cranes, strict=True)}
         one = all(c is crane for c in cranes)
@@ -137,7 +134,7 @@ def compare(
     from stillhook.scenario import Scenario, Sensors
     from stillhook.sea.recorded import Recorded
 
-    _check_out(out)
+    check_out(out)
     machine = load_crane(crane)
     tip = motion_of(motion, position, heave, start, duration)
     times = {} if duration is None or isinstance(tip, Recorded) else {"duration": duration}  # a log is cut as it is read
@@ -148,7 +145,7 @@ def compare(
         result = side_by_side(machine, case, chosen, step=step, progress=told)
     _report(result, json=json)
     if out is not None:
-        _write_comparison(result, out, quiet=json)
+        write_comparison(result, out, quiet=json)
     raise typer.Exit(0 if result.ok else 1)
 
 
@@ -194,13 +191,13 @@ def _report(result: Comparison, *, json: bool) -> None:
     if json:
         print_json(result.table())
         return
-    rows = [[r.mode.value, *_row(r.summary)] for r in result.runs]
+    rows = [[r.mode.value, *row(r.summary)] for r in result.runs]
     print_table(["mode", *(HEADERS[c] for c in COLUMNS)], rows, title=_title(result.crane, result.runs[0].case))
     print_twin(result.crane)
-    _print_notes(result.table())
+    print_notes(result.table())
 
 
-def _write_comparison(result: Comparison, out: Path, *, quiet: bool, start: float = 0.0) -> None:
+def write_comparison(result: Comparison, out: Path, *, quiet: bool, start: float = 0.0) -> None:
     data = result.dataset()
     runs = {r.mode.value.upper(): data.sel(case=r.mode.value) for r in result.runs}
     _write(out, runs, result.table(), quiet=quiet, title=_title(result.crane, result.runs[0].case), start=start, whole=data)
@@ -223,7 +220,7 @@ def _write(
         print("written: " + ", ".join(str(out / name) for name in OUT_FILES))
 
 
-def _check_out(out: Path | None) -> None:
+def check_out(out: Path | None) -> None:
     """Refuse a folder that cannot be written to before anything runs."""
     from stillhook.whole import check_folder
 
@@ -235,32 +232,3 @@ def _labels(names: list[str], stem: str) -> list[str]:
     """A label for each case of a file, no two alike."""
     labels = [name or (stem if len(names) == 1 else str(i)) for i, name in enumerate(names)]
     return [f"{label} ({i})" if labels.count(label) > 1 else label for i, label in enumerate(labels)]
-
-
-def demo(
-    out: Annotated[Path, typer.Option("--out", help="Folder for the pictures.")] = Path("stillhook-demo"),
-) -> None:
-    """How still does the 250 t crane keep its hook under NS, HS and SSC? Four motions, table and pictures. Example: stillhook demo"""
-    from stillhook.analysis.compare import compare as side_by_side
-    from stillhook.io.case_file import demo_cases
-
-    _check_out(out)
-    cases = demo_cases()
-    rows, results = [], []
-    for file in cases:
-        with progress_bar(file.case.name) as bar:
-            result = side_by_side(file.crane, file.case, progress=started(file.crane, bar, series=True))
-        results.append((file.case.name, result))
-        rows += [[file.case.name if i == 0 else "", r.mode.value, *_row(r.summary)] for i, r in enumerate(result.runs)]
-    crane, case = cases[0].crane, cases[0].case
-    from stillhook.units import show
-
-    title = f"{crane.title}: {show(case.load, 'mass')} on the hook, {show(case.s_w, 'length')} of wire out"
-    print_table(["motion of the crane tip", "mode", *(HEADERS[c] for c in COLUMNS)], rows, title=title, left=2)
-    print("NS and HS: classic control, fixed motors, normal and high speed. SSC: semi-secondary control, motors move with the pumps.")
-    for name, result in results:
-        _print_notes({f"{name}, {mode}": s for mode, s in result.table().items()})
-    for name, result in results:
-        stem, last = name.split(":")[0].replace(" ", "-"), result.runs[0].case.duration
-        _write_comparison(result, out / stem, quiet=True, start=last - DEMO_SHOWN)
-    print(f"pictures, series and summaries: {out.resolve()}")

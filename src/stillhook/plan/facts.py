@@ -58,7 +58,7 @@ def facts_of(plan: LiftPlan, limited: Mapping[tuple[str, Alternative], Sequence[
         "vessel": {"name": plan.vessel.name, "title": plan.vessel.source, "notes": list(plan.vessel.notes)},
         "payload": _payload(plan),
         "place": {"h_tip": plan.h_tip, "depth": plan.depth, "rho": plan.rho, "text": _place(plan)},
-        "phases": [_phase(phase) for phase in plan.phases],
+        "phases": [described(phase) for phase in plan.phases],
         "rules": {
             "name": plan.rules.name, "version": plan.rules.version, "digest": plan.rules.digest, "changes": list(plan.rules.changes),
             "rows": [_rule(rule) for rule in plan.rules.rules],
@@ -124,7 +124,8 @@ def _place(plan: LiftPlan) -> str:
     return f"{plan.vessel.name}, crane tip at {at}, {show(plan.h_tip, 'length', 4)} above still water, {show(plan.depth, 'length', 5)} deep"
 
 
-def _phase(phase: Phase) -> dict[str, Any]:
+def described(phase: Phase) -> dict[str, Any]:
+    """A phase as plain data."""
     return {
         "name": phase.name, "kind": phase.kind.value, "mode": phase.winch.value, "start": phase.start, "end": phase.end,
         "speed": phase.speed, "duration": phase.duration, "compensated": phase.compensated, "limits": dict(phase.limits),
@@ -134,7 +135,8 @@ def _phase(phase: Phase) -> dict[str, Any]:
 def _rule(rule: Rule) -> dict[str, Any]:
     fields = ("key", "title", "quantity", "limit", "standard", "edition", "clause", "note")
     named = {name: getattr(rule, name) for name in fields}
-    return {**named, "sense": rule.sense.value, "level": rule.level.value, "phases": [kind.value for kind in rule.phases]}
+    named |= {"asked": rule.asked, "sense": rule.sense.value, "level": rule.level.value}
+    return {**named, "phases": [kind.value for kind in rule.phases]}
 
 
 def _limited(phase: str, alternative: Alternative, each: Limited) -> dict[str, Any]:

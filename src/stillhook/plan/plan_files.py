@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
 NUMBERS, FACTS = "plan.nc", "plan.json"
 PLAN_FILES = (NUMBERS, FACTS)
+OUT_FILES = (*PLAN_FILES,)
 NEEDED = {"name", "Hs_lowest", "Hs_highest"}
 
 
@@ -26,6 +27,12 @@ def save_plan(result: PlanResult, folder: str | Path) -> Path:
     with whole_folder(target) as part:
         write_plan(result, part)
     return target
+
+
+def write_answer(result: PlanResult, folder: Path) -> None:
+    """Everything that `stillhook plan --out` leaves: numbers, facts and the report, all of them or none."""
+    with whole_folder(folder) as part:
+        write_plan(result, part)
 
 
 def write_plan(result: PlanResult, part: Path) -> None:

@@ -57,9 +57,11 @@ class PlanResult:
 
     @property
     def workable(self) -> bool:
-        """Whether any sea of the table is workable under any alternative, as credited."""
+        """Whether any sea of the table is within the credited limit of any alternative, and the weather, where it was asked, ever gives a
+        window that is long enough."""
         limits = self.data["Hs_limit"].sel(credit="credited").values
-        return bool((limits >= float(self.data.attrs["Hs_lowest"])).any())
+        windows = self.blocks["weather"]["n_windows_long_enough"].sel(credit="credited", month=0) if "weather" in self else None
+        return bool((limits >= float(self.data.attrs["Hs_lowest"])).any() and (windows is None or (windows > 0).any()))
 
     def __getitem__(self, block: str) -> xarray.Dataset:
         """A block by its name. Errors: KeyError where it was not made."""

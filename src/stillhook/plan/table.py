@@ -173,13 +173,17 @@ class LimitTable:
 
         The worst of the headings within the tolerance and of the two periods on either side of Tp (the one row where Tp is a row); below
         the lowest period the first row holds; above the highest, and beyond the tolerance from every heading, the limit is 0. Tp NaN: the
-        worst of all periods. beta None: the vessel turns to the heading that is best for the period; NaN: 0, nobody knows. What is not told
-        in the table is 0.
+        worst of all periods. beta None: the vessel turns to the heading that is best for the period, and keeps it within the tolerance; NaN:
+        0, nobody knows. What is not told in the table is 0.
         """
         by_heading = self._by_heading(np.asarray(Tp, dtype=float))
         if beta is None:
-            return np.asarray(by_heading.max(axis=0))
-        off = np.abs((np.asarray(beta, dtype=float)[None] - self.headings[:, None] + math.pi) % FULL - math.pi)
+            return np.asarray(np.max([self._worst_near(by_heading, np.array([heading])) for heading in self.headings], axis=0))
+        return self._worst_near(by_heading, np.asarray(beta, dtype=float))
+
+    def _worst_near(self, by_heading: FloatArray, beta: FloatArray) -> FloatArray:
+        """The worst (n,) of the limits (heading, n) of the headings within the tolerance of beta (n,) or (1,); 0 where there is none."""
+        off = np.abs((beta[None] - self.headings[:, None] + math.pi) % FULL - math.pi)
         near = off <= self.heading_tolerance * (1.0 + SAME) + SAME
         worst = np.where(near, by_heading, np.inf).min(axis=0)
         return np.asarray(np.where(near.any(axis=0), worst, 0.0))

@@ -1,0 +1,188 @@
+"""`stillhook plan`: in which weather a lift may be done, what limits it, how long one waits, and what a better controller buys."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from stillhook.cli.cluster import Scheduler, client_of
+from stillhook.cli.cranes import Json
+from stillhook.cli.running_text import wrapped
+from stillhook.cli.show import print_json, print_table, progress_bar
+
+if TYPE_CHECKING:
+    from stillhook.plan.result import PlanResult
+
+TIER_HELP = "How far to go: closed-form (a standard's formulas), frequency (seconds), time (the twin in the loop near the limits)."
+STORE_HELP = "Folder in which runs of the twin are kept: a plan that was stopped goes on from there. Default: runs in the --out folder."
+EXAMPLE = "example"
+LEAST = 1e-3
+"""Shares below it are told as 0."""
+
+
+def register(app: typer.Typer) -> None:
+    app.command("plan")(plan)
+
+
+def plan(
+    lift: Annotated[str, typer.Argument(metavar="LIFT.toml", help='Plan file, or one of the library\'s; "example" copies the example.')],
+    folder: Annotated[Path | None, typer.Argument(metavar="[DIR]", help='After "example": folder for the copy.')] = None,
+    check: Annotated[bool, typer.Option("--check", help="Say what the plan asks, and run nothing.")] = False,
+    tier: Annotated[str, typer.Option(help=TIER_HELP)] = "time",
+    quick: Annotated[bool, typer.Option("--quick", help="The same as --tier frequency.")] = False,
+    alpha: Annotated[str | None, typer.Option(help="Table of forecast factors: a name, or a TOML file of your own.")] = None,
+    out: Annotated[Path | None, typer.Option("--out", help="Folder for report (PDF, HTML), plan.nc and plan.json.")] = None,
+    store: Annotated[Path | None, typer.Option("--store", help=STORE_HELP)] = None,
+    scheduler: Scheduler = None,
+    threads: Annotated[int, typer.Option(min=1, max=256, help="Cores of this machine to use.")] = 2,
+    json: Json = False,
+) -> None:
+    """Limiting sea states of a lift under every way to reckon the winch, what governs them, waiting for weather, and what each gains.
+
+    Limits are told twice: as the model of each alternative says them, and as they may be credited, which is no more than with a flat 80 %
+    of compensation where no certificate covers the twin. A plan that is stopped goes on where it was, with the same --store or --out.
+
+    Exit code 1 where no sea of the table is workable under any alternative, or the weather never gives a window.
+
+    Example: stillhook plan template-to-1500m --out plan
+
+    Example: stillhook plan example my-lift
+    """
+    if lift == EXAMPLE and folder is not None:
+        _copy(folder)
+        return
+    from stillhook.errors import PlanError
+    from stillhook.plan.plan_file import load_plan
+
+    if folder is not None:
+        raise PlanError(f'{folder}: what is it? One plan is run at a time; a folder stands after "example" only. Use --out for results.')
+    asked = load_plan(lift)
+    if check:
+        from stillhook.cli.plan_check import print_check
+
+        print_check(asked, json)
+        return
+    found = run(asked, "frequency" if quick else tier, alpha, out, store, scheduler, threads)
+    show(found, out, json=json)
+    raise typer.Exit(0 if found.workable else 1)
+
+
+def _copy(folder: Path) -> None:
+    from stillhook.plan.plan_example import copy_plan
+
+    first, *rest = copy_plan("template-to-1500m", folder)
+    print(f"written: {first}" + "".join(f", {path}" for path in rest))
+    print(f"edit it, then: stillhook plan {first} --check")
+
+
+def run(
+    asked: Any, tier: str, alpha: str | None, out: Path | None, store: Path | None, scheduler: str | None, threads: int
+) -> PlanResult:
+    """The plan's answer, its files written where they were asked for."""
+    from stillhook.plan.plan_files import OUT_FILES, write_answer
+    from stillhook.plan.planning import plan as planned
+    from stillhook.plan.planning import tier_of
+    from stillhook.whole import check_folder
+
+    given: dict[str, Any] = {} if alpha is None else {"alpha": alpha}
+    last = tier_of(tier)
+    if out is not None:
+        check_folder(out, OUT_FILES)
+        store = out / "runs" if store is None else store
+    with client_of(scheduler) as client, progress_bar(f"{asked.name}: planning") as bar:
+        found = planned(asked, tier=last, store=store, client=client, threads=threads, progress=bar, **given)
+    if out is not None:
+        write_answer(found, out)
+    return found
+
+
+def show(found: PlanResult, out: Path | None, *, json: bool) -> None:
+    """The answer on the terminal."""
+    if json:
+        print_json(found.facts)
+        return
+    facts = found.facts
+    wrapped(f"{facts['name']}: {facts['crane']['name']}, {facts['payload']['name']}, {facts['place']['text']}")
+    for heading in found.data["heading"].values:
+        _print_heading(found, float(heading))
+    print("credited: the alternative in that column where its twin may be credited, else no more than the flat 80 %")
+    if "weather" in found:
+        _print_weather(found)
+    op = facts["operation"]
+    hours = ", ".join(f"{key} {op[key] / 3600.0:.3g} h" for key in ("T_POP", "T_R"))
+    wrapped(f"{hours}: {'weather restricted' if op['weather_restricted'] else 'not weather restricted'}; {_forecast(op)}")
+    wrapped(facts["crane"]["twin"])
+    for line in facts["remarks"]:
+        wrapped(line)
+    wrapped(f'rules: {facts["rules"]["name"]} {facts["rules"]["version"]}, recalled from their standards: check against your edition')
+    if out is not None:
+        from stillhook.plan.plan_files import OUT_FILES
+
+        print("written: " + ", ".join(str(out / name) for name in OUT_FILES if (out / name).is_file()))
+
+
+def _forecast(op: dict[str, Any]) -> str:
+    cell = f"{op['alternative']} at Tp {op['Tp']:g} s, {math.degrees(op['beta']):.4g} deg"
+    if math.isnan(op["alpha"]):
+        return f"no forecast factor for {cell}"
+    return f"{cell}: OP_LIM {op['OP_LIM']:.2f} m, alpha {op['alpha']:.3f}, OP_WF {op['op_wf']:.2f} m"
+
+
+def _print_heading(found: PlanResult, beta: float) -> None:
+    """One table for a heading: limits of every alternative over the periods, what is credited, the closed form, and what governs."""
+    data, shown = found.data.sel(heading=beta), str(found.facts["shown"])
+    names = [str(a) for a in data["alternative"].values]
+    closed = data["Hs_rule"].sel(credit="twin", tier="closed-form", alternative=shown).min(dim=("phase", "rule"))
+    rows = []
+    for period in data["period"].values:
+        at = data.sel(period=period)
+        own = [_height(at["Hs_limit"].sel(credit="twin", alternative=a), data.attrs) for a in names]
+        credited = _height(at["Hs_limit"].sel(credit="credited", alternative=shown), data.attrs)
+        governs = [str(at[f"governing_{what}"].sel(credit="twin", alternative=shown).item()) for what in ("phase", "rule", "tier")]
+        rows.append([f"{float(period):g} s", *own, credited, _height(closed.sel(period=period), data.attrs), *governs])
+    head = ["Tp", *names, f"credited:\n{shown}", "closed\nform", f"{shown} is\ngoverned in", "by", "found by"]
+    n = len(names) + 3
+    print_table(head, rows, title=f"limiting Hs [m], waves travelling {math.degrees(beta):.4g} deg from the bow", texts={n, n + 1, n + 2})
+
+
+def _height(value: Any, attrs: dict[str, Any]) -> str:
+    Hs = float(value)
+    if math.isnan(Hs):
+        return "-"
+    return f"> {attrs['Hs_highest']:g}" if math.isinf(Hs) else "never" if Hs == 0.0 else f"{Hs:.2f}"
+
+
+def _print_weather(found: PlanResult) -> None:
+    """A table: how often each alternative can work, how long it waits, and what it gains in a year, as modelled and as credited."""
+    block = found["weather"]
+    synthetic = "SYNTHETIC weather, " if block.attrs["synthetic"] else ""
+    years = f"{block.attrs['first'][:10]} to {block.attrs['last'][:10]}"
+    title = f"{synthetic}{block.attrs['source']}, {years}, window {block.attrs['T_R'] / 3600.0:.3g} h"
+    rows = []
+    for credit in ("twin", "credited"):
+        for name in block["alternative"].values:
+            year = block.sel(credit=credit, alternative=name, month=0)
+            waits = [_days(float(year[key])) for key in ("wait_mean", "wait_p50", "wait_p90")]
+            days = [_number(float(year["days_gained"].sel(over=over)), 1) for over in block["over"].values]
+            hours = [_number(float(year["hours_gained"].sel(over=over)), 0) for over in block["over"].values]
+            worked = float(year["operability"])
+            rows.append([credit, str(name), _share(worked), *waits, _number(float(year["vessel_days"]), 1), *days, *hours])
+    over = [str(name).replace("best-classic", "best\nclassic") for name in block["over"].values]
+    head = ["limit", "winch", "workable", "wait\nmean", "wait\nP50", "wait\nP90", "vessel\ndays"]
+    head += [f"days gained\nover {name}" for name in over] + [f"hours a year\nover {name}" for name in over]
+    print_table(head, rows, title=title, left=2)
+
+
+def _days(seconds: float) -> str:
+    return "never" if math.isnan(seconds) else f"{seconds / 86400.0:.1f} d"
+
+
+def _share(x: float) -> str:
+    return "-" if math.isnan(x) else f"{0.0 if x < LEAST else 100.0 * x:.1f} %"
+
+
+def _number(x: float, digits: int) -> str:
+    return "-" if math.isnan(x) else f"{x + 0.0:.{digits}f}"

@@ -1,0 +1,126 @@
+"""The verb: in which weather may this lift be done, what limits it, how long will we wait, and what does a better controller buy."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from stillhook.engine.run import Progress
+from stillhook.errors import PlanError
+from stillhook.io.weather_file import SENSES, read_weather
+from stillhook.library.files import nearest
+from stillhook.plan.alternatives import Alternative
+from stillhook.plan.answer import Answered, dataset_of, demand_block, seeds_of, summary_of
+from stillhook.plan.capacities import calm
+from stillhook.plan.closed_form import closed_form
+from stillhook.plan.credited_table import certified_in, credited_of
+from stillhook.plan.demand import Demand, Seas, Tier
+from stillhook.plan.facts import facts_of
+from stillhook.plan.frequency import frequency
+from stillhook.plan.lift_plan import LiftPlan
+from stillhook.plan.limited import limited
+from stillhook.plan.limits import Limits, limits_of
+from stillhook.plan.parts import Parts
+from stillhook.plan.plan_file import load_plan
+from stillhook.plan.reference import reference_blocks
+from stillhook.plan.remarks import facts_found
+from stillhook.plan.result import CREDITS, PlanResult
+from stillhook.plan.rules import Limited
+from stillhook.plan.table import Axes, chosen, gathered, governed
+from stillhook.plan.twin_tier import refine
+from stillhook.plan.weather_value import forecast_limits, weather_block, weather_value
+from stillhook.sea.weather import Weather
+from stillhook.units import came
+from stillhook.weather.alpha import DEFAULT, load_alpha_table
+
+if TYPE_CHECKING:
+    import xarray
+
+LimitedBy = Mapping[tuple[str, Alternative], Sequence[Limited]]
+UP_TO: Mapping[Tier, tuple[Tier, ...]] = {tier: tuple(list(Tier)[: i + 1]) for i, tier in enumerate(Tier)}
+"""Tiers that are run for the highest one that was asked."""
+
+
+def plan(
+    lift: LiftPlan | str | Path,
+    *,
+    tier: Tier | str = Tier.TIME,
+    weather: Weather | None = None,
+    alpha: str = DEFAULT,
+    store: str | Path | None = None,
+    client: Any = None,
+    threads: int = 2,
+    progress: Progress | None = None,
+) -> PlanResult:
+    """Limiting sea states of a lift under every alternative, what governs them, and what they are worth in weather.
+
+    lift: a plan, the path of a plan file, or a name of the library; tier: the highest that is run (closed-form, frequency, time); weather
+    in place of that of the plan; alpha: table of forecast factors; store: folder in which runs of the twin are kept, so that a plan that
+    was stopped goes on from there; client of a dask.distributed cluster in place of this machine's threads; progress is called with the
+    share that is done.
+    Errors: StillhookError, one line.
+    """
+    asked, last = lift if isinstance(lift, LiftPlan) else load_plan(lift), tier_of(tier)
+    begun, told = time.perf_counter(), Parts(progress)
+    table, records = load_alpha_table(alpha), weather_of(asked, weather)
+    axes, seas = Axes.of(asked), asked.environment.table()
+    by = {(phase.name, a): limited(asked, phase, a) for phase in asked.phases for a in axes.alternatives}
+    demands = [closed_form(asked, phase, seas, a) for phase in asked.phases for a in axes.alternatives]
+    if last is not Tier.CLOSED_FORM:
+        demands += frequency(asked, axes.alternatives, seas, told(0.01, 0.9 if last is Tier.FREQUENCY else 0.06), threads=threads)
+    limits = [limits_in(asked, demand, by) for demand in demands]
+    twin = None
+    if last is Tier.TIME:
+        twin = refine(asked, limits, store=store, client=client, threads=threads, progress=told(0.06, 0.92))
+        demands, limits = [*demands, *twin.demands], [*limits, *twin.limits]
+    of = answered(asked, axes, seas, demands, limits)
+    forecast = forecast_limits(asked, table, of.governs, max(asked.environment.Hs))
+    blocks: dict[str, xarray.Dataset] = {"demand": demand_block(asked, axes, demands)}
+    value = None
+    if records is not None and forecast.restricted:
+        value = weather_value(asked, axes, forecast, records, max(asked.environment.Hs))
+        blocks["weather"] = weather_block(asked, value, axes, records, forecast)
+    if last is not Tier.CLOSED_FORM:
+        blocks |= reference_blocks(asked, of, lambda found: [limits_in(asked, demand, by) for demand in found], told(0.92, 1.0))
+    blocks |= {} if twin is None else twin.blocks
+    facts = facts_of(asked, by, [t.value for t in UP_TO[last]])
+    facts |= facts_found(asked, of, forecast, value, twin)
+    facts["summary"] = summary_of(of, of.shown(), blocks.get("weather"))
+    facts["runs"] |= {"wall": time.perf_counter() - begun}
+    told.at(1.0)
+    return PlanResult(dataset_of(asked, of, forecast), facts, blocks)
+
+
+def tier_of(text: Tier | str) -> Tier:
+    """The tier of this name. Errors: PlanError."""
+    if text not in list(Tier):
+        raise PlanError(f"tier {came(str(text))}: is none. Give one of {', '.join(Tier)}.")
+    return Tier(text)
+
+
+def limits_in(asked: LiftPlan, demand: Demand, by: LimitedBy) -> Limits:
+    """Limits of a demand by the rules of its phase and alternative."""
+    return limits_of(demand, by[demand.phase, demand.alternative], calm(asked, asked.phase(demand.phase), demand.alternative))
+
+
+def answered(asked: LiftPlan, axes: Axes, seas: Seas, demands: Sequence[Demand], limits: Sequence[Limits]) -> Answered:
+    """The limits in one table, as modelled and as credited."""
+    found = gathered(axes, limits)
+    own, certified = chosen(found), certified_in(asked, axes, seas)
+    credited = credited_of(asked, own, demands, np.unique(seas.Hs), certified.covers)
+    governs = dict(zip(CREDITS, (governed(own), governed(credited)), strict=True))
+    return Answered(axes, found, own, credited, governs, seeds_of(axes, demands), certified)
+
+
+def weather_of(asked: LiftPlan, given: Weather | None) -> Weather | None:
+    """The weather that was given, else that of the plan."""
+    if given is not None or asked.weather is None:
+        return given
+    said = asked.weather.sense
+    if said is not None and said not in SENSES:
+        raise PlanError(f"weather.sense = {came(said)}: is not one of {', '.join(SENSES)}{nearest(said, tuple(SENSES))}")
+    return read_weather(asked.weather.file, sense=None if said is None else SENSES[said])

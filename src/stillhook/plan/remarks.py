@@ -1,0 +1,97 @@
+"""What only the answer tells: what is credited and why, the forecast limit of the leading cell, how weather was read, what stays open."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from stillhook.certified import CAP
+from stillhook.plan.alternatives import Alternative
+from stillhook.plan.answer import Answered
+from stillhook.plan.facts import SAYS, described
+from stillhook.plan.lift_plan import LiftPlan
+from stillhook.plan.reference import reference_of
+from stillhook.plan.table import TIERS, LimitTable, untold
+from stillhook.plan.twin_tier import TwinTier
+from stillhook.plan.weather_value import Forecast, WeatherValue
+
+
+def facts_found(plan: LiftPlan, of: Answered, forecast: Forecast, value: WeatherValue | None, twin: TwinTier | None) -> dict[str, Any]:
+    """Facts that the answer adds to what was asked: shown, alternatives with why, operation, phases with their tiers, runs, remarks."""
+    return {
+        "shown": of.shown().value,
+        "alternatives": [{"name": a.value, "says": SAYS[a], "tells": tells(plan, of, a)} for a in of.axes.alternatives],
+        "operation": operation(plan, of, forecast),
+        "phases": phases(plan, of, twin),
+        "runs": {} if twin is None else dict(twin.runs),
+        "remarks": remarks(plan, of, forecast, value),
+    }
+
+
+def phases(plan: LiftPlan, of: Answered, twin: TwinTier | None) -> list[dict[str, Any]]:
+    """Phases as they were asked, with the tiers that tell something of each, and why the twin was run for it or not."""
+    told = ~np.asarray(np.isnan(of.found.Hs).all(axis=(1, 3, 4, 5)))
+    out = []
+    for k, phase in enumerate(plan.phases):
+        tiers = [tier.value for i, tier in enumerate(TIERS) if told[i, k]]
+        why = "the twin was not asked" if twin is None else twin.why.get(phase.name, "")
+        out.append({**described(phase), "tiers": tiers, "why": why})
+    return out
+
+
+def tells(plan: LiftPlan, of: Answered, alternative: Alternative) -> str:
+    """Why an alternative is credited as it is."""
+    if not alternative.twin:
+        return "no twin: credited as it is"
+    i = of.axes.alternatives.index(alternative)
+    own = [k for k, phase in enumerate(plan.phases) if phase.compensated]
+    share = float(of.certified.share[i, own].mean()) if own else 1.0
+    if share == 1.0:
+        return "inside what the certificate covers in every sea: credited as the twin says"
+    where = "" if share == 0.0 else f" in {1.0 - share:.0%} of the asked seas and phases"
+    why = "; ".join(of.certified.why[alternative])
+    return why if not where and f"{CAP:.0%}" in why else f"credited with no more than {CAP:.0%} of compensation{where}: {why}"
+
+
+def operation(plan: LiftPlan, of: Answered, forecast: Forecast) -> dict[str, Any]:
+    """Times of the operation, the table of forecast factors, and the credited limit with its factor in the reference cell."""
+    at, i, table = reference_of(plan, of), of.axes.alternatives.index(of.shown()), forecast.table
+    cell = (1, i, at.heading, at.period)
+    named = {"name": table.name, **{key: table.texts.get(key, "") for key in ("version", "standard", "edition", "clause", "note")}}
+    return {
+        "T_POP": plan.T_POP, "T_C": plan.T_C, "T_R": forecast.T_R, "weather_restricted": forecast.restricted,
+        "alternative": of.shown().value, "Tp": at.Tp, "beta": at.beta, "OP_LIM": float(min(of.Hs[cell], max(plan.environment.Hs))),
+        "alpha": float(forecast.alpha[cell]), "op_wf": float(forecast.op_wf[cell]), "alpha_table": named,
+    }  # fmt: skip
+
+
+def remarks(plan: LiftPlan, of: Answered, forecast: Forecast, value: WeatherValue | None) -> list[str]:
+    """Lines that a reader of the answer must know."""
+    found = []
+    for phases, alternatives in _grouped(untold(of.own)).items():
+        found.append(f"NOT JUDGED in some cells, for no tier that was run tells it: {', '.join(phases)} ({', '.join(alternatives)})")
+    if np.isposinf(of.Hs).any():
+        highest = max(plan.environment.Hs)
+        found.append(f"a limit above {highest:g} m, the highest sea that was asked, is told as such and used as {highest:g} m")
+    if forecast.why:
+        found.append(f"forecast factor: {forecast.why[0]} Such cells count as not workable in the weather.")
+    if not forecast.restricted:
+        found.append("not weather restricted: waiting is not reckoned; plan for extremes of the season, or divide the operation")
+    if plan.weather is None:
+        found.append("no weather was given: waiting is not reckoned ([weather] in the plan file)")
+    env, axes = plan.environment, of.axes
+    table = LimitTable(of.Hs[0, 0], np.array(axes.headings), np.array(axes.periods), env.heading_tolerance, max(env.Hs))
+    found.append(f"tables are read so: {table.described()}")
+    if value is not None:
+        found += list(value.notes)
+    return found
+
+
+def _grouped(silent: Mapping[Alternative, tuple[str, ...]]) -> dict[tuple[str, ...], list[str]]:
+    """Alternatives by the phases that are not told of them."""
+    out: dict[tuple[str, ...], list[str]] = {}
+    for alternative, phases in silent.items():
+        out.setdefault(phases, []).append(alternative.value)
+    return out

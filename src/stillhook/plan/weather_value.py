@@ -1,0 +1,196 @@
+"""What limits are worth in weather: how often one can work, how long one waits, and what each alternative gains over the others.
+
+The operation needs a window of T_R in which the sea stays under OP_WF, the limit lowered by alpha because forecasts err. A record is
+workable where its height is at most OP_WF of its period and direction (`LimitTable.at`).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stillhook.errors import WeatherError
+from stillhook.plan.alternatives import Alternative
+from stillhook.plan.lift_plan import LiftPlan
+from stillhook.plan.result import CREDITS, Credit
+from stillhook.plan.table import Axes, Governed, LimitTable
+from stillhook.sea.directions import relative
+from stillhook.sea.parametric import Jonswap, pierson_moskowitz
+from stillhook.sea.weather import Weather
+from stillhook.units import show
+from stillhook.variables import attributes
+from stillhook.weather.alpha import Alpha, AlphaTable, alpha_of
+from stillhook.weather.persistence import Persistence, persistence
+
+if TYPE_CHECKING:
+    import xarray
+
+FloatArray = NDArray[np.float64]
+
+YEAR = 365.25 * 24.0
+"""Hours of a year."""
+DAY = 86400.0
+MONTH_DAYS = (31.0, 28.25, 31.0, 30.0, 31.0, 30.0, 31.0, 31.0, 30.0, 31.0, 30.0, 31.0)
+COUNTS = ("n_hours", "n_windows", "n_windows_long_enough", "n_censored", "n_gaps")
+TOLD = ("operability", "start_share", "window_mean", "wait_mean", "wait_p50", "wait_p90", *COUNTS)
+OVER = (Alternative.NONE.value, Alternative.CAP.value, "best-classic")
+"""What gains are told over: no compensation, the flat cap, the better of the classic controllers."""
+CLASSIC = (Alternative.NS, Alternative.HS)
+SYNTHETIC = "synthetic"
+"""Word by which a source or its notes say that weather was made up."""
+PEAKED = 3.3
+"""Peak enhancement between which and 1 the peak period of a sea is taken to lie where only its zero-crossing period is known."""
+
+
+@dataclass(frozen=True, eq=False)
+class Forecast:
+    """Forecast factors of every cell (credit, alternative, heading, period): alpha [1], op_wf [m], NaN where the table tells none; T_R [s];
+    restricted, whether the operation is weather restricted; why: what the table says of cells that it leaves open."""
+
+    alpha: FloatArray = field(repr=False)
+    op_wf: FloatArray = field(repr=False)
+    T_R: float
+    restricted: bool
+    why: tuple[str, ...]
+    table: AlphaTable = field(repr=False)
+
+
+def forecast_limits(plan: LiftPlan, table: AlphaTable, limits: Mapping[Credit, Governed], Hs_highest: float) -> Forecast:
+    """alpha and OP_WF of every limit; one above the highest sea that was asked is taken as that height."""
+    Hs = np.stack([np.minimum(limits[credit].Hs, Hs_highest) for credit in CREDITS])
+    operation = alpha_of(table, Hs_highest, plan.T_POP, plan.T_C)
+    known: dict[float, Alpha] = {float(h): alpha_of(table, float(h), plan.T_POP, plan.T_C) for h in np.unique(Hs[Hs > 0.0])}
+    factor = {h: math.nan if each.alpha is None else each.alpha for h, each in known.items()}
+    alpha = np.array([factor.get(float(h), math.nan) for h in Hs.ravel()]).reshape(Hs.shape)
+    why = tuple(dict.fromkeys(each.why for each in known.values() if each.alpha is None and each.why))
+    never = np.where(Hs == 0.0, 0.0, np.nan)
+    return Forecast(alpha, np.where(np.isnan(alpha), never, alpha * Hs), operation.T_R, operation.weather_restricted, why[:1], table)
+
+
+@dataclass(frozen=True, eq=False)
+class WeatherValue:
+    """Persistence of one alternative's workable weather by credit, each with its months; best_classic by credit, None without one;
+    notes on how the weather was read."""
+
+    found: Mapping[tuple[Credit, Alternative], Persistence] = field(repr=False)
+    best_classic: Mapping[Credit, Alternative | None]
+    T_R: float
+    notes: tuple[str, ...]
+
+
+def weather_value(plan: LiftPlan, axes: Axes, forecast: Forecast, weather: Weather, Hs_highest: float) -> WeatherValue:
+    """How each alternative fares in the weather.
+
+    Errors: WeatherError where the weather does not tell the height, or no direction though the vessel's heading is fixed.
+    """
+    seas, notes = _seas(plan, weather)
+    found: dict[tuple[Credit, Alternative], Persistence] = {}
+    for c, credit in enumerate(CREDITS):
+        for a, alternative in enumerate(axes.alternatives):
+            op_wf = np.nan_to_num(forecast.op_wf[c, a], nan=0.0)
+            table = LimitTable(op_wf, np.array(axes.headings), np.array(axes.periods), plan.environment.heading_tolerance, Hs_highest)
+            limit = np.min([table.at(Tp, seas.beta) for Tp in seas.periods], axis=0)
+            found[credit, alternative] = persistence(
+                np.asarray((seas.Hs <= limit) & (limit > 0.0)), weather.time, weather.step, forecast.T_R, valid=np.isfinite(seas.Hs)
+            )
+    best = {credit: _best(found, credit, [a for a in CLASSIC if a in axes.alternatives]) for credit in CREDITS}
+    return WeatherValue(found, best, forecast.T_R, notes)
+
+
+@dataclass(frozen=True, eq=False)
+class _Seas:
+    """Records as the tables want them: Hs (n,) [m], one or two readings of the peak period (n,) [s], beta (n,) [rad] or None."""
+
+    Hs: FloatArray
+    periods: tuple[FloatArray, ...]
+    beta: FloatArray | None
+
+
+def _seas(plan: LiftPlan, weather: Weather) -> tuple[_Seas, tuple[str, ...]]:
+    if "H_m0" not in weather.columns:
+        raise WeatherError(f"{weather.source}: no wave height. Give weather with a column of significant wave height.")
+    Hs, ship = weather.columns["H_m0"], None if plan.weather is None else plan.weather.ship
+    notes = []
+    periods, said = _periods(weather, len(Hs))
+    notes += [said] if said else []
+    if ship is None:
+        notes.append("vessel free to turn: each record at the best heading of the table")
+        return _Seas(Hs, periods, None), tuple(notes)
+    if "come_from" not in weather.columns:
+        raise WeatherError(
+            f"{weather.source}: tells no direction of waves, and the vessel's heading is fixed at {show(ship, 'angle', 4)}. "
+            "Leave out weather.ship, or give weather with direction."
+        )
+    notes.append(f"vessel's heading fixed at {show(ship, 'angle', 4)} from north")
+    return _Seas(Hs, periods, relative(weather.columns["come_from"], ship)), tuple(notes)
+
+
+def _periods(weather: Weather, n: int) -> tuple[tuple[FloatArray, ...], str]:
+    """Readings of the peak period, of which the worse counts, and how they were come by where the weather does not tell it."""
+    if "T_p" in weather.columns:
+        return (weather.columns["T_p"],), ""
+    if "T_m02" not in weather.columns:
+        return (np.full(n, np.nan),), "no period in the weather: the worst period of the table counts in every record"
+    ratios = [spectrum.T_m02 / spectrum.T_p for spectrum in (pierson_moskowitz(2.0, 9.0), Jonswap(2.0, 9.0, PEAKED))]
+    said = f"no peak period in the weather: T_z over {ratios[0]:.3f} and over {ratios[1]:.3f} (gamma 1 and {PEAKED:g}), the worse of both"
+    return tuple(weather.columns["T_m02"] / r for r in ratios), said
+
+
+def _best(found: Mapping[tuple[Credit, Alternative], Persistence], credit: Credit, of: list[Alternative]) -> Alternative | None:
+    """The one in which work can start most often."""
+    return max(of, key=lambda a: found[credit, a].start_share, default=None)
+
+
+def weather_block(plan: LiftPlan, value: WeatherValue, axes: Axes, weather: Weather, forecast: Forecast) -> xarray.Dataset:
+    """The Dataset of a result: dims credit, alternative, month (0 the whole year), over. A month without records is NaN. attrs say which
+    weather, read how."""
+    import xarray
+
+    shape = (len(CREDITS), len(axes.alternatives), 13)
+    told = {name: np.full(shape, np.nan) for name in (*TOLD, "vessel_days")}
+    for c, credit in enumerate(CREDITS):
+        for a, alternative in enumerate(axes.alternatives):
+            year = value.found[credit, alternative]
+            for each in (replace(year, month=0), *year.months):
+                for name in TOLD:
+                    told[name][c, a, each.month or 0] = getattr(each, name)
+    told["vessel_days"] = (told["wait_mean"] + value.T_R) / DAY
+    hours, days = (_gains(axes, value, told[name], sign) for name, sign in (("operability", 1.0), ("vessel_days", -1.0)))
+    hours *= np.array([YEAR, *(24.0 * d for d in MONTH_DAYS)])
+    dims = ("credit", "alternative", "month")
+    data = {name: (dims, values, attributes(name)) for name, values in told.items()}
+    both = (("hours_gained", hours), ("days_gained", days))
+    gains = {name: ((*dims, "over"), np.moveaxis(a, 0, -1), attributes(name)) for name, a in both}
+    coords = {"credit": list(CREDITS), "alternative": [a.value for a in axes.alternatives], "month": np.arange(13), "over": list(OVER)}
+    best = {f"best_classic_{credit}": a.value if a else "" for credit, a in value.best_classic.items()}
+    return xarray.Dataset({**data, **gains}, coords=coords, attrs={**_described(plan, weather, forecast), **best})
+
+
+def _described(plan: LiftPlan, weather: Weather, forecast: Forecast) -> dict[str, Any]:
+    """Attributes of the block: weather, window, vessel, forecast factors."""
+    ship = None if plan.weather is None else plan.weather.ship
+    first, last = (np.datetime_as_string(weather.time[k], unit="m") for k in (0, -1))
+    synthetic = any(SYNTHETIC in text.lower() for text in (weather.source, *weather.notes))
+    return {
+        "source": weather.source, "synthetic": int(synthetic), "first": str(first), "last": str(last), "step": weather.step,
+        "window": forecast.T_R, "T_R": forecast.T_R, "T_POP": plan.T_POP, "alpha_table": forecast.table.source,
+        "limit": "wave height at most OP_WF of its period and direction", "free": int(ship is None),
+        "ship": math.nan if ship is None else ship,
+    }  # fmt: skip
+
+
+def _gains(axes: Axes, value: WeatherValue, told: FloatArray, sign: float) -> FloatArray:
+    """What (credit, alternative, month) is better by than each of `OVER`: (over, credit, alternative, month)."""
+    out = np.full((len(OVER), *told.shape), np.nan)
+    for o, name in enumerate(OVER):
+        for c, credit in enumerate(CREDITS):
+            best = value.best_classic[credit]
+            of = best if name == OVER[-1] else Alternative(name)
+            if of is not None and of in axes.alternatives:
+                out[o, c] = sign * (told[c] - told[c, axes.alternatives.index(of)])
+    return out

@@ -1,0 +1,163 @@
+"""What limits are worth in weather: who can work how often, how long one waits, and what is gained."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from stillhook.errors import WeatherError
+from stillhook.plan.alternatives import Alternative
+from stillhook.plan.lift_plan import WeatherUse
+from stillhook.plan.plan_file import load_plan
+from stillhook.plan.table import Axes, Governed
+from stillhook.plan.weather_value import forecast_limits, weather_block, weather_value
+from stillhook.sea.weather import Weather
+from stillhook.weather.alpha import load_alpha_table
+
+HIGHEST = 6.0
+HOURS = 24 * 90
+
+
+@pytest.fixture(scope="module")
+def plan():
+    """The example of the library, of an operation of 6 h without a contingency that was assessed: T_R is 12 h."""
+    return replace(load_plan("template-to-1500m"), T_POP=6 * 3600.0, T_C=None, weather=None)
+
+
+@pytest.fixture(scope="module")
+def season():
+    """Three months of hourly waves that rise and fall twice a week, of 8 s, from all round."""
+    t = np.arange(HOURS)
+    time = np.datetime64("2020-01-01T00:00") + t * np.timedelta64(1, "h")
+    Hs = 2.0 + 1.5 * np.sin(2.0 * np.pi * t / 84.0)
+    return Weather(
+        time.astype("datetime64[s]"), {"H_m0": Hs, "T_p": np.full(HOURS, 8.0), "come_from": (t % 360) / 360.0 * 2.0 * np.pi}, 3600.0
+    )
+
+
+def governs(axes, Hs):
+    """A table that is the same in every cell of an alternative; Hs by alternative."""
+    shape = (len(axes.alternatives), *axes.columns)
+    table = np.broadcast_to(np.array([Hs.get(a, 1.5) for a in axes.alternatives])[:, None, None], shape).copy()
+    nan, none = np.full(shape, np.nan), np.full(shape, -1)
+    return Governed(axes, table, nan, nan, none, none, none)
+
+
+def valued(plan, weather, twin, credited=None):
+    """Persistence of limits by alternative, and its block."""
+    axes = Axes.of(plan)
+    limits = {"twin": governs(axes, twin), "credited": governs(axes, credited or twin)}
+    forecast = forecast_limits(plan, load_alpha_table(), limits, HIGHEST)
+    value = weather_value(plan, axes, forecast, weather, HIGHEST)
+    return value, weather_block(plan, value, axes, weather, forecast), forecast
+
+
+LIMITS = {
+    Alternative.NONE: 1.2,
+    Alternative.CAP: 2.0,
+    Alternative.NS: 2.5,
+    Alternative.HS: 2.2,
+    Alternative.SSC: 3.0,
+    Alternative.STRONG_SSC: 9.0,
+}
+
+
+def test_the_more_an_alternative_allows_the_more_often_it_works_and_the_shorter_it_waits(plan, season):
+    _, block, _ = valued(plan, season, LIMITS)
+    order = [a.value for a in sorted(LIMITS, key=LIMITS.get)]
+    year = block.sel(credit="twin", month=0, alternative=order)
+    assert (np.diff(year["operability"]) > 0.0).all()
+    assert (np.diff(year["wait_mean"]) <= 0.0).all()
+    assert year["wait_mean"].values[-1] == 0.0  # no sea of this season is above the forecast limit
+
+
+def test_a_sea_must_stay_under_the_forecast_limit_not_under_the_operational_one(plan, season):
+    _, block, forecast = valued(plan, season, LIMITS)
+    alpha = forecast.alpha[0, 1, 0, 0]
+    assert alpha == pytest.approx(0.76)  # Hs 2 m, T_POP up to 12 h: DNV-OS-H101 table 4-1
+    expected = float((season.columns["H_m0"] <= alpha * 2.0).mean())
+    assert float(block["operability"].sel(credit="twin", alternative="cap-80", month=0)) == expected
+
+
+def test_gains_are_differences_and_nothing_gains_over_itself(plan, season):
+    value, block, _ = valued(plan, season, LIMITS)
+    year = block.sel(credit="twin", month=0)
+    assert value.best_classic["twin"] is Alternative.NS
+    gained = float(year["hours_gained"].sel(alternative="ssc", over="best-classic"))
+    share = float(year["operability"].sel(alternative="ssc") - year["operability"].sel(alternative="ns"))
+    assert gained == pytest.approx(share * 8766.0)
+    for name, over in (("none", "none"), ("cap-80", "cap-80"), ("ns", "best-classic")):
+        assert float(year["days_gained"].sel(alternative=name, over=over)) == 0.0
+    assert float(year["days_gained"].sel(alternative="ssc", over="none")) > 0.0
+
+
+def test_vessel_days_are_the_wait_and_the_reference_period(plan, season):
+    _, block, _ = valued(plan, season, LIMITS)
+    year = block.sel(credit="twin", alternative="strong-ssc", month=0)
+    assert float(year["vessel_days"]) == pytest.approx(0.5)  # no wait, and T_R of 12 h
+
+
+def test_limits_below_the_table_of_forecast_factors_are_never_workable_and_it_is_said_why(plan, season):
+    _, block, forecast = valued(plan, season, dict.fromkeys(LIMITS, 0.9))
+    assert np.isnan(forecast.alpha).all()
+    assert "case by case" in forecast.why[0]
+    assert (block["operability"].sel(month=0) == 0.0).all()
+    assert np.isnan(block["vessel_days"].sel(month=0)).all()
+
+
+def test_what_is_credited_has_its_own_waits(plan, season):
+    _, block, _ = valued(plan, season, LIMITS, {a: min(2.0, Hs) for a, Hs in LIMITS.items()})
+    year = block["operability"].sel(month=0)
+    assert float(year.sel(alternative="ssc", credit="credited")) == float(year.sel(alternative="cap-80", credit="twin"))
+    assert float(year.sel(alternative="ssc", credit="credited")) < float(year.sel(alternative="ssc", credit="twin"))
+
+
+def test_a_fixed_heading_counts_only_waves_within_the_tolerance_of_the_table(plan, season):
+    fixed = replace(plan, weather=WeatherUse("season", ship=0.0))
+    _, free, _ = valued(plan, season, LIMITS)
+    _, held, _ = valued(fixed, season, LIMITS)
+    calm = {"credit": "twin", "alternative": "strong-ssc", "month": 0}
+    # headings 150, 165 and 180 deg, each with 15 deg: 60 of 360 deg of direction, both ends inside
+    assert float(free["operability"].sel(calm)) == 1.0
+    assert float(held["operability"].sel(calm)) == pytest.approx(61 / 360, abs=0.002)
+
+
+def test_a_direction_read_in_the_wrong_sense_changes_the_answer(plan, season):
+    bow_on = replace(season, columns={**season.columns, "come_from": np.full(HOURS, math.radians(350.0))})
+    misread = replace(season, columns={**season.columns, "come_from": np.full(HOURS, math.radians(170.0))})
+    fixed = replace(plan, weather=WeatherUse("season", ship=math.radians(335.0)))
+    shares = [
+        float(valued(fixed, w, LIMITS)[1]["operability"].sel(credit="twin", alternative="strong-ssc", month=0)) for w in (bow_on, misread)
+    ]
+    assert shares == [1.0, 0.0]
+
+
+def test_a_fixed_heading_without_directions_is_refused(plan, season):
+    blind = replace(season, columns={k: v for k, v in season.columns.items() if k != "come_from"}, source="buoy.csv")
+    with pytest.raises(WeatherError, match=r"buoy.csv: tells no direction of waves, .* fixed at 10 deg"):
+        valued(replace(plan, weather=WeatherUse("buoy.csv", ship=math.radians(10.0))), blind, LIMITS)
+
+
+def test_weather_without_a_period_takes_the_worst_of_the_table(plan, season):
+    blind = replace(season, columns={"H_m0": season.columns["H_m0"]})
+    value, block, _ = valued(plan, blind, LIMITS)
+    assert "the worst period of the table" in " ".join(value.notes)
+    _, known, _ = valued(plan, season, LIMITS)  # the table is the same in every period: nothing changes
+    assert (block["operability"] == known["operability"]).sel(month=0).all()
+
+
+def test_unknown_heights_are_not_counted_as_calm(plan, season):
+    gone = season.columns["H_m0"].copy()
+    gone[::2] = np.nan
+    _, block, _ = valued(plan, replace(season, columns={**season.columns, "H_m0": gone}), LIMITS)
+    year = block.sel(credit="twin", alternative="strong-ssc", month=0)
+    assert float(year["operability"]) == 1.0  # of the valid records
+    assert float(year["n_windows_long_enough"]) == 0.0
+
+
+def test_made_up_weather_says_so(plan, season):
+    _, block, _ = valued(plan, replace(season, source="SYNTHETIC-sea"), LIMITS)
+    assert block.attrs["synthetic"] == 1
+    _, block, _ = valued(plan, replace(season, source="buoy"), LIMITS)
+    assert block.attrs["synthetic"] == 0
