@@ -12,11 +12,12 @@ from stillhook.library.payloads import read_payload
 from stillhook.library.vessels import vessel_file
 from stillhook.lift.lowering import Lowering
 from stillhook.lift.programme import Stage
+from stillhook.response.deviations import sigmas
 from stillhook.response.forcing import Forcing, forcing_of_seas, forcing_of_series
 from stillhook.response.hung import Hung, hung
 from stillhook.response.linearise import drag_of_gaussian, drag_of_harmonic
 from stillhook.response.residual import Residual
-from stillhook.response.road import road, sigmas
+from stillhook.response.road import road
 from stillhook.response.rod import End, Rod, transfers
 from stillhook.sea.measured import SpectrumSeries
 from stillhook.sea.parametric import Jonswap

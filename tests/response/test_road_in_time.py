@@ -12,11 +12,11 @@ from stillhook.library.payloads import read_payload
 from stillhook.library.vessels import vessel_file
 from stillhook.lift.lowering import Lowering
 from stillhook.lift.programme import Stage
+from stillhook.response.deviations import Sigmas, sigmas
 from stillhook.response.forcing import Forcing
 from stillhook.response.hung import hung
 from stillhook.response.identify_residual import identify_residual
 from stillhook.response.residual import Residual
-from stillhook.response.road import Sigmas, sigmas
 from stillhook.sea.parametric import Jonswap
 from stillhook.sea.realisation import realise, tip_motion
 from stillhook.sea.spectrum import Sea, Train

@@ -17,10 +17,10 @@ from stillhook.plan.phases import Phase, PhaseKind
 from stillhook.plan.rules import Level
 from stillhook.plan.situations import Situation, situations
 from stillhook.plan.winches import BRAKE, Way, ways
+from stillhook.response.deviations import Sigmas, sigmas
 from stillhook.response.forcing import Forcing, forcing_of_seas
 from stillhook.response.hung import Hung
 from stillhook.response.linearise import mean_drag
-from stillhook.response.road import Sigmas, sigmas
 from stillhook.response.statistics import rate_below_zero, zero_crossing_period
 from stillhook.sea.extremes import MPM, P90
 from stillhook.sea.ship_motion import STANDARD_GRAVITY

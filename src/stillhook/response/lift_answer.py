@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 
 from stillhook.engine.build import cache_root
 from stillhook.io.lift_file import LiftFile
+from stillhook.response.deviations import sigmas
 from stillhook.response.linearise import answers
 from stillhook.response.of_lift import FLAGS, LiftResponse, Waves
 from stillhook.response.residual import Residual
-from stillhook.response.road import sigmas
 from stillhook.units import show
 
 if TYPE_CHECKING:

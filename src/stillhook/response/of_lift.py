@@ -39,6 +39,8 @@ LIKELY = 0.1
 """Chance of slack slings over the duration from which they count as likely: what 90 % of such operations stay free of is not."""
 PARTS = 3
 """Times that the twin is run while a residual is made."""
+WAVES = 400
+"""Heights that stand for all of an irregular motion."""
 PERIODS = 3
 """Natural periods that are told."""
 FLAGS = ("saturated", "slack", "overload")
@@ -203,8 +205,8 @@ def saturation_share(residual: Residual, sigma_v: FloatArray, T: FloatArray) -> 
     """Share of the time with the pumps at their stop under irregular motions of deviation sigma_v [m/s] and period T [s], (n,): waves taken
     as sines whose heights are Rayleigh distributed. NaN where either is unknown."""
     top = residual.v[-1]
-    sigma = np.geomspace(top / 100.0, 2.0 * top, 120)
-    chance = (np.arange(2000) + 0.5) / 2000
+    sigma = np.geomspace(top / 100.0, 2.0 * top, 60)
+    chance = (np.arange(WAVES) + 0.5) / WAVES
     v = np.outer(sigma, np.sqrt(-2.0 * np.log(chance)))
     knots = np.concatenate(([0.0], residual.v))
     mean = np.array([np.interp(v, knots, [0.0, *row]).mean(axis=1) for row in residual.saturated])

@@ -8,7 +8,7 @@ measured on the twin under irregular motions, over the deviation sigma_v of the 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -17,6 +17,23 @@ from stillhook.errors import LiftError
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
+
+
+class Places(NamedTuple):
+    """Four neighbours of n motions in a table over period and deviation: rows, columns and shares (n,) of each; beyond (n,), factor on
+    variances beyond the ends of the table."""
+
+    corners: tuple[tuple[NDArray[Any], NDArray[Any], FloatArray], ...]
+    beyond: FloatArray
+
+    def rows(self, some: NDArray[Any]) -> Places:
+        """Those of some of the motions."""
+        return Places(tuple((i[some], j[some], share[some]) for i, j, share in self.corners), self.beyond[some])
+
+    def at(self, values: FloatArray) -> FloatArray:
+        """Of variances at all periods and deviations of the table (j, k, s), those of the motions: (n, s)."""
+        y = np.log(np.maximum(values, 1e-300))
+        return np.asarray(np.exp(sum(share[:, None] * y[i, j] for i, j, share in self.corners)) * self.beyond[:, None])
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,26 +55,21 @@ class Remnant:
         if self.S.shape != (len(self.T_z), len(self.sigma_v), len(self.omega)) or self.gain.shape != self.sigma_v.shape:
             raise LiftError(f"remnant: densities of shape {self.S.shape} for {len(self.T_z)} periods and {len(self.sigma_v)} deviations.")
 
-    def integrated(self, power: FloatArray, omega: FloatArray) -> FloatArray:
-        """Variance of answers to the remnant at all T_z and sigma_v of the table, (j, k, s): power (s, m) squared transfers on frequencies
-        omega (m,), ascending, that resolve them."""
+    def on(self, omega: FloatArray) -> FloatArray:
+        """Variance in each of frequencies omega (m,) [rad/s], ascending, that resolve what it goes through: (j, k, m) [m^2]."""
         x = np.log(omega)
         S = np.exp([[np.interp(x, np.log(self.omega), np.log(row)) for row in rows] for rows in self.S])
         step = np.diff(omega)
-        width = np.concatenate((step, [0.0])) / 2.0 + np.concatenate(([0.0], step)) / 2.0
-        return np.asarray(S @ (power * width).T)
+        return np.asarray(S * (np.concatenate((step, [0.0])) + np.concatenate(([0.0], step))) / 2.0)
 
-    def at(self, values: FloatArray, sigma_v: ArrayLike, T_z: ArrayLike) -> FloatArray:
-        """Numbers of `integrated` (j, k, s) for irregular motions of deviation sigma_v and period T_z, (n,) each: (n, s)."""
+    def places(self, sigma_v: ArrayLike, T_z: ArrayLike) -> Places:
+        """Where irregular motions of deviation sigma_v and period T_z, (n,) each, are in the table."""
         sigma = np.asarray(sigma_v, dtype=np.float64)
         i, f = _place(np.log(self.T_z), np.log(np.asarray(T_z, dtype=np.float64)))
         j, g = _place(np.log(self.sigma_v), np.log(sigma))
-        y = np.log(np.maximum(values, 1e-300))
         i_1, j_1 = np.minimum(i + 1, len(self.T_z) - 1), np.minimum(j + 1, len(self.sigma_v) - 1)
-        f, g = f[:, None], g[:, None]
-        mean = (1.0 - f) * ((1.0 - g) * y[i, j] + g * y[i, j_1]) + f * ((1.0 - g) * y[i_1, j] + g * y[i_1, j_1])
-        beyond = sigma / np.clip(sigma, self.sigma_v[0], self.sigma_v[-1])
-        return np.asarray(np.exp(mean) * beyond[:, None] ** 2)
+        corners = ((i, j, (1.0 - f) * (1.0 - g)), (i, j_1, (1.0 - f) * g), (i_1, j, f * (1.0 - g)), (i_1, j_1, f * g))
+        return Places(corners, (sigma / np.clip(sigma, self.sigma_v[0], self.sigma_v[-1])) ** 2)
 
     def gain_at(self, sigma_v: ArrayLike) -> ComplexArray:
         """gain at deviations sigma_v, shape of sigma_v."""
