@@ -10,7 +10,8 @@ from weakref import WeakKeyDictionary
 from stillhook.analysis.controllers import controller
 from stillhook.analysis.envelope_limits import Direction, Station
 from stillhook.crane import Crane
-from stillhook.engine.lift_programme import Hanging, hanging, payload_weight
+from stillhook.engine.lift_programme import Hanging, hanging, payload_weight, wire_strength
+from stillhook.lift.simplified import taken_up
 from stillhook.physics.scalar import G
 from stillhook.plan.alternatives import Alternative
 from stillhook.plan.lift_plan import LiftPlan
@@ -55,18 +56,35 @@ def static_tension(plan: LiftPlan, phase: Phase) -> float:
     return max(at_rest(plan, phase, z).F_tip for z in places(phase)) + held
 
 
-def static_sling(plan: LiftPlan, phase: Phase, pick: Callable[[list[float]], float] = max) -> float:
-    """Largest (pick max) or least (min) sling tension at rest on a phase's way [N]."""
-    return pick([payload_weight(plan.hanging(z), z) for z in places(phase)])
+def static_sling(plan: LiftPlan, phase: Phase) -> float:
+    """Largest sling tension at rest on a phase's way [N]."""
+    return max(payload_weight(plan.hanging(z), z) for z in places(phase))
+
+
+def jerk(plan: LiftPlan, phase: Phase, v: float) -> float:
+    """Tension on top of rest as the payload is lifted off with the hook at v against what carries it [N]; 0 in other phases.
+
+    Wire and slings as a spring (`stillhook.lift.simplified.taken_up`), the largest over the phase's way; added mass on the seabed.
+    """
+    if phase.kind not in (PhaseKind.LIFT_OFF, PhaseKind.SEABED_LIFT_OFF):
+        return 0.0
+    crane, load = plan.crane, plan.payload
+    A33 = load.covered(plan.rho).A33 if phase.kind is PhaseKind.SEABED_LIFT_OFF else 0.0
+    EA, _ = wire_strength(crane)
+    lengths = [at_rest(plan, phase, z).s_w for z in places(phase)]
+    springs = [1.0 / ((crane.wire.L_0 + L) / EA + 1.0 / plan.rigging.stiffness) for L in lengths]
+    return max(float(taken_up(0.0, v, K, load.mass + A33)) for K in springs)
 
 
 def calm(plan: LiftPlan, phase: Phase, alternative: Alternative) -> Mapping[str, float]:
-    """What a phase asks in still water: quantity -> value in SI; the same under every alternative. Pressures are left out."""
+    """What a phase asks in still water: quantity -> value in SI; the same under every alternative. Pressures are left out; lifting off
+    takes up the load at the hoisting speed."""
     F, v = static_tension(plan, phase), phase.speed or 0.0
+    F_jerk = jerk(plan, phase, v)
     rest = ("slack_chance", "snap_load", "v_tip_max", "s_tip_pp", "saturation_share", "relief_share", "stroke_share", "e_c_pp", "load_pp")
     found = dict.fromkeys((*rest, "v_lift_off"), 0.0)
-    DAF = static_sling(plan, phase) / (plan.payload.mass * G)
-    return found | {"F_top_static": F, "F_top_max": F, "DAF": DAF, "sling_ratio": 1.0, "v_w_demand": v, "v_landed": v}
+    DAF = (static_sling(plan, phase) + F_jerk) / (plan.payload.mass * G)
+    return found | {"F_top_static": F, "F_top_max": F + F_jerk, "DAF": DAF, "sling_ratio": 1.0, "v_w_demand": v, "v_landed": v}
 
 
 def _swl_tip(plan: LiftPlan, phase: Phase, alternative: Alternative) -> Found:

@@ -20,7 +20,7 @@ from stillhook.engine.lift_programme import hanging, payload_weight, wire_streng
 from stillhook.lift import simplified as sm
 from stillhook.physics.scalar import G
 from stillhook.plan.alternatives import Alternative
-from stillhook.plan.capacities import static_tension
+from stillhook.plan.capacities import jerk, static_tension
 from stillhook.plan.demand import Demand, Seas, Tier
 from stillhook.plan.lift_plan import LiftPlan
 from stillhook.plan.phases import IN_AIR, Phase, PhaseKind
@@ -143,6 +143,8 @@ def _notes(plan: LiftPlan, phase: Phase, seas: Seas, alternative: Alternative) -
         notes.append(f"no closed form knows a twin: told as {CAP:.0%} of the tip's motion taken")
     if phase.kind is PhaseKind.LIFT_OFF:
         notes.append("the payload stands on the vessel's own deck, below the tip: both move alike")
+    if phase.kind in (PhaseKind.LOWERING, PhaseKind.DEEP, PhaseKind.LANDING):
+        notes.append("one harmonic at the tip's mean period: waves near the load's natural period on the wire are not seen")
     return tuple(notes)
 
 
@@ -231,8 +233,8 @@ def _heights(phase: Phase, reach: float) -> FloatArray:
 def _in_air(plan: LiftPlan, phase: Phase, m: Motions) -> Values:
     w, M = way(plan, phase), plan.payload.mass
     s = sm.swing(m.eta, m.omega, w.K, M, w.above)
-    jerk = sm.taken_up(0.0, m.V, w.K, M + w.above) if phase.kind is PhaseKind.LIFT_OFF else np.zeros_like(w.K)
-    found = _tensions(w, M, s.top + jerk, s.sling + jerk) | {"load_pp": 2.0 * s.load.max(axis=0)}
+    F = jerk(plan, phase, m.V)
+    found = _tensions(w, M, s.top + F, s.sling + F) | {"load_pp": 2.0 * s.load.max(axis=0)}
     return found | ({"v_lift_off": np.zeros_like(m.v)} if phase.kind is PhaseKind.LIFT_OFF else {})
 
 
@@ -262,7 +264,7 @@ def _under_water(plan: LiftPlan, phase: Phase, m: Motions) -> Values:
 def _off_the_seabed(plan: LiftPlan, phase: Phase, m: Motions) -> Values:
     w, M = way(plan, phase), plan.payload.mass
     held = plan.payload.lift_off.friction + plan.payload.lift_off.suction
-    F = sm.taken_up(0.0, m.V + m.v, w.K, M + w.A33)
+    F = jerk(plan, phase, 1.0) * (m.V + m.v)[None, :]  # proportional to the speed
     return _tensions(w, M, F + held, F + held, slack=False) | {"v_lift_off": m.v}
 
 
