@@ -139,9 +139,9 @@ def forecast(
     reach, begin = parse(horizon, "time", "--horizon"), None if start is None else _begin(start)
     found = _read(file, direction, column, time, date_order, step)
     factors = load_alpha_table(table)
-    answer: dict[str, Any] = numbers(check_forecast(found, limits, factors, T_POP, T_C, start=begin, horizon=reach, ship=heading, free=free))
-    answer = {"file": found.source, "limits": [one.text for one in limits], "horizon": reach} | answer
-    answer["notes"] = [*answer["notes"], *found.notes]
+    checked = check_forecast(found, limits, factors, T_POP, T_C, start=begin, horizon=reach, ship=heading, free=free)
+    answer: dict[str, Any] = {"file": found.source, "limits": [one.text for one in limits], "horizon": reach}
+    answer |= numbers(checked) | {"notes": [*checked.notes, *found.notes]}
     if json:
         print_json(answer)
     else:

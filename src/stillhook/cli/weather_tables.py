@@ -65,12 +65,12 @@ def print_persistence(answer: dict[str, Any]) -> None:
     title = f"Windows of {answer['window'] / 3600.0:g} h: waits from every record, by the month in which they begin"
     waits = ("wait\nmean h", "wait\nP50 h", "wait\nP90 h", "no later\nwindow")
     print_table((*heads, *waits), rows, title=title)
-    missing = f"{answer['n_missing']} records miss a value that a limit asks for" if answer["n_missing"] else "no value missing"
-    wrapped(f"{answer['n_gaps']} gaps in time, {missing}; both break windows.")
+    lost = f"{answer['n_missing']} of {answer['n_records']} records without a value that a limit asks for"
+    wrapped(f"Gaps in time: {answer['n_gaps']}; {lost}. Both break windows.")
     if answer["n_censored"]:
         share = answer["n_censored"] / answer["n_records"]
-        end = "have no later window before the series ends: left out of the waits."
-        wrapped(f"{answer['n_censored']} records ({100.0 * share:.2g} %) {end}")
+        end = "of all records have no later window before the series ends: left out of the waits."
+        wrapped(f"{answer['n_censored']} ({100.0 * share:.2g} %) {end}")
     for note in answer["notes"]:
         wrapped(note)
 
@@ -96,6 +96,6 @@ def print_show(answer: dict[str, Any]) -> None:
         for name, c in answer["columns"].items()
     ]
     print_table(("column", "unit", "missing", "least", "mean", "P90", "most"), rows, left=2)
-    wrapped(f"{answer['n_gaps']} gaps, {answer['absent'] / 3600.0:g} h in them")
+    wrapped(f"Gaps in time: {answer['n_gaps']}, with {answer['absent'] / 3600.0:g} h in them.")
     for note in answer["notes"]:
         wrapped(note)

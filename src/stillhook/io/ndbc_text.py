@@ -48,6 +48,18 @@ class Records:
 
 def read_text(path: str | os.PathLike[str]) -> str:
     """The text of a plain or gz file. Errors: SeaError of one line for what cannot be read, is cut short or is no text."""
+    data = read_bytes(path)
+    try:
+        text = "\0" if b"\0" in data else data.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        text = "\0"
+    if text == "\0":
+        raise SeaError(f"{Path(path).name}: is no text. Give a text file of NDBC, plain or gz.")
+    return text
+
+
+def read_bytes(path: str | os.PathLike[str]) -> bytes:
+    """What a plain or gz file holds. Errors: SeaError of one line for what cannot be read, is cut short or begins as another kind of file."""
     file = Path(path)
     try:
         mode = file.stat().st_mode
@@ -68,13 +80,7 @@ def read_text(path: str | os.PathLike[str]) -> str:
     for magic, what in _FOREIGN:
         if data.lstrip().startswith(magic):
             raise SeaError(f"{file.name}: is a {what} file. Give a text file of NDBC, plain or gz, or say what it is with --format.")
-    try:
-        text = "\0" if b"\0" in data else data.decode("utf-8-sig")
-    except UnicodeDecodeError:
-        text = "\0"
-    if text == "\0":
-        raise SeaError(f"{file.name}: is no text. Give a text file of NDBC, plain or gz.")
-    return text
+    return data
 
 
 def is_ndbc(text: str) -> bool:

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from stillhook.errors import LogError, SeaError, WeatherError
 from stillhook.io.log_csv_dialect import COMMENTS, Dialect, dialect_of, split_row
-from stillhook.io.ndbc_text import is_ndbc, read_text
+from stillhook.io.ndbc_text import is_ndbc, read_bytes
 from stillhook.io.weather_columns import KINDS, PLAIN, Column, bare, columns, numbers, sense_in
 from stillhook.io.weather_times import ORDERS, read_times, stamped
 from stillhook.library.weather import weather_file
@@ -40,6 +40,7 @@ _TIMES = (
 )  # fmt: skip
 _CLOCKS = ("time", "hour", "clock", "time_utc", "hh_mm", "hhmm")
 _PARTS = (("year", "yyyy", "yy", "yr"), ("month", "mm", "mo", "mon"), ("day", "dd"), ("hour", "hh", "hr"), ("minute", "min", "mn"))
+_BLANK_IN_TIME = re.compile(rb"(\d) (\d{1,2}:\d\d)")
 _SAID = re.compile(r"wave[s]?[ _-]*direction[s]?\s*[:=]\s*(.+)", re.IGNORECASE)
 
 
@@ -74,8 +75,8 @@ def read_weather(
     """
     path = weather_file(os.fspath(source))
     try:
-        text = read_text(path)
-        if is_ndbc(text):
+        data = read_bytes(path)
+        if is_ndbc(data[:HEAD].decode("latin-1")) and not _has_separators(data):
             from stillhook.io.weather_ndbc import read_ndbc_weather
 
             return read_ndbc_weather(path, step)
@@ -83,7 +84,7 @@ def read_weather(
         raise WeatherError(_ours(str(problem))) from None
     if date_order is not None and date_order not in ORDERS:
         raise WeatherError(f"--date-order {came(date_order)}: is not one of {', '.join(ORDERS)}.")
-    table = _table(text, path.name)
+    table = _table(data, path.name)
     time, used, notes = _times(table, time_column, date_order)
     _ascending(time, table)
     headings = ["" if i in used else h for i, h in enumerate(table.dialect.headings)]
@@ -99,16 +100,36 @@ def read_weather(
 
 def _ours(text: str) -> str:
     """A message of a reader of logs or spectra, told of weather."""
-    for theirs, ours in (("Give a log with", "Give a table with"), ("Export the log", "Export the table"), ("of NDBC", "of weather")):
+    theirs_ours = (
+        ("Give a log with", "Give a table with"), ("Export the log", "Export the table"), ("one file of waves", "one file of weather"),
+        ("Give a text file of NDBC, plain or gz, or say what it is with --format", "Export the place as CSV"),
+    )  # fmt: skip
+    for theirs, ours in theirs_ours:
         text = text.replace(theirs, ours)
     return text
 
 
-def _table(text: str, name: str) -> _Table:
+def _has_separators(data: bytes) -> bool:
+    """Whether the line above the first row has a separator other than blanks."""
+    above = b""
+    for line in data[:HEAD].splitlines():
+        if line.strip()[:1].isdigit():
+            break
+        above = line if line.strip() and not line.lstrip().startswith(COMMENTS) else above
+    return any(sign in above for sign in (b",", b";", b"\t", b"|"))
+
+
+def _table(data: bytes, name: str) -> _Table:
+    head = data[:HEAD]
+    if _has_separators(data):  # the blank within a time is none
+        head = _BLANK_IN_TIME.sub(rb"\1T\2", head)
     try:
-        dialect = dialect_of(text[:HEAD].encode(), name, len(text) <= HEAD)
+        dialect = dialect_of(head, name, len(data) <= HEAD)
+        text = data.decode(dialect.encoding).removeprefix("\ufeff")
     except LogError as problem:
         raise WeatherError(_ours(str(problem))) from None
+    except UnicodeDecodeError as problem:
+        raise WeatherError(f"{name}: byte {problem.start} is no text in {dialect.encoding}. Save the table as CSV UTF-8.") from None
     if not dialect.header_line:
         raise WeatherError(f"{name}: has no line of headings. Write one above the first row, such as time,Hs [m],Tp [s],wind [m/s].")
     signs = tuple(c.decode() for c in COMMENTS)

@@ -12,6 +12,7 @@ from stillhook.sea.directions import FULL
 from stillhook.sea.weather import HOUR, FloatArray, Weather
 from stillhook.weather.limit_text import BETA, KIND, Limit, inside
 from stillhook.weather.persistence import IN_TIME, gaps, persistence, seconds
+from stillhook.weather.thinned import every
 
 MONTHS = ("Jan", "Feb", "Mar", "Apr", "May", "Jun", "Jul", "Aug", "Sep", "Oct", "Nov", "Dec")
 
@@ -26,16 +27,19 @@ def persistence_answer(
 ) -> dict[str, Any]:
     """Persistence of a series under limits, with where it is from [SI]; window [s]; ship, free as in `limit_text.inside`."""
     workable, valid = inside(limits, weather, ship, free=free)
-    found = persistence(workable, weather.time, weather.step, window, valid=valid)
+    rows, step = every(weather, valid)
+    found = persistence(workable[rows], weather.time[rows], step, window, valid=valid[rows])
+    less = f"limits can be judged on 1 of {len(weather) / len(rows):.2g} records only, {step / 60.0:g} min apart: the answer is about these"
+    notes = [*([less] if len(rows) < len(weather) else []), *weather.notes]
     turned = any(BETA in limit.columns for limit in limits)
     numbers = found.numbers()
     return (
-        {"file": weather.source, "start": stamp(weather.time[0]), "end": stamp(weather.time[-1]), "step": weather.step}
+        {"file": weather.source, "start": stamp(weather.time[0]), "end": stamp(weather.time[-1]), "step": step}
         | {"limits": [limit.text for limit in limits], "window": window, "ship": ("free" if free else ship) if turned else None}
-        | {"n_records": len(weather), "n_valid": int(np.count_nonzero(valid))}
+        | {"n_records": len(rows), "n_valid": int(np.count_nonzero(valid[rows]))}
         | numbers
         | {"hours": _hours(numbers | {"window": window})}
-        | {"months": [month.numbers() for month in found.months], "notes": list(weather.notes)}
+        | {"months": [month.numbers() for month in found.months], "notes": notes}
     )
 
 

@@ -1,0 +1,113 @@
+"""Go or no-go: what a forecast must promise, from when, and what it does not cover."""
+
+import json
+
+import numpy as np
+import pytest
+
+from stillhook.cli import run
+from stillhook.errors import WeatherError
+from stillhook.sea.weather import Weather
+from stillhook.weather.alpha import load_alpha_table
+from stillhook.weather.forecast import check_forecast
+from stillhook.weather.limit_text import parse_limit
+
+H = 3600.0
+TABLE = load_alpha_table()
+LIMITS = [parse_limit("Hs <= 2 m"), parse_limit("wind <= 10 m/s")]
+
+
+def forecast(Hs, wind=None, skip=()):
+    keep = [i for i in range(len(Hs)) if i not in skip]
+    time = np.datetime64("2026-05-01T00:00:00") + np.array(keep) * np.timedelta64(3600, "s")
+    columns = {"H_m0": np.array(Hs, dtype=float)[keep], "wind": np.array(wind or [5.0] * len(Hs))[keep]}
+    return Weather(time, columns, H, "forecast.csv")
+
+
+def check(weather, **more):
+    return check_forecast(weather, LIMITS, TABLE, 6 * H, 6 * H, **more)  # T_R 12 h, alpha 0.76: 1.52 m
+
+
+def test_a_forecast_on_the_lowered_limit_is_a_go_and_a_hair_above_it_is_not():
+    assert check(forecast([1.52] * 12)).go
+    found = check(forecast([1.52] * 11 + [1.53]))
+    assert (found.go, found.first_start) == (False, None)
+    assert "a limit is exceeded within the 12 h of T_R (Hs <= 2 m)" in found.why
+    assert (found.starts[0].most, found.starts[0].allowed) == (1.53, pytest.approx(1.52))
+
+
+def test_the_first_start_is_after_the_last_record_that_is_beyond():
+    found = check(forecast([1.0, 1.0, 1.6] + [1.0] * 20))
+    assert (found.go, found.first_start) == (False, np.datetime64("2026-05-01T03:00:00"))
+
+
+def test_wind_is_taken_as_it_is_and_a_note_says_so():
+    found = check(forecast([1.0] * 12, wind=[5.0] * 11 + [10.1]))
+    assert not found.go
+    assert found.starts[0].governs == "wind <= 10 m/s"
+    assert check(forecast([1.0] * 12, wind=[10.0] * 12)).go
+    assert found.notes == ("no alpha on wind <= 10 m/s: taken as it is",)
+
+
+def test_what_the_forecast_does_not_cover_is_no_go_and_told_apart():
+    short = check(forecast([1.0] * 11))
+    assert (short.go, short.starts[0].go) == (False, None)
+    assert "the forecast ends, has a gap or misses a value" in short.why
+    assert check(forecast([1.0] * 14, skip=(5,))).starts[0].go is None
+    assert check(forecast([1.0] * 5 + [np.nan] + [1.0] * 10)).starts[0].go is None
+    assert check(forecast([1.0] * 5 + [3.0] + [1.0] * 3)).starts[0].go is False  # beyond before it ends
+
+
+def test_an_operation_that_is_not_weather_restricted_never_goes_by_a_forecast():
+    found = check_forecast(forecast([0.5] * 200), LIMITS, TABLE, 50 * H)
+    assert (found.go, found.first_start) == (False, None)
+    assert "not weather restricted" in found.why
+
+
+def test_start_and_horizon_choose_the_starts():
+    found = check(forecast([1.0] * 40), start=np.datetime64("2026-05-01T05:30:00"), horizon=3 * H)
+    assert [str(s.time)[11:13] for s in found.starts] == ["06", "07", "08"]
+
+
+@pytest.mark.parametrize(
+    ("limits", "T_POP", "says"),
+    [(["wind <= 9 m/s"], 6, "none of them bounds the wave height"), (["Hs <= 0.5 m"], 6, "case by case"), (["Hs <= 2 m"], 80, "beyond the 72 h")],
+)
+def test_questions_without_an_answer_are_refused(limits, T_POP, says):
+    with pytest.raises(WeatherError, match=says):
+        check_forecast(forecast([1.0] * 12), [parse_limit(t) for t in limits], TABLE, T_POP * H)
+
+
+def test_a_start_outside_the_forecast_is_refused():
+    with pytest.raises(WeatherError, match="has no record from there to 72 h later"):
+        check(forecast([1.0] * 12), start=np.datetime64("2027-01-01T00:00:00"))
+
+
+class TestCommand:
+    @pytest.fixture
+    def file(self, tmp_path):
+        rows = "".join(f"2026-05-{1 + h // 24:02d}T{h % 24:02d}:00Z,{1.6 if h == 3 else 1.2}\n" for h in range(72))
+        (tmp_path / "forecast.csv").write_text("time,Hs [m]\n" + rows)
+        return str(tmp_path / "forecast.csv")
+
+    def test_json_and_the_code_of_a_no_go(self, file, capsys):
+        assert run(["weather", "forecast", file, "--limit", "Hs <= 2 m", "--t-pop", "12 h", "--json"]) == 1
+        found = json.loads(capsys.readouterr().out)
+        assert (found["go"], found["first_start"], found["op_wf"], found["T_R"]) == (False, "2026-05-01T04:00:00Z", 1.52, 86400.0)
+        assert (found["n_starts"], found["n_go"]) == (72, 45)
+
+    def test_a_go_for_people(self, file, capsys):
+        assert run(["weather", "forecast", file, "--limit", "Hs <= 2 m", "--t-pop", "12 h", "--start", "2026-05-01 04:00"]) == 0
+        out = capsys.readouterr().out
+        assert out.startswith("GO: forecast.csv")
+        assert "not covered" in out
+
+    @pytest.mark.parametrize(
+        ("more", "says"),
+        [(["--start", "tomorrow"], "is no time such as"), (["--direction", "nautical"], "is not one of coming-from"), (["--column", "Hs"], "write a name"),
+         (["--ship", "north"], "--ship"), (["--horizon", "3"], "no unit"), (["--table", "none"], "There are dnv-os-h101")],
+    )  # fmt: skip
+    def test_mistakes_are_one_line_and_code_2(self, file, capsys, more, says):
+        assert run(["weather", "forecast", file, "--limit", "Hs <= 2 m", "--t-pop", "12 h", *more]) == 2
+        (line,) = capsys.readouterr().err.strip().splitlines()
+        assert says in line
