@@ -234,8 +234,9 @@ def _in_air(plan: LiftPlan, phase: Phase, m: Motions) -> Values:
     w, M = way(plan, phase), plan.payload.mass
     s = sm.swing(m.eta, m.omega, w.K, M, w.above)
     F = jerk(plan, phase, m.V)
-    found = _tensions(w, M, s.top + F, s.sling + F) | {"load_pp": 2.0 * s.load.max(axis=0)}
-    return found | ({"v_lift_off": np.zeros_like(m.v)} if phase.kind is PhaseKind.LIFT_OFF else {})
+    off = phase.kind is PhaseKind.LIFT_OFF  # its slings come taut: that they were slack is no fault
+    found = _tensions(w, M, s.top + F, s.sling + F, slack=not off) | {"load_pp": 2.0 * s.load.max(axis=0)}
+    return found | ({"v_lift_off": np.zeros_like(m.v)} if off else {})
 
 
 def _wave_zone(plan: LiftPlan, phase: Phase, m: Motions) -> Values:

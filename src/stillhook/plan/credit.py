@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import chain
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,15 +47,24 @@ def inside(plan: LiftPlan, phase: Phase, alternative: Alternative, seas: Seas) -
     against = _against(plan, alternative)
     if against:
         return Inside(~everywhere, against)
-    reasons: dict[str, int] = {}
+    reasons: list[tuple[str, ...]] = []
     for i, asked in enumerate(_conditions(plan, phase, alternative, seas)):
         assert plan.crane.certified is not None
         outside = plan.crane.certified.outside(asked)
         everywhere[i] = not outside
-        for reason in outside:
-            key = reason.split(" (validated")[0].rsplit(" ", 2)[0] if " (validated" in reason else reason
-            reasons[key] = reasons.get(key, 0) + 1
-    return Inside(everywhere, tuple(f"{key} outside the validated envelope in {n} of {len(seas)} seas" for key, n in reasons.items()))
+        reasons.append(outside)
+    return Inside(everywhere, _counted(reasons))
+
+
+def _counted(reasons: Sequence[tuple[str, ...]]) -> tuple[str, ...]:
+    """Reasons of every sea in a line for each range that is left: the first of them, and in how many seas."""
+    alike: dict[str, list[str]] = {}
+    for reason in chain.from_iterable(reasons):
+        alike.setdefault(reason[reason.find(" (") :], []).append(reason)
+    return tuple(
+        f"outside the validated envelope in {len(found)} of {len(reasons)} seas: {found[0]}{' and the like' if len(set(found)) > 1 else ''}"
+        for found in alike.values()
+    )
 
 
 def _against(plan: LiftPlan, alternative: Alternative) -> tuple[str, ...]:

@@ -1,0 +1,85 @@
+"""A certificate covers the seas in which its envelope holds, and none where it does not hold itself."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from stillhook.certified import Certified
+from stillhook.crane import content
+from stillhook.engine.build import results_hash
+from stillhook.plan.alternatives import Alternative
+from stillhook.plan.capacities import at_rest
+from stillhook.plan.credit import inside
+from stillhook.plan.demand import Seas
+from stillhook.plan.phases import PhaseKind
+from stillhook.plan.plan_file import load_plan
+
+SEAS = Seas(np.array([0.5, 1.5, 2.5, 4.0]), np.full(4, 9.0), np.full(4, math.pi))
+ENVELOPE = {
+    "load": ("60 t", "160 t"),
+    "s_w": ("500 m", "2000 m"),
+    "s_tip_pp": ("0.5 m", "2 m"),
+    "period": ("4 s", "12 s"),
+    "modes": ("ssc",),
+}
+
+
+@pytest.fixture(scope="module")
+def plan():
+    return load_plan("template-to-1500m")
+
+
+def certified(plan, *, synthetic=False, code=None, **envelope):
+    record = Certified.of(
+        digest="0" * 64, date="2026-05-03", criteria="paper-f version 1", passed=True, synthetic=synthetic, level=2, variant=3, version="0",
+        code=code or results_hash(), content=content(plan.crane), envelope={**ENVELOPE, **envelope},
+    )  # fmt: skip
+    return replace(plan, crane=plan.crane.model_copy(update={"certified": record}))
+
+
+def asked(plan, alternative=Alternative.SSC, kind=PhaseKind.DEEP):
+    return inside(plan, next(p for p in plan.phases if p.kind is kind), alternative, SEAS)
+
+
+def test_seas_in_which_the_tip_moves_more_than_in_the_tests_are_not_covered(plan):
+    found = asked(certified(plan))
+    assert found.covered.tolist() == [False, True, True, False]  # the smallest moves the tip less than any test did
+    assert len(found.why) == 1
+    assert "in 2 of 4 seas: tip motion over 30 s" in found.why[0]
+    assert "(validated 0.5 m to 2 m) and the like" in found.why[0]
+
+
+def test_the_load_of_a_certificate_is_what_the_winch_feels_wire_included(plan):
+    F = at_rest(plan, next(p for p in plan.phases if p.kind is PhaseKind.DEEP), -1475.0).F_tip
+    felt = F / 9.80665 - plan.crane.hook_mass
+    assert felt > plan.payload.mass
+    less = asked(certified(plan, load=("60 t", f"{0.97 * felt / 1000.0:.1f} t")))
+    assert not less.covered.any()
+    assert "in 4 of 4 seas: load" in less.why[0]
+    assert "and the like" not in less.why[0]
+
+
+@pytest.mark.parametrize(
+    ("alternative", "said"), [(Alternative.NS, "mode ns (validated ssc)"), (Alternative.STRONG_SSC, "other settings of the controller")]
+)
+def test_a_controller_that_was_not_tested_is_not_covered(plan, alternative, said):
+    found = asked(certified(plan), alternative)
+    assert not found.covered.any()
+    assert any(said in line for line in found.why)
+
+
+def test_a_certificate_of_simulated_logs_covers_nothing(plan):
+    found = asked(certified(plan, synthetic=True))
+    assert not found.covered.any()
+    assert "SYNTHETIC" in found.why[0]
+
+
+def test_a_certificate_of_other_code_or_of_another_crane_does_not_hold(plan):
+    assert "computes with other code" in asked(certified(plan, code="0123456789abcdef")).why[0]
+    changed = certified(plan)
+    crane = changed.crane.model_copy(update={"SWL": 260e3})
+    found = asked(replace(changed, crane=crane))
+    assert not found.covered.any()
+    assert "the crane was changed since in SWL" in found.why[0]
