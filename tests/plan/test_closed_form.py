@@ -8,12 +8,11 @@ import pytest
 
 from stillhook.analysis.envelope_limits import Direction, Station
 from stillhook.certified import CAP
-from stillhook.errors import PlanError
 from stillhook.physics.scalar import G
 from stillhook.plan.alternatives import Alternative
 from stillhook.plan.capacities import CAPACITIES, at_rest, calm, jerk, static_tension
 from stillhook.plan.closed_form import closed_form, valid, way
-from stillhook.plan.credit import credited, inside
+from stillhook.plan.credit import inside
 from stillhook.plan.demand import Seas
 from stillhook.plan.frequency import frequency
 from stillhook.plan.limited import limited
@@ -191,20 +190,3 @@ def test_without_a_certificate_no_sea_is_covered_and_the_reason_is_told(plan):
     assert "no certificate" in found.why[0]
     for phase, alternative in ((splash, Alternative.SSC), (deep, Alternative.CAP), (deep, Alternative.NONE)):
         assert inside(plan, phase, alternative, SEAS).covered.all()
-
-
-def test_what_is_credited_is_the_worse_of_twin_and_cap_unless_the_sea_is_covered(plan):
-    deep = of_kind(plan, PhaseKind.DEEP)
-    cap = closed_form(plan, deep, SEAS, Alternative.CAP)
-    better = {"DAF": cap.values["DAF"] - 0.01, "sling_ratio": cap.values["sling_ratio"] + 0.01, "load_pp": cap.values["load_pp"] + 1.0}
-    twin = replace(cap, alternative=Alternative.SSC, values={**better, "saturation_share": np.full(6, 0.3)})
-    covered = np.array([True, True, True, False, False, False])
-    found = credited(twin, cap, covered)
-    assert found.alternative is Alternative.SSC
-    for quantity in ("DAF", "sling_ratio"):
-        assert found.values[quantity] == pytest.approx(np.where(covered, twin.values[quantity], cap.values[quantity]))
-    assert found.values["load_pp"] == pytest.approx(twin.values["load_pp"])
-    assert found.values["saturation_share"] == pytest.approx(np.full(6, 0.3))
-    assert "3 of 6 seas" in found.notes[-1]
-    with pytest.raises(PlanError, match="other seas"):
-        credited(twin, closed_form(plan, of_kind(plan, PhaseKind.LANDING), SEAS, Alternative.CAP), covered)

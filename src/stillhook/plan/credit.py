@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Sequence
+from dataclasses import dataclass, field
 from itertools import chain
 
 import numpy as np
@@ -11,18 +11,14 @@ from numpy.typing import NDArray
 
 from stillhook.certified import CAP, Conditions
 from stillhook.engine.validated import NO_CERTIFICATE, objections
-from stillhook.errors import PlanError
 from stillhook.physics.scalar import G
 from stillhook.plan.alternatives import Alternative
 from stillhook.plan.capacities import at_rest, places
 from stillhook.plan.closed_form import tip_motion
-from stillhook.plan.demand import Demand, Seas
+from stillhook.plan.demand import Seas
 from stillhook.plan.lift_plan import LiftPlan
-from stillhook.plan.limits import AT_REST
 from stillhook.plan.phases import Phase
 from stillhook.plan.winches import controlled
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,29 +89,3 @@ def _conditions(plan: LiftPlan, phase: Phase, alternative: Alternative, seas: Se
         Conditions(load, min(wire) - 0.5 * float(s), max(wire) + 0.5 * float(s), float(s), float(t), (mode,))
         for s, t in zip(pp, T, strict=True)
     ]
-
-
-def credited(twin: Demand, cap: Demand, covered: NDArray[np.bool_]) -> Demand:
-    """The demand that may be held against limits: the twin's where it is covered (n,), else the worse of twin and cap by quantity.
-
-    Worse is more, but for what falls with the sea (`stillhook.plan.limits.AT_REST`). What one of them does not tell is the other's.
-    Errors: PlanError for demands of other seas, phases or tiers.
-    """
-    same = (twin.phase, twin.tier) == (cap.phase, cap.tier) and len(twin.seas) == len(cap.seas)
-    if not same or any(not np.array_equal(getattr(twin.seas, k), getattr(cap.seas, k)) for k in ("Hs", "Tp", "beta")):
-        raise PlanError(f"credit of {twin.alternative} in {twin.phase}: the demand of {cap.alternative} is of other seas, phase or tier.")
-
-    def merged(own: Mapping[str, FloatArray], others: Mapping[str, FloatArray], *, only_own: bool) -> dict[str, FloatArray]:
-        names = [n for n in {**own, **others} if not only_own or n in own]
-        return {n: _worse(n, own.get(n), others.get(n), covered) for n in names}
-
-    low, high = (merged(a, b, only_own=True) for a, b in ((twin.low, cap.low), (twin.high, cap.high)))
-    note = f"credited with no more than {CAP:.0%} of compensation in {int(np.count_nonzero(~covered))} of {len(covered)} seas"
-    notes = (*twin.notes, note) if not covered.all() else twin.notes
-    return replace(twin, values=merged(twin.values, cap.values, only_own=False), low=low, high=high, notes=notes)
-
-
-def _worse(name: str, own: FloatArray | None, other: FloatArray | None, covered: NDArray[np.bool_]) -> FloatArray:
-    missing = np.full(len(covered), np.nan)
-    a, b = missing if own is None else own, missing if other is None else other
-    return np.where(covered, a, (np.fmin if name in AT_REST else np.fmax)(a, b))
