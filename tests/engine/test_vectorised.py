@@ -17,7 +17,7 @@ from numba import float64, int64, njit
 from stillhook import Scenario, load_crane
 from stillhook.crane import Crane
 from stillhook.engine import build
-from stillhook.engine.build import KERNEL_FOLDERS, driver, kernel_hash
+from stillhook.engine.build import KERNEL_FOLDERS, KERNEL_MODULES, driver, kernel_hash
 from stillhook.engine.drive import Drive
 from stillhook.engine.lanes import VL
 from stillhook.engine.pack import pack
@@ -112,6 +112,9 @@ def test_unlike_cranes_and_cases_side_by_side_have_the_bits_that_they_have_alone
 def test_no_edit_of_a_kernel_is_overlooked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     for folder in KERNEL_FOLDERS:
         shutil.copytree(build.PACKAGE / folder, tmp_path / folder, ignore=shutil.ignore_patterns("__pycache__"))
+    (tmp_path / "engine").mkdir()
+    for name in KERNEL_MODULES:
+        shutil.copy(build.PACKAGE / "engine" / f"{name}.py", tmp_path / "engine")
     true = kernel_hash()
     monkeypatch.setattr(build, "PACKAGE", tmp_path)
     assert kernel_hash() == true
@@ -121,6 +124,14 @@ def test_no_edit_of_a_kernel_is_overlooked(tmp_path: Path, monkeypatch: pytest.M
         assert kernel_hash() != true, f"{source.name} can change without a new compilation"
         source.write_bytes(text)
     assert kernel_hash() == true
+
+
+def test_modules_of_the_engine_that_hold_kernels_are_known():
+    makes = re.compile(r"^@scalar|\bnjit\(|= access\(|= replace\(|\bkept\(", re.M)
+    takes = re.compile(r"^from stillhook\.engine\.(\w+) import", re.M)
+    texts = {path.stem: path.read_text() for path in (build.PACKAGE / "engine").glob("*.py")}
+    assert {name for name, text in texts.items() if makes.search(text)} <= set(KERNEL_MODULES)
+    assert {taken for name in KERNEL_MODULES for taken in takes.findall(texts[name])} <= set(KERNEL_MODULES)
 
 
 TWO_SECONDS = """

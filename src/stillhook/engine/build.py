@@ -27,20 +27,22 @@ from stillhook.plants import active_passive, pure_active, truth
 
 PLANTS: dict[str, ModuleType] = {"active-passive": active_passive, "pure-active": pure_active, "truth": truth}
 PACKAGE = Path(__file__).resolve().parents[1]
-KERNEL_FOLDERS = ("physics", "control", "plants", "engine")
+KERNEL_FOLDERS = ("physics", "control", "plants")
+KERNEL_MODULES = ("build", "driver", "isolation", "lanes", "lift_driver", "stats", "tip_sampling", "window")
+"""Modules of the engine that hold kernels, or make them."""
 LOCK = threading.Lock()
 
 
 def kernel_hash() -> str:
     """Hash of every source that a kernel can inline, of Numba and of Python."""
     digest = hashlib.sha256(f"numba {numba.__version__} python {sys.version_info[:2]}".encode())
-    for folder in KERNEL_FOLDERS:
-        for path in sorted((PACKAGE / folder).glob("*.py")):
-            digest.update(f"{folder}/{path.name}".encode() + b"\0" + path.read_bytes())
+    sources = [path for folder in KERNEL_FOLDERS for path in sorted((PACKAGE / folder).glob("*.py"))]
+    for path in sources + [PACKAGE / "engine" / f"{name}.py" for name in KERNEL_MODULES]:
+        digest.update(f"{path.parent.name}/{path.name}".encode() + b"\0" + path.read_bytes())
     return digest.hexdigest()[:16]
 
 
-RESULT_FOLDERS = (*KERNEL_FOLDERS, "sea", "lift", "library")
+RESULT_FOLDERS = (*KERNEL_FOLDERS, "engine", "sea", "lift", "library")
 RESULT_FILES = ("certified.py", "commands.py", "crane.py", "metrics.py", "scenario.py", "variables.py")
 
 

@@ -29,7 +29,7 @@ COARSEST = 0.5
 
 
 def check_lift(crane: Crane, case: Lowering) -> None:
-    """Refuse what no crane of this kind can be asked, or what is no lowering. Errors: LiftError, one line."""
+    """Refuse what no crane of this kind can be asked, or what is no lowering, its sea aside. Errors: LiftError, one line."""
     if not (math.isfinite(case.duration) and 0.0 < case.duration <= LONGEST):
         raise LiftError(f"duration = {case.duration:g} s: a run lasts up to {LONGEST:g} s. Lower in parts.")
     if case.payload.mass > crane.SWL:
@@ -38,6 +38,10 @@ def check_lift(crane: Crane, case: Lowering) -> None:
             f"({100.0 * case.payload.mass / crane.SWL:.5g} %). Lower the mass or choose another crane."
         )
     _check_places(crane, case)
+
+
+def check_sea(case: Lowering) -> None:
+    """Refuse a tip or waves that are not known for the whole run. Errors: LiftError."""
     if case.tip.duration is not None and case.duration > case.tip.duration + 1e-9:
         raise LiftError(f"duration {case.duration:g} s is longer than the motion of the tip, {case.tip.duration:g} s. Shorten the run.")
     if case.waves is not None:

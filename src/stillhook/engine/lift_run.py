@@ -13,8 +13,8 @@ from stillhook.crane import Crane
 from stillhook.engine.build import driver
 from stillhook.engine.drive import Drive, filled, hermite_weights, scale_weights
 from stillhook.engine.lanes import aligned, fields, flatten, offset, room_for, size, unflatten
-from stillhook.engine.lift_checks import check_course, check_lift, check_lift_step
-from stillhook.engine.lift_pack import PackedLift, pack_lift, stand_in
+from stillhook.engine.lift_checks import check_course, check_lift, check_lift_step, check_sea
+from stillhook.engine.lift_pack import PackedLift, field_record, pack_lift, stand_in
 from stillhook.engine.run import Ending, Progress, nothing, shared
 from stillhook.engine.stats import Stats, blank
 from stillhook.engine.window import blank_window
@@ -29,6 +29,10 @@ Array = NDArray[np.float64]
 KIND = "lift_driver"
 ROWS = 5
 """Numbers of one node of the wire: see `stillhook.engine.lift_driver`."""
+
+
+PACKED = tuple(name for name in Lowering.model_fields if name not in ("name", "tip", "waves"))
+"""Parts of a lowering that its records follow from, beside the levels of its water and the height of the tip at the start."""
 
 
 class StageResult(NamedTuple):
@@ -77,18 +81,26 @@ def prepare(crane: Crane | Sequence[Crane], cases: Sequence[Lowering], n_sub: in
     """Checked and packed lowerings; crane that of all, or one for each; places their numbers in a longer list, for messages.
     Errors: LiftError, ScenarioError, SpecError naming the case."""
     ready = []
+    known: dict[tuple[Any, ...], PackedLift] = {}
     for i, (each, case) in enumerate(zip([crane] * len(cases) if isinstance(crane, Crane) else crane, cases, strict=True)):
         try:
-            check_lift(each, case)
+            check_sea(case)
             drive = Drive(each, stand_in(each, case, 0.0))
-            packed = pack_lift(each, case, drive.s_tip_0)
-            check_course(each, case, packed)
-            check_lift_step(packed, drive.t_cycle / n_sub)
+            alike = id(each), field_record(case.waves), drive.s_tip_0, *(id(getattr(case, name)) for name in PACKED)
+            packed = known[alike] = known[alike] if alike in known else _packed(each, case, drive, n_sub)
         except StillhookError as e:
             named = places is not None or len(cases) > 1
             raise type(e)(f"case {i if places is None else places[i]}: {e}" if named else str(e)) from None
         ready.append(Ready(case, packed, drive))
     return ready
+
+
+def _packed(crane: Crane, case: Lowering, drive: Drive, n_sub: int) -> PackedLift:
+    check_lift(crane, case)
+    packed = pack_lift(crane, case, drive.s_tip_0)
+    check_course(crane, case, packed)
+    check_lift_step(packed, drive.t_cycle / n_sub)
+    return packed
 
 
 def run_lowerings(
@@ -144,7 +156,7 @@ class LiftBlock:
         rows = self.drive.n_ticks // every + 1 if every else 0
         self.out = np.full((rows, self.d.NS, lanes), np.nan)
         self.failed: dict[int, float] = {}
-        self.A = aligned(np.array([self._record(r) for r in self.lanes]).T)
+        self.A = aligned(np.array(self._records()).T)
         self.B = aligned(np.stack([self._rows(r) for r in self.lanes], axis=-1))
         self.d.base.at_rest(self.A.reshape(-1))
 
@@ -156,6 +168,16 @@ class LiftBlock:
             S[: len(rows), :, l] = rows
             S[len(rows) :, :, l] = rows[-1]
         return aligned(S)
+
+    def _records(self) -> list[list[float]]:
+        """Every lane; those that begin alike are written once."""
+        known: dict[tuple[Any, ...], list[float]] = {}
+        out = []
+        for r in self.lanes:
+            alike = id(r.packed), r.drive.first_row().tobytes()
+            known[alike] = known[alike] if alike in known else self._record(r)
+            out.append(known[alike])
+        return out
 
     def _record(self, r: Ready) -> list[float]:
         """One lane before the first cycle; state and memory of the winch await `at_rest`."""

@@ -67,13 +67,13 @@ def whole(result: LiftResult) -> StageResult:
     return StageResult(stats, lift, (span[0], span[1], span[2], span[3]))
 
 
-def unaccounted(result: LiftResult) -> float:
+def unaccounted(result: LiftResult, r: StageResult | None = None) -> float:
     """Energy that the audit does not find again, over the energy through pumps and tip and the works of weight and water [-].
 
     In: pumps, boost, tip, and what the wire brings along from the drum. Out: friction, leakage, valves, damping, lifting, passive gas,
-    and the work that goes into the water. Stored: shaft, oil, wire, hook, load, slings.
+    and the work that goes into the water. Stored: shaft, oil, wire, hook, load, slings. r: `whole` of it, where it is at hand.
     """
-    st: Stats = whole(result).stats
+    st: Stats = (whole(result) if r is None else r).stats
     w, t, W = st.power, result.t_cycle, result.hang.works
     given = w.pump + w.boost + w.passive_pump + w.tip
     taken = w.friction + w.leakage + w.relief + w.flushing + w.wire + w.drag + w.passive
@@ -84,13 +84,12 @@ def unaccounted(result: LiftResult) -> float:
     return (winch + wire) / through if through > 0.0 else math.nan
 
 
-def status(result: LiftResult, crane: Crane) -> str:
+def status(result: LiftResult, r: StageResult, crane: Crane) -> str:
     """ "ok", or what went beyond its limit, joined by commas: those of `stillhook.engine.summary`, and "sling" (slings went slack before
     touch-down), "overload" (more tension at the crane tip than SWL and hook weigh, peaks included), "stuck" (a stage timed out),
     "unfinished". "audit" is not asked where the wire snaps taut within a cycle of the audit."""
     if result.ending is Ending.DIVERGED:
         return "diverged"
-    r = whole(result)
     beyond = [name for name, field in LIMITS if getattr(r.stats, field) > 0.0]
     if any(s.lift.slack > 0.0 for _, s in result.stages if s.lift.t_landed > NEVER / 2 and r.lift.t_landed > NEVER / 2):
         beyond.append("sling")
@@ -100,7 +99,7 @@ def status(result: LiftResult, crane: Crane) -> str:
         beyond.append("stuck")
     elif result.hang.sup.done == 0.0:
         beyond.append("unfinished")
-    missing = 0.0 if "slack" in beyond else abs(unaccounted(result))
+    missing = 0.0 if "slack" in beyond else abs(unaccounted(result, r))
     if missing > AUDIT and missing * (r.stats.pump_abs * result.t_cycle + abs(result.hang.works.gravity)) > AUDIT_FLOOR:
         beyond.append("audit")
     return ", ".join(beyond) or OK
@@ -163,7 +162,8 @@ def _known(value: float) -> float:
 def lift_summary(crane: Crane, case: Lowering, result: LiftResult) -> tuple[dict[str, Any], list[dict[str, Any]]]:
     """Numbers of the whole run, and of each stage of the programme that was begun, the rest NaN; one more for the time after it."""
     names = [*result.packed.programme.names, "after"]
-    run = stage_numbers(result, whole(result))
+    r = whole(result)
+    run = stage_numbers(result, r)
     blank = dict.fromkeys(STAGE_NUMBERS, math.nan)
     rows = [dict(blank) for _ in names]
     for (i, part), start in zip(result.stages, result.starts, strict=True):
@@ -174,7 +174,7 @@ def lift_summary(crane: Crane, case: Lowering, result: LiftResult) -> tuple[dict
         "z_load_end": result.packed.lift.z_ref + float(result.q[-1]),
         "s_w_end": result.state.s_w,
         "programme_time": result.starts[-1] if hang.sup.done > 0.0 and result.stages[-1][0] >= len(case.programme) else math.nan,
-        "energy_pumps": whole(result).stats.pump_abs * result.t_cycle,
+        "energy_pumps": r.stats.pump_abs * result.t_cycle,
         "work_gravity": W.gravity,
         "work_damping": W.damping,
         "work_buoyancy": W.buoyancy,
@@ -182,11 +182,11 @@ def lift_summary(crane: Crane, case: Lowering, result: LiftResult) -> tuple[dict
         "work_drag": W.drag,
         "work_slam": W.slam,
         "work_bottom": W.bottom,
-        "energy_unaccounted": unaccounted(result),
+        "energy_unaccounted": unaccounted(result, r),
     }
     if result.ending is Ending.DIVERGED:
         numbers = dict.fromkeys(numbers, math.nan)
-    return {"status": status(result, crane), **numbers, "notes": notes(case, result)}, rows
+    return {"status": status(result, r, crane), **numbers, "notes": notes(case, result)}, rows
 
 
 def notes(case: Lowering, result: LiftResult) -> list[str]:

@@ -126,7 +126,7 @@ def summarised(
     data = xarray.Dataset(columns, coords=coords)
     data.attrs = {
         "title": f"Stillhook lowering from {crane.name if isinstance(crane, Crane) else f'{len(crane)} cranes'}",
-        "crane": crane_toml(crane) if isinstance(crane, Crane) else json.dumps([crane_toml(c) for c in crane]),
+        **_cranes(crane),
         "single": int(single),
         "stillhook_version": __version__,
         "stillhook_kernel": kernel_hash(),
@@ -134,3 +134,12 @@ def summarised(
         "every": 0.0,
     }
     return data
+
+
+def _cranes(crane: Crane | Sequence[Crane]) -> dict[str, Any]:
+    """What a Dataset says of its cranes: the one, or each once and the number of that of every case."""
+    if isinstance(crane, Crane):
+        return {"crane": crane_toml(crane)}
+    each = {id(c): c for c in crane}
+    number = {key: i for i, key in enumerate(each)}
+    return {"crane": json.dumps([crane_toml(c) for c in each.values()]), "crane_of_case": [number[id(c)] for c in crane]}

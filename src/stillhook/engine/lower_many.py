@@ -17,7 +17,7 @@ from stillhook.crane import Crane
 from stillhook.engine.build import results_hash
 from stillhook.engine.given import check_threads, steps_per_cycle
 from stillhook.engine.lanes import VL
-from stillhook.engine.lift_checks import check_lift
+from stillhook.engine.lift_checks import check_lift, check_sea
 from stillhook.engine.lift_run import KIND, run_lowerings, waves_step
 from stillhook.engine.lift_summary import RUN_NUMBERS, STAGE_NUMBERS, lift_summary
 from stillhook.engine.lower import LIFT_STEP, Found, summarised
@@ -113,11 +113,11 @@ def _check_all(cranes: Sequence[Crane], cases: Sequence[Case]) -> None:
     seen: set[tuple[int, int]] = set()
     for i, (crane, case) in enumerate(zip(cranes, cases, strict=True)):
         lift = _lift(case)
-        if (id(crane), id(lift)) in seen:
-            continue
-        seen.add((id(crane), id(lift)))
         try:
-            check_lift(crane, lift)
+            check_sea(lift)
+            if (id(crane), id(lift)) not in seen:
+                check_lift(crane, lift)
+                seen.add((id(crane), id(lift)))
         except StillhookError as e:
             raise type(e)(f"case {i}: {e}" if len(cases) > 1 else str(e)) from None
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from enum import StrEnum
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -132,10 +133,17 @@ def tip_motion(waves: Realisation, rao: Rao, x: float, y: float) -> IrregularTip
 
     Coherent with `wave_field.water` of the same waves. Source: z = eta_3 + y eta_4 - x eta_5.
     """
-    c = np.sum(rao.vertical(waves.omega, waves.beta, x, y) * waves.a, axis=0)
+    c = np.sum(_vertical(rao, waves.repeat, waves.harmonic.tobytes(), waves.beta.tobytes(), x, y) * waves.a, axis=0)
     return IrregularTip(
         waves.spread(c), waves.repeat, source=waves.source, report=f"{rao.name} at x {x:g} m, y {y:g} m. {waves.report}".strip()
     )
+
+
+@lru_cache(maxsize=16)
+def _vertical(rao: Rao, repeat: float, harmonic: bytes, beta: bytes, x: float, y: float) -> ComplexArray:
+    """`Rao.vertical` at the waves of a realisation, the same for every seed of a sea."""
+    omega = 2.0 * math.pi / repeat * np.frombuffer(harmonic, dtype=np.int64)
+    return rao.vertical(omega, np.frombuffer(beta), x, y)
 
 
 def tip_motion_exact(waves: Realisation, rao: Rao, x: float, y: float, z: float) -> IrregularTip:
