@@ -73,9 +73,36 @@ def criteria() -> str:
     return page("Acceptance criteria", lead, head, rows)
 
 
+def rules() -> str:
+    """Every rule of the sets that lift plans are judged by."""
+    from stillhook.plan.capacities import CAPACITIES
+    from stillhook.plan.rule_file import SETTINGS, load_rules, rule_sets
+
+    sets = [load_rules(name) for name in rule_sets()]
+    rows = [
+        (
+            *(s.label, r.key, r.title, f"`{r.quantity}`", r.asked, r.level.value),
+            *(", ".join(kind.value for kind in r.phases), r.clause_of, r.note),
+        )
+        for s in sets
+        for r in s.rules
+    ]
+    capacities = "; ".join(f"`{name}` {c.meaning}" for name, c in CAPACITIES.items())
+    numbers = "; ".join(f"`{name}` {meaning}, {sets[0].settings[name]:g} (SI)" for name, (_, meaning) in SETTINGS.items())
+    lead = (
+        "What a lift plan is judged by, unless it names a rule file of its own: [change the rules](../how-to/change-the-rules.md). Standards "
+        "are recalled, not quoted: check every clause against the edition that your operation is approved by. Level: the most probable "
+        f"largest value of a phase (mpm), or what 90 % of such phases stay below (p90).\n\nCapacities that a limit may name: {capacities}.\n\n"
+        f"Numbers of the closed form: {numbers}."
+    )
+    head = ("set", "key", "what", "quantity", "asked", "level", "phases", "standard, edition, clause", "note")
+    return page("Rules of lift plans", lead, head, rows)
+
+
 PAGES: Mapping[str, Callable[[], str]] = {
     "reference/criteria.md": criteria,
     "reference/nomenclature.md": nomenclature,
+    "reference/rules.md": rules,
     "reference/units.md": units,
 }
 
