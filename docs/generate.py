@@ -90,10 +90,10 @@ def rules() -> str:
     capacities = "; ".join(f"`{name}` {c.meaning}" for name, c in CAPACITIES.items())
     numbers = "; ".join(f"`{name}` {meaning}, {sets[0].settings[name]:g} (SI)" for name, (_, meaning) in SETTINGS.items())
     lead = (
-        "What a lift plan is judged by, unless it names a rule file of its own: [change the rules](../how-to/change-the-rules.md). Standards "
-        "are recalled, not quoted: check every clause against the edition that your operation is approved by. Level: the most probable "
-        f"largest value of a phase (mpm), or what 90 % of such phases stay below (p90).\n\nCapacities that a limit may name: {capacities}.\n\n"
-        f"Numbers of the closed form: {numbers}."
+        "What a lift plan is judged by, unless it names a rule file of its own: [change the rules](../how-to/change-the-rules.md). "
+        "Standards are recalled, not quoted: check every clause against the edition that your operation is approved by. Level: the most "
+        "probable largest value of a phase (mpm), or what 90 % of such phases stay below (p90).\n\n"
+        f"Capacities that a limit may name: {capacities}.\n\nNumbers of the closed form: {numbers}."
     )
     head = ("set", "key", "what", "quantity", "asked", "level", "phases", "standard, edition, clause", "note")
     return page("Rules of lift plans", lead, head, rows)
