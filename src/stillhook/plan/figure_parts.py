@@ -118,3 +118,10 @@ def lines(ax: Axes, x: FloatArray, of: xarray.DataArray, factor: float = 1.0, **
 def few(n: int, most: int) -> list[int]:
     """At most so many places out of n, evenly spread, both ends included."""
     return sorted({round(i) for i in np.linspace(0, n - 1, min(n, most))})
+
+
+def most_told(result: PlanResult) -> float:
+    """Top of the scales: the highest sea that was asked, or less where no limit comes near it [m]."""
+    highest = float(result.data.attrs["Hs_highest"])
+    told = np.nan_to_num(result.data["Hs_limit"].values, nan=0.0, posinf=highest)
+    return min(highest, max(1.0, float(np.ceil(2.4 * told.max()) / 2.0)))

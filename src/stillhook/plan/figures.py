@@ -21,6 +21,7 @@ from stillhook.plan.figure_parts import (
     few,
     height,
     key_below,
+    most_told,
     named,
     names,
     phase_code,
@@ -107,7 +108,7 @@ def _strip(ax: Axes, result: PlanResult, credit: Credit, name: str) -> None:
     highest = float(result.data.attrs["Hs_highest"])
     Hs = np.asarray(here["Hs_limit"].values, dtype=float)
     scale = colormaps[COLOURS]
-    part = np.clip(np.nan_to_num(Hs, nan=0.0, posinf=highest) / highest, 0.0, 1.0)
+    part = np.clip(np.nan_to_num(Hs, nan=0.0, posinf=highest) / most_told(result), 0.0, 1.0)
     small = "xx-small" if Hs.shape[1] > 14 else "x-small"
     for i, k in np.ndindex(Hs.shape):
         colour = UNTOLD if np.isnan(Hs[i, k]) else NOTHING if Hs[i, k] <= 0.0 else scale(0.85 * part[i, k])
@@ -160,19 +161,13 @@ def curves(result: PlanResult) -> Figure:
                 ax.plot(T, np.minimum(closed[a, i], highest), ls=":", **style)
         ax.set_title(f"waves at {degrees(data['heading'].values[i])}", fontsize="small")
         ax.set_xlabel("peak period Tp [s]", fontsize="small")
-        ax.set_ylim(0.0, 1.04 * highest)
         ax.axhline(highest, color="#777777", lw=0.8)
     first = axes[0, 0]
+    first.set_ylim(0.0, 1.04 * most_told(result))
     first.set_ylabel("limiting significant wave height Hs [m]", fontsize="small")
     first.plot([], [], color="#777777", ls="--", label="twin, before credit")
     first.plot([], [], color="#777777", ls=":", label="closed form alone")
     key_below(figure, [first], 4)
-    most = f"nothing above {highest:g} m was asked"
+    most = f"asked up to {highest:g} m"
     figure.suptitle(f"Limits over period by alternative (full lines: credited; {most})", fontsize="medium")
     return figure
-
-
-def worst(Hs: FloatArray) -> FloatArray:
-    """Least limit over the headings, of (heading, period) [m]; NaN where none is told."""
-    filled = np.where(np.isnan(Hs), np.inf, Hs)
-    return np.asarray(np.where(np.isnan(Hs).all(axis=0), np.nan, filled.min(axis=0)))

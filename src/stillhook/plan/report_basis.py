@@ -43,9 +43,11 @@ def operation(result: PlanResult) -> list[Part]:
     head = ("", "phase", "kind", "from [m]", "to [m]", "speed", "time [min]", "winch", "answered by")
     parts = [text("Heights are those of the payload's underside above still water.")]
     parts.append(table(head, rows, wide=[1, 8], numbers=[3, 4, 5, 6], small=True))
-    why = [f"{p['name']}: {p['why']}" for p in told["phases"] if p.get("why")]
-    if why:
-        parts += [sub("How each phase was answered"), bullets(why)]
+    why: dict[str, list[str]] = {}
+    for p in told["phases"]:
+        why.setdefault(p.get("why") or "", []).append(p["name"])
+    if lines := [f"{', '.join(phases)}: {said}" for said, phases in why.items() if said]:
+        parts += [sub("How each phase was answered"), bullets(lines)]
     op = told.get("operation")
     if op:
         parts += [sub("Planned time and forecast"), facts(_operation(op)), text(say.ALPHA)]
@@ -125,9 +127,10 @@ def credit(result: PlanResult) -> list[Part]:
     """What each alternative is, and how much of it is credited."""
     told = result.facts
     crane = told.get("crane", {})
+    followed = [p["name"] for p in told["phases"] if p.get("compensated")]
     rows = []
     for a in told["alternatives"]:
-        inside = result.data["inside"].sel(alternative=a["name"]).values
+        inside = result.data["inside"].sel(alternative=a["name"], phase=followed).values
         share = percent(float(np.nanmean(inside))) if np.isfinite(inside).any() and _is_twin(result, a["name"]) else "-"
         rows.append([named(a["name"]), a["says"], a.get("tells") or "", share])
     certificate = crane.get("certificate")
@@ -139,7 +142,7 @@ def credit(result: PlanResult) -> list[Part]:
         text(say.CREDIT),
         facts([("crane's twin", str(crane.get("twin", "-"))), ("certificate", held)]),
         table(head if has else (head[0], head[1], head[3]), body, wide=[1, 2] if has else [1]),
-        text("Covered: share of phases and asked seas that lie inside the certificate's envelope."),
+        text("Covered: share of the asked seas, in phases with compensation, that lie inside the certificate's envelope."),
     ]
 
 
@@ -168,7 +171,7 @@ def seas(result: PlanResult) -> list[Part]:
         f"Reading the table between its cells: the worst of the headings within {tolerance} and of the periods on either side; below the "
         "lowest period its row holds; above the highest period, and beyond the tolerance from every heading, the limit is 0 m."
     )
-    return [facts(rows), text(reading), text(say.READING)]
+    return [facts(rows), text(reading)]
 
 
 def models(result: PlanResult) -> list[Part]:
@@ -185,10 +188,14 @@ def models(result: PlanResult) -> list[Part]:
         ("payload", f"{payload.get('name', '-')}: {payload.get('title') or ''} {mass} in air"),
     ])]  # fmt: skip
     if payload.get("rows"):
-        parts.append(
-            table(("payload", "value", "kind", "source"), [[str(c) for c in row] for row in payload["rows"]], wide=[3], small=True)
-        )
+        rows = [[str(row[0]), _plain(str(row[1])), *(str(c) for c in row[2:])] for row in payload["rows"]]
+        parts.append(table(("payload", "value", "kind", "source"), rows, wide=[1], wider=[3], small=True))
     return parts
+
+
+def _plain(value: str) -> str:
+    """A value that people can read; descriptions of objects are left to the payload's file."""
+    return "" if value == "as given" or "kind=" in value else value
 
 
 def inputs(result: PlanResult) -> list[Part]:
@@ -200,24 +207,34 @@ def inputs(result: PlanResult) -> list[Part]:
         ("plan", f"{told['name']} ({told.get('source') or '-'}), digest {short(told.get('digest', ''))}"),
         *_runs(runs),
     ]
-    hashes = [[i["what"], str(i["file"]).replace("\\", "/").rpartition("/")[2], i["sha256"]] for i in told.get("inputs", ())]
+    hashes = [[i["what"], _file(str(i["file"])), i["sha256"]] for i in told.get("inputs", ())]
     parts = [facts(rows), sub("Inputs (SHA-256 of what counts in each)"), {"kind": "hashes", "rows": hashes}]
     remarks = [*told.get("remarks", ()), *told.get("notes", ())]
     parts += [sub("Remarks of this run"), bullets(dict.fromkeys(str(x) for x in remarks))] if remarks else []
     return [*parts, sub("To check or to repeat it"), bullets(say.AGAIN)]
 
 
+def _file(name: str) -> str:
+    """A file without its folder on this machine; a library's sentence by its start."""
+    plain = name.replace("\\", "/")
+    absolute = plain.startswith("/") or plain[1:3] == ":/"
+    return plain.rpartition("/")[2] if absolute else plain.split(",")[0]
+
+
 RUNS = {
     "n": "runs in the time domain", "n_unique": "of these computed (alike in several alternatives: once)", "n_failed": "failed runs",
     "seeds_first": "first seed", "seeds_least": "least seeds a cell", "seeds_most": "most seeds a cell", "step": "time step [s]",
-    "wall": "wall time [s]",
 }  # fmt: skip
+
+
+OF_THE_MACHINE = ("wall", "store", "threads")
+"""What is no part of the answer: another machine has others, and the document must not."""
 
 
 def _runs(runs: Mapping[str, Any]) -> Iterable[tuple[str, str]]:
     """What is known of the runs; names that nobody has put into words stand as they are."""
     for key, value in runs.items():
-        if isinstance(value, bool) or value is None or isinstance(value, dict):
+        if key in OF_THE_MACHINE or isinstance(value, bool) or value is None or isinstance(value, dict):
             continue
         said = (
             ", ".join(str(x) for x in value)

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -38,7 +39,7 @@ PAGE = 205.0
 def limit_cells(result: PlanResult, stems: Sequence[str]) -> list[Part]:
     """Curves, tables of cells, rosette."""
     parts = [figure("limits-over-period", "Limiting Hs over peak period; all alternatives with the same random seas.")]
-    parts.append(text(say.READING))
+    parts.append(text(say.READING.format(highest=number(highest(result), 3))))
     parts += [figure(s, _cells_caption(s), PAGE) for s in stems if s.startswith("limits-") and s != "limits-over-period"]
     parts.append(figure("rosette", "Heading rosette: limiting Hs by where the waves come from. Directions that were not asked are blank."))
     return [*parts, sub("What governs, in cells of the table"), _governing(result)]
@@ -91,7 +92,7 @@ def by_phase(result: PlanResult) -> list[Part]:
         text(f"Least limit over the rules [m] at the worst heading, with {named(name)}, credited. Bold: tiers that count."),
         table(head, rows, wide=[0], numbers=range(2, len(head)), strong_rows=strong, small=True),
         sub("Least limit of every rule over all cells, by each tier"),
-        _by_rule(result, name),
+        *_by_rule(result, name),
     ]
 
 
@@ -101,37 +102,42 @@ def _of_phase(result: PlanResult, credit: Credit, tier: str, name: str, phase: s
     return np.asarray(np.where(np.isnan(Hs).all(axis=0), np.nan, np.where(np.isnan(Hs), np.inf, Hs).min(axis=0)))
 
 
-def _by_rule(result: PlanResult, name: str) -> Part:
+def _by_rule(result: PlanResult, name: str) -> list[Part]:
+    """Rules that limit anything, with their least limits by every tier; the others in a sentence."""
     data, tiers = result.data, names(result.data, "tier")
-    rows = []
+    rows, rest = [], []
     for phase in names(data, "phase"):
         for rule in names(data, "rule"):
             Hs = np.asarray(data["Hs_rule"].sel(credit=CREDITED, alternative=name, phase=phase, rule=rule).values, dtype=float)
             if np.isnan(Hs).all():
                 continue
+            code = f"{phase_code(result, phase)} {rule_code(result, rule)}"
             told = np.where(np.isnan(Hs), np.inf, Hs)
+            if np.isposinf(told).all():
+                rest.append(code)
+                continue
             cells = [height(float(told[t].min()), highest(result)) if not np.isnan(Hs[t]).all() else "-" for t in range(len(tiers))]
             last = max(t for t in range(len(tiers)) if not np.isnan(Hs[t]).all())
             i, k = np.unravel_index(int(told[last].argmin()), told[last].shape)
             at = f"{data['period'].values[k]:g} s, {degrees(data['heading'].values[i])}" if np.isfinite(told[last].min()) else ""
-            rows.append([f"{phase_code(result, phase)} {rule_code(result, rule)}", governs(phase, rule), *cells, at])
-    return table(("", "phase: rule", *tiers, "least at"), rows, wide=[1], numbers=range(2, 2 + len(tiers)), small=True)
+            rows.append([code, governs(phase, rule), *cells, at])
+    inside = f"Inside up to {number(highest(result), 3)} m in every cell: {', '.join(rest)}."
+    found = table(("", "phase: rule", *tiers, "least at"), rows, wide=[1], numbers=range(2, 2 + len(tiers)), small=True)
+    return [found, *([text(inside)] if rest else [])]
 
 
 def closed_form_beside(result: PlanResult) -> list[Part]:
-    """Where the closed form stands against what counts, in the phases that it speaks of."""
-    if CLOSED not in names(result.data, "tier"):
-        return []
+    """Where the closed form stands against what counts, in the phases where another tier counts."""
     name, lines = leading(result), []
-    for phase in names(result.data, "phase"):
-        closed = _of_phase(result, CREDITED, CLOSED, name, phase)
-        final = _final(result, name, phase)
-        both = np.isfinite(closed) & np.isfinite(final) & (final > 0.0)
+    for phase in names(result.data, "phase") if CLOSED in names(result.data, "tier") else []:
+        closed, final = _of_phase(result, CREDITED, CLOSED, name, phase), _final(result, name, phase)
+        other = (result.data["counts"].sel(alternative=name, phase=phase) != CLOSED).values & ~np.isnan(closed)
+        both = other & np.isfinite(closed) & np.isfinite(final) & (final > 0.0)
         if both.any():
-            ratio = closed[both] / final[both]
-            lines.append(
-                f"{phase}: closed form over the limit that counts {number(float(ratio.min()), 2)} to {number(float(ratio.max()), 2)}"
-            )
+            ends = sorted({f"{x:.2f}" for x in (closed[both] / final[both]) for x in (x.min(), x.max())})
+            lines.append(f"{phase}: closed form {' to '.join((ends[0], ends[-1]) if len(ends) > 1 else ends)} of the limit that counts")
+        if over := int((other & (closed < final) & np.isposinf(final)).sum()):
+            lines.append(f"{phase}: closed form limits {over} of {closed.size} cells in which the better tier does not")
     return [sub("Closed form beside"), bullets(lines)] if lines else []
 
 
@@ -197,10 +203,19 @@ def _series(result: PlanResult) -> list[tuple[str, str]]:
     rows.append(("window", f"T_R = {hours(attrs.get('T_R', attrs.get('window')))}"))
     if attrs.get("limit"):
         rows.append(("limit", str(attrs["limit"])))
-    if attrs.get("ship"):
-        rows.append(("heading", str(attrs["ship"])))
+    rows.append(("vessel's heading", _ship(attrs)))
     notes = attrs.get("notes")
     return rows + [("note", str(line)) for line in ([notes] if isinstance(notes, str) else notes if notes is not None else []) if str(line)]
+
+
+def _ship(attrs: Mapping[Any, Any]) -> str:
+    """Where the bow points in the weather."""
+    ship = attrs.get("ship", math.nan)
+    if isinstance(ship, str):
+        return ship
+    if math.isfinite(float(ship)):
+        return f"fixed, bow at {degrees(float(ship))} from north"
+    return "free to turn: every record at the best heading of the table"
 
 
 def _by_month(result: PlanResult) -> Part:

@@ -13,6 +13,9 @@ from stillhook.plan.report_answer import answer
 from stillhook.plan.report_parts import short
 from stillhook.plan.result import PlanResult
 
+MISSING = "NOT JUDGED"
+"""Begins remarks that must be seen first."""
+
 
 def sheet_of(result: PlanResult, stems: Sequence[str]) -> dict[str, Any]:
     """Every text of the document. stems: of the figures that there are (`stillhook.plan.figures.pictures`)."""
@@ -34,7 +37,7 @@ def _title(result: PlanResult) -> str:
 
 
 def marks(result: PlanResult) -> list[str]:
-    """What must be seen on every page: what is synthetic, and that a twin is not validated."""
+    """What must be seen on every page: what is synthetic, that a twin is not validated, what nothing was told of."""
     found = []
     if "weather" in result and int(result["weather"].attrs.get("synthetic", 0)):
         found.append(say.SYNTHETIC)
@@ -43,7 +46,7 @@ def marks(result: PlanResult) -> list[str]:
         found.append(say.SYNTHETIC_CERTIFICATE)
     if not certificate and any(a.twin for a in result.alternatives):
         found.append(say.UNVALIDATED.rstrip("."))
-    return found
+    return found + [str(line).rstrip(".") for line in result.facts.get("remarks", ()) if str(line).startswith(MISSING)]
 
 
 def _sections(result: PlanResult, stems: Sequence[str]) -> list[tuple[str, list[dict[str, Any]]]]:

@@ -37,8 +37,8 @@ EXTREMES = (
     "limit closes to a stated width or the stated most of seeds is reached. All alternatives see the same random seas."
 )
 READING = (
-    "In each cell: limiting Hs in metres, below it phase (P) and rule (R) that govern, by the numbers of the tables of phases and of "
-    'rules. "> 4" means that the highest sea that was asked is still inside: then that height is the limit. 0: not even a calm is '
+    "In each cell: limiting Hs in metres, below it phase (P) and rule (R) that govern, by the numbers of the tables of phases and rules. "
+    '"> {highest}" means that the highest sea that was asked is still inside: then that height is the limit. 0: not even a calm is '
     "inside. Headings are directions in which waves travel from the bow: 180° head sea, 90° coming from starboard, 0° following."
 )
 ALPHA = (

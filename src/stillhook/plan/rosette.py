@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stillhook.plan.figure_parts import COLOUR, CREDITED, MARKER, THICK, WIDTH, FloatArray, key_below, named, names
+from stillhook.plan.figure_parts import COLOUR, CREDITED, MARKER, THICK, WIDTH, FloatArray, key_below, most_told, named, names
 from stillhook.plan.result import PlanResult
 
 if TYPE_CHECKING:
@@ -64,7 +64,8 @@ def _panel(ax: PolarAxes, result: PlanResult, k: int, come: FloatArray, order: F
         ax.set_thetamin(np.degrees(low))
         ax.set_thetamax(np.degrees(high))
         ax.set_thetagrids([float(x) for x in np.round(np.degrees(come))])
-    ax.set_ylim(0.0, highest)
-    ax.set_yticks(list(range(1, int(highest) + 1)) or [highest])
+    top = most_told(result)
+    ax.set_ylim(0.0, top)
+    ax.set_yticks(list(range(1, int(top) + 1)))
     ax.tick_params(labelsize="x-small")
     ax.set_title(f"Tp {data['period'].values[k]:g} s", fontsize="small", pad=4)
