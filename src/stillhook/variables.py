@@ -487,6 +487,8 @@ WEATHER = (
     _v("first_start", "", "", "", "", "first time at which it may start (UTC), null where there is none in the horizon"),
     _v("horizon", "", "s", "time", "", "time over which starts are looked for"),
     _v("n_starts", "", "1", "", "", "starts that were looked at, one a record"),
+    _v("absent", "", "s", "time", "", "time within the gaps of a series"),
+    _v("columns", "", "", "", "", "column by column of a weather file: missing values, least, mean, 90 % and largest, or mean direction"),
     _v("n_go", "", "1", "", "", "starts of which every record of T_R is forecast and within its limits"),
     _v("starts", "", "", "", "", "start by start: time, go, what governs and by how much; null where the forecast does not cover T_R"),
 )  # fmt: skip

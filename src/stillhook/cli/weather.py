@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -11,10 +13,14 @@ from stillhook.cli.show import print_json
 from stillhook.cli.weather_tables import print_alpha, print_forecast, print_persistence, print_show
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
     from stillhook.sea.weather import Weather
+    from stillhook.weather.limit_text import Limit
 
 app = typer.Typer(no_args_is_help=True, help="Weather: workable windows and waiting, alpha factors, go or no-go from a forecast.")
 
+OUT_FILES = ("weather.png", "weather.json")
 FILE_HELP = "Table of weather (CSV and its kin, gz too), a file of NDBC, or a name of the library; a wrong name lists them."
 LIMIT_HELP = (
     'Limit, inclusive; as often as needed, all must hold: "Hs <= 1.5 m", "wind <= 10 m/s", "Tp 5..12 s", '
@@ -24,7 +30,7 @@ DIRECTION_HELP = (
     "What the file's wave directions mean, where it does not say: coming-from or going-to (clockwise from north), cartesian (going to, "
     "counter-clockwise from east), cartesian-from."
 )
-COLUMN_HELP = 'Which heading is what: "Hs=waveheight", "wind=ws [kn]"; for Hs, Tp, Tz, wind, come_from, wind_from, current.'
+COLUMN_HELP = 'Which heading is what: "Hs=waveheight", "wind=ws (kn)"; for Hs, Tp, Tz, wind, come_from, wind_from, current.'
 ORDER_HELP = "mdy, dmy or ymd, where the file's dates leave it open."
 SHIP_HELP = 'Where the bow points, clockwise from north, "315 deg", or "free" to turn to what suits best; for limits on beta.'
 WINDOW_HELP = "How long the operation needs the weather without a break."
@@ -42,6 +48,7 @@ Order = Annotated[str | None, typer.Option("--date-order", help=ORDER_HELP)]
 Step = Annotated[str | None, typer.Option("--step", help="What a record stands for, where that is not the usual spacing.")]
 Limits = Annotated[list[str], typer.Option("--limit", help=LIMIT_HELP)]
 Ship = Annotated[str | None, typer.Option("--ship", help=SHIP_HELP)]
+Out = Annotated[Path | None, typer.Option("--out", help="Folder for weather.png and weather.json; nothing is written without it.")]
 
 
 @app.command("persistence")
@@ -55,6 +62,7 @@ def persistence(
     time: TimeColumn = None,
     date_order: Order = None,
     step: Step = None,
+    out: Out = None,
     json: Annotated[bool, typer.Option("--json", help=JSON_HELP)] = False,
 ) -> None:
     """Workable share, windows and waiting of a weather series, in all and by month.
@@ -64,19 +72,30 @@ def persistence(
 
     Example: stillhook weather persistence hindcast.csv --limit "Hs <= 1.5 m" --limit "wind <= 10 m/s" --window "24 h"
     """
-    from stillhook.units import parse
+    from stillhook.errors import WeatherError
+    from stillhook.units import came, parse
     from stillhook.weather.answer import persistence_answer
     from stillhook.weather.limit_text import parse_limit
+    from stillhook.whole import check_folder
 
     limits = [parse_limit(text) for text in limit]
     length = parse(window, "time", "--window")
-    heading, free = _heading(ship)
+    if length <= 0.0:
+        raise WeatherError(f"--window {came(window)}: is not above 0 s. Say how long the operation takes.")
+    heading, free = _heading(ship, limits)
+    if out is not None:
+        check_folder(out, OUT_FILES)
     found = _read(file, direction, column, time, date_order, step)
     answer = persistence_answer(found, limits, length, ship=heading, free=free)
+    if out is not None:
+        from stillhook.weather.figures import persistence_figure
+
+        _write(out, persistence_figure(answer), answer)
     if json:
         print_json(answer)
         return
     print_persistence(answer)
+    _written(out)
 
 
 @app.command("alpha")
@@ -120,6 +139,7 @@ def forecast(
     time: TimeColumn = None,
     date_order: Order = None,
     step: Step = None,
+    out: Out = None,
     json: Json = False,
 ) -> None:
     """Go or no-go from a forecast: T_R from the start must stay within the limits, wave heights times alpha.
@@ -132,20 +152,28 @@ def forecast(
     from stillhook.weather.alpha import load_alpha_table
     from stillhook.weather.forecast import check_forecast, numbers
     from stillhook.weather.limit_text import parse_limit
+    from stillhook.whole import check_folder
 
     limits = [parse_limit(text) for text in limit]
     T_POP, T_C = parse(t_pop, "time", "--t-pop"), None if t_c is None else parse(t_c, "time", "--t-c")
-    heading, free = _heading(ship)
+    heading, free = _heading(ship, limits)
+    if out is not None:
+        check_folder(out, OUT_FILES)
     reach, begin = parse(horizon, "time", "--horizon"), None if start is None else _begin(start)
     found = _read(file, direction, column, time, date_order, step)
     factors = load_alpha_table(table)
     checked = check_forecast(found, limits, factors, T_POP, T_C, start=begin, horizon=reach, ship=heading, free=free)
     answer: dict[str, Any] = {"file": found.source, "limits": [one.text for one in limits], "horizon": reach}
     answer |= numbers(checked) | {"notes": [*checked.notes, *found.notes]}
+    if out is not None:
+        from stillhook.weather.figures import forecast_figure
+
+        _write(out, forecast_figure(found, limits, answer), answer)
     if json:
         print_json(answer)
     else:
         print_forecast(answer)
+        _written(out)
     raise typer.Exit(0 if answer["go"] else 1)
 
 
@@ -178,10 +206,29 @@ def show(
     print_show(answer)
 
 
-def _heading(ship: str | None) -> tuple[float | None, bool]:
+def _write(out: Path, figure: Figure, answer: dict[str, Any]) -> None:
+    from stillhook.io.figures import save_figure
+    from stillhook.io.results import save_json
+    from stillhook.whole import whole_folder
+
+    with whole_folder(out) as part:
+        save_figure(figure, part / OUT_FILES[0])
+        save_json(answer, part / OUT_FILES[1])
+
+
+def _written(out: Path | None) -> None:
+    if out is not None:
+        print("written: " + ", ".join(str(out / name) for name in OUT_FILES))
+
+
+def _heading(ship: str | None, limits: Sequence[Limit]) -> tuple[float | None, bool]:
     """Heading of the ship [rad], and whether it is free."""
     from stillhook.cli.tip_inputs import angle
+    from stillhook.errors import WeatherError
+    from stillhook.weather.limit_text import BETA
 
+    if ship is not None and not any(BETA in limit.columns for limit in limits):
+        raise WeatherError('--ship: no limit asks for beta. Leave it out, or write a limit such as "Hs <= 3 m for beta 150..210 deg".')
     if ship is None or ship.strip().lower() == "free":
         return None, ship is not None
     return angle(ship, "--ship"), False

@@ -158,9 +158,7 @@ def values(weather: Weather, name: str, limit: Limit, ship: float | None) -> Flo
     if column not in weather.columns:
         have = ", ".join(weather.columns) or "nothing"
         why = next((note for note in weather.notes if column == "come_from" and "direction" in note), "")
-        raise WeatherError(
-            f"--limit {came(limit.text)}: {weather.source} tells no {column}; it tells {have}{'. ' + why if why else ''}. "
-            "Drop the limit, or map a column to it with --column."
-        )
+        do = why[:1].upper() + why[1:] if why else "Drop the limit, or map a column to it with --column."
+        raise WeatherError(f"--limit {came(limit.text)}: {weather.source} tells no {column}; it tells {have}. {do}")
     x = weather.columns[column]
     return relative(x, ship) if name == BETA and ship is not None else x

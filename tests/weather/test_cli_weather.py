@@ -1,0 +1,120 @@
+"""`stillhook weather` as a user meets it."""
+
+import json
+
+import numpy as np
+import pytest
+
+from stillhook.cli import run
+from stillhook.variables import BY_NAME
+
+KEYS = (
+    "n_hours", "operability", "n_windows", "window_mean", "n_windows_long_enough", "wait_mean", "wait_p50", "wait_p90", "n_censored", "n_gaps",
+)  # fmt: skip
+
+
+@pytest.fixture
+def file(tmp_path):
+    """Two months of hours, calm every third day."""
+    hours = np.datetime64("2020-01-01T00:00") + np.arange(60 * 24) * np.timedelta64(1, "h")
+    rows = "".join(f"{t}Z,{0.9 if i // 24 % 3 == 2 else 2.5},{90 * (i // 24 % 4)}\n" for i, t in enumerate(hours))
+    (tmp_path / "site.csv").write_text("time,Hs [m],MWD [deg]\n" + rows)
+    return str(tmp_path / "site.csv")
+
+
+def answer(capsys, *arguments):
+    assert run(["weather", *arguments, "--json"]) == 0
+    return json.loads(capsys.readouterr().out)
+
+
+def refusal(capsys, *arguments):
+    assert run(["weather", *arguments]) == 2
+    out = capsys.readouterr()
+    assert out.out == ""
+    (line,) = out.err.strip().splitlines()
+    return line
+
+
+class TestPersistence:
+    ASKED = ("--limit", "Hs <= 1 m", "--window", "24 h")
+
+    def test_keys_are_those_of_the_nomenclature_and_times_stand_in_hours_beside(self, file, capsys):
+        found = answer(capsys, "persistence", file, *self.ASKED)
+        assert set(KEYS) <= set(found)
+        assert set(found) <= set(BY_NAME)
+        assert set(found["months"][0]) <= set(BY_NAME)
+        assert (found["n_hours"], found["n_windows"], found["window_mean"]) == (1440, 20, 24 * 3600.0)
+        assert found["hours"]["wait_p50"] == found["wait_p50"] / 3600.0
+
+    def test_calm_every_third_day_is_waited_for_two_days_at_most(self, file, capsys):
+        found = answer(capsys, "persistence", file, *self.ASKED)
+        assert found["operability"] == pytest.approx(1 / 3)
+        assert found["hours"]["wait_max"] == 71.0  # from the hour after the start on
+        assert found["hours"]["wait_mean"] == pytest.approx(35.2, abs=0.5)  # half of three days
+        assert found["n_censored"] == 23
+
+    def test_the_table_for_people_names_gaps_and_what_was_left_out(self, file, capsys):
+        assert run(["weather", "persistence", file, *self.ASKED]) == 0
+        out = capsys.readouterr().out
+        assert "Gaps in time: 0; 0 of 1440 records without a value" in out
+        assert "left out of the waits" in out
+        assert "Feb" in out
+
+    def test_a_ship_free_to_turn_works_where_a_fixed_one_does_not(self, file, capsys):
+        head = ("--limit", "Hs <= 3 m for beta 150..210 deg", "--limit", "Hs <= 1 m for beta 210..150 deg", "--direction", "coming-from")
+        free = answer(capsys, "persistence", file, *head, "--window", "6 h", "--ship", "free")
+        fixed = answer(capsys, "persistence", file, *head, "--window", "6 h", "--ship", "90 deg")
+        assert (free["operability"], free["ship"]) == (1.0, "free")
+        assert 1 / 3 < fixed["operability"] < 0.6
+        assert fixed["ship"] == pytest.approx(np.pi / 2)
+
+    def test_out_keeps_a_picture_and_the_answer(self, file, capsys, tmp_path):
+        found = answer(capsys, "persistence", file, *self.ASKED, "--out", str(tmp_path / "out"))
+        assert json.loads((tmp_path / "out" / "weather.json").read_text()) == found
+        assert (tmp_path / "out" / "weather.png").read_bytes().startswith(b"\x89PNG")
+
+    def test_waves_told_every_hour_among_records_of_ten_minutes_are_judged_by_the_hour(self, capsys, tmp_path):
+        rows = [f"2019-08-{d:02d} {h:02d}:{m:02d},{5.0},{1.5 if m == 40 and (d, h) != (2, 5) else ''}" for d in (1, 2, 3) for h in range(24) for m in range(0, 60, 10)]
+        (tmp_path / "buoy.csv").write_text("time,wind,hs\n" + "\n".join(rows) + "\n")
+        found = answer(capsys, "persistence", str(tmp_path / "buoy.csv"), "--limit", "Hs <= 2 m", "--limit", "wind <= 6 m/s", "--window", "12 h")
+        assert (found["n_hours"], found["n_windows"], found["n_missing"], found["hours"]["window_max"]) == (72, 2, 1, 42.0)
+        assert "1 of 6 records only" in found["notes"][0]
+
+    def test_a_window_longer_than_the_series_leaves_all_waits_unknown(self, file, capsys):
+        found = answer(capsys, "persistence", file, "--limit", "Hs <= 1 m", "--window", "9000 h")
+        assert (found["n_windows_long_enough"], found["wait_mean"], found["n_censored"]) == (0, None, 1440)
+
+    @pytest.mark.parametrize(
+        ("arguments", "says"),
+        [
+            (("--window", "24 h"), "Missing option '--limit'"), (("--limit", "Hs <= 1 m"), "Missing option '--window'"),
+            (("--limit", "Hs <= 1 m", "--window", "24"), "no unit"), (("--limit", "Hs <= 1 m", "--window", "0 h"), "--window \"0 h\": is not above"),
+            (("--limit", "wind <= 9 m/s", "--window", "6 h"), "tells no wind; it tells H_m0"),
+            (("--limit", "from 0..90 deg", "--window", "6 h"), "say --direction coming-from, going-to, cartesian"),
+            (("--limit", "Hs <= 1 m", "--window", "6 h", "--ship", "90 deg"), "no limit asks for beta"),
+            (("--limit", "beta 0..90 deg", "--window", "6 h", "--direction", "going-to"), "--ship: missing"),
+            (("--limit", "Hs <= 1 m", "--window", "6 h", "--direction", "from"), 'is not one of coming-from'),
+            (("--limit", "Hs <= 1 m", "--window", "6 h", "--column", "Hs=height"), "no column \"height\""),
+            (("--limit", "Hs <= 1 m", "--window", "6 h", "--column", "waves=Hs"), "write a name and a heading"),
+            (("--limit", "Hs <= 1 m", "--window", "6 h", "--time", "when"), "--time \"when\": no such column"),
+            (("--limit", "Hs <= 1 m", "--window", "6 h", "--date-order", "dym"), "is not one of ymd, mdy, dmy"),
+            (("--limit", "Hs <= 1 m", "--window", "6 h", "--step", "0 h"), "is not above 0 s"),
+        ],
+    )  # fmt: skip
+    def test_mistakes_are_one_line(self, file, capsys, arguments, says):
+        assert says in refusal(capsys, "persistence", file, *arguments)
+
+
+class TestShow:
+    def test_columns_gaps_and_what_was_made_of_directions(self, file, capsys):
+        found = answer(capsys, "show", file)
+        assert set(found["columns"]) == {"H_m0"}
+        assert set(found) <= set(BY_NAME)
+        assert "does not say what its wave direction" in found["notes"][0]
+        assert set(answer(capsys, "show", file, "--direction", "coming-from")["columns"]) == {"H_m0", "come_from"}
+
+    def test_the_table_for_people(self, capsys):
+        assert run(["weather", "show", "SYNTHETIC-norwegian-sea"]) == 0
+        out = capsys.readouterr().out
+        assert "29224 records, one every 3 h" in out
+        assert "measured nowhere" in out
