@@ -15,7 +15,7 @@ SHOWN = 40.0
 EXAMPLE = "template-to-1500m"
 PLAN, MOTIONS = "plan", "motions"
 THREADS = 2
-WHAT_HELP = '"plan": a template of 120 t from deck to seabed at 1,500 m, to the report; "motions": NS, HS and SSC on four motions of the tip.'
+WHAT_HELP = '"plan": a template of 120 t from deck to seabed at 1,500 m, to the report; "motions": NS, HS and SSC on four motions.'
 
 
 def register(app: typer.Typer) -> None:

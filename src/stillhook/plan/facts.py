@@ -12,9 +12,9 @@ from stillhook.certified import CAP
 from stillhook.crane import Crane, content
 from stillhook.engine.build import results_hash
 from stillhook.engine.validated import envelope_line, twin_line
-from stillhook.io.payload_sheet import payload_numbers
 from stillhook.plan.alternatives import Alternative
 from stillhook.plan.lift_plan import LiftPlan
+from stillhook.plan.payload_rows import payload_rows
 from stillhook.plan.phases import Phase
 from stillhook.plan.rules import Limited, Rule
 from stillhook.units import show
@@ -89,34 +89,14 @@ def _digest(text: str | bytes) -> str:
 
 def _payload(plan: LiftPlan) -> dict[str, Any]:
     payload = plan.payload
-    numbers = payload_numbers(payload, plan.rho)
-    kinds = ("V", "volume"), ("W_sub", "force"), ("A33", "mass"), ("A_p", "area")
-    words = {"V": "displaced volume", "W_sub": "submerged weight", "A33": "added mass in heave", "A_p": "area that drag acts on"}
-    rows = [[words[name], show(numbers[name], kind, 4), "derived", "payload under water"] for name, kind in kinds]
-    rows.append(["drag coefficient", f"{payload.C_D:.4g}", *_stated(payload.sources.get("C_D"))])
-    rows += [[name, str(_given(payload, name)), *_stated(source)] for name, source in payload.sources.items() if name != "C_D"]
     return {
         "name": payload.name, "title": payload.title, "mass": payload.mass, "height": payload.height,
-        "digest": _payload_digest(plan), "rows": rows,
+        "digest": _payload_digest(plan), "rows": payload_rows(payload, plan.rho),
     }  # fmt: skip
 
 
 def _payload_digest(plan: LiftPlan) -> str:
     return _digest(plan.payload.model_dump_json(exclude={"sources", "title", "name"}))
-
-
-def _stated(source: Any) -> tuple[str, str]:
-    return ("assumed", "default") if source is None else (source.kind.value, source.text)
-
-
-def _given(payload: Any, path: str) -> Any:
-    """A number of a payload as it stands there, by its path."""
-    at = payload
-    for name in path.split("."):
-        at = getattr(at, name, None) if not isinstance(at, Mapping) else at.get(name)
-        if at is None and payload.shape is not None:
-            at = getattr(payload.shape, name, None)
-    return "as given" if at is None else f"{at:.6g} (SI)" if isinstance(at, float) else at
 
 
 def _place(plan: LiftPlan) -> str:

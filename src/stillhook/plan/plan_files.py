@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from stillhook.errors import PlanError
 from stillhook.io.results import save_json
+from stillhook.plan.report import REPORT_FILES, write_report
 from stillhook.plan.result import BLOCKS, PlanResult
 from stillhook.units import came
 from stillhook.whole import whole_folder
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
 
 NUMBERS, FACTS = "plan.nc", "plan.json"
 PLAN_FILES = (NUMBERS, FACTS)
-OUT_FILES = (*PLAN_FILES,)
+OUT_FILES = (*REPORT_FILES, *PLAN_FILES)
 NEEDED = {"name", "Hs_lowest", "Hs_highest"}
 
 
@@ -33,6 +34,7 @@ def write_answer(result: PlanResult, folder: Path) -> None:
     """Everything that `stillhook plan --out` leaves: numbers, facts and the report, all of them or none."""
     with whole_folder(folder) as part:
         write_plan(result, part)
+        write_report(result, part)
 
 
 def write_plan(result: PlanResult, part: Path) -> None:

@@ -178,7 +178,7 @@ class LimitTable:
         """
         by_heading = self._by_heading(np.asarray(Tp, dtype=float))
         if beta is None:
-            return np.asarray(np.max([self._worst_near(by_heading, np.array([heading])) for heading in self.headings], axis=0))
+            return np.asarray(np.max([self._worst_near(by_heading, np.array([own])) for own in self.headings], axis=0))
         return self._worst_near(by_heading, np.asarray(beta, dtype=float))
 
     def _worst_near(self, by_heading: FloatArray, beta: FloatArray) -> FloatArray:
