@@ -1,0 +1,158 @@
+"""Many lowerings in seas: the bits that each has alone, kept in a store, shared by a cluster; motions straight into the lanes."""
+
+import numpy as np
+import pytest
+
+from stillhook import load_crane, read_payload
+from stillhook.engine import lower_many as module
+from stillhook.engine.drive import Drive, filled
+from stillhook.engine.lift_pack import stand_in
+from stillhook.engine.lower import lower
+from stillhook.engine.lower_many import lower_many
+from stillhook.errors import LiftError, SimulationError
+from stillhook.io.vessel_file import read_vessel
+from stillhook.library import changed
+from stillhook.library.vessels import vessel_file
+from stillhook.lift.in_sea import InSea
+from stillhook.lift.lowering import Lowering
+from stillhook.lift.programme import Stage
+from stillhook.sea.motion import Sine
+from stillhook.sea.parametric import Jonswap
+from stillhook.sea.spectrum import Sea, Train
+
+CRANE = load_crane("nov-250t")
+STRONG = changed(CRANE, {"control": {"K_p": "0.3 1/m"}})
+RAO = read_vessel(vessel_file("construction-vessel-130m"))
+X, Y = -15.0, -24.0
+
+
+def lift(z_0: str = "-1480 m", **more: object) -> Lowering:
+    given = {"payload": read_payload("manifold-60t"), "h_tip": "36 m", "depth": "1500 m", "z_0": z_0, "duration": "30 s"}
+    return Lowering(**{**given, "programme": (Stage(mode="ahc", time="20 s"),), **more})
+
+
+DEEP, SPLASH = lift(), lift("-10 m", programme=(Stage(mode="splash", lower="6 m/min", time="10 s"), Stage(mode="ahc", time="12 s")))
+
+
+def sea(Hs: float, Tp: float = 8.0) -> Sea:
+    return Sea((Train(Jonswap(Hs, Tp), np.radians(165.0), 4.0),))
+
+
+def in_sea(lift: Lowering = DEEP, Hs: float = 2.0, seed: int = 0, **more: object) -> InSea:
+    return InSea(lift, sea(Hs), seed, RAO, X, Y, **more)
+
+
+CASES = [in_sea(seed=seed, Hs=Hs) for Hs in (1.0, 2.5) for seed in range(9)] + [in_sea(SPLASH, seed=3, water=True, left=0.2)]
+
+
+@pytest.fixture(scope="module")
+def truth():
+    return lower_many(CRANE, CASES)
+
+
+@pytest.fixture
+def counted(monkeypatch):
+    """Cases that were run."""
+    ran: list[int] = []
+    work = module.work
+    monkeypatch.setattr(module, "work", lambda task, progress=None: (ran.extend(task.indices), work(task, progress))[1])
+    return ran
+
+
+def test_many_lowerings_have_the_bits_of_each_alone(truth):
+    some = [0, 12, 18]
+    assert (
+        truth.isel(case=some)
+        .drop_attrs()
+        .equals(lower(CRANE, [CASES[i].made() for i in some]).drop_attrs().assign_coords(case=truth.case[some]))
+    )
+
+
+def test_water_comes_where_it_is_asked_for_and_a_flat_cap_leaves_its_part_of_the_tips_motion():
+    still, moved = (in_sea(SPLASH, water=water).made().waves for water in (False, True))
+    assert still is None
+    assert moved is not None
+    whole, left = in_sea().made().tip, in_sea(left=0.2).made().tip
+    assert left.deviation() == pytest.approx(0.2 * whole.deviation(), rel=1e-12)
+
+
+def test_every_case_may_have_its_crane(truth):
+    run = lower_many([CRANE, STRONG], [CASES[0], CASES[0]])
+    assert float(run.e_c_pp[0]) == float(truth.e_c_pp[0])
+    assert float(run.e_c_pp[1]) < float(run.e_c_pp[0])
+
+
+def test_what_is_in_the_store_is_not_run_again_whatever_it_is_called(tmp_path, truth, counted):
+    first = lower_many(CRANE, CASES[:4], store=tmp_path)
+    assert first.identical(truth.isel(case=slice(4), stage=slice(2)).assign_coords(stage=first.stage, case=first.case))
+    assert sorted(counted) == [0, 1, 2, 3]
+    again = lower_many(CRANE, [in_sea(lift(name="again"), seed=c.seed, Hs=1.0) for c in CASES[3::-1]], store=tmp_path)
+    assert len(counted) == 4
+    assert np.array_equal(again.e_c_pp.values, first.e_c_pp.values[::-1])
+    assert again.case.values.tolist() == ["again"] * 4
+
+
+@pytest.mark.parametrize("other", [{"seed": 1}, {"Hs": 2.1}, {"left": 0.5}, {"lift": lift("-1470 m")}, {"water": True}])
+def test_what_changes_a_result_is_run(tmp_path, counted, other):
+    lower_many(CRANE, [in_sea()], store=tmp_path)
+    lower_many(CRANE, [in_sea(**other)], store=tmp_path)
+    lower_many(STRONG, [in_sea()], store=tmp_path)
+    assert len(counted) == 3
+
+
+def test_an_interrupted_run_goes_on_where_it_stood(tmp_path, truth, counted):
+    def stop(share: float) -> None:
+        if share > 0.9:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        lower_many(CRANE, CASES, store=tmp_path, threads=1, progress=stop)
+    before = len(counted)
+    assert lower_many(CRANE, CASES, store=tmp_path).identical(truth)
+    assert 0 < len(counted) - before < len(CASES)
+
+
+def test_a_cluster_gives_the_same_bits(truth):
+    distributed = pytest.importorskip("distributed")
+    seen: list[float] = []
+    local = distributed.LocalCluster(n_workers=1, threads_per_worker=2, processes=False, dashboard_address=None)
+    with local as cluster, distributed.Client(cluster) as client:
+        assert lower_many(CRANE, CASES, client=client, progress=seen.append).identical(truth)
+    assert seen == sorted(seen)
+    assert seen[-1] == pytest.approx(1.0)
+
+
+def test_irregular_motions_go_into_the_lanes_with_the_bits_that_they_have_alone():
+    cases = [c.made() for c in CASES[:3]]
+    drives = [
+        Drive(CRANE, stand_in(CRANE, c, 0.0)) for c in [*cases, cases[0].model_copy(update={"tip": Sine(amplitude="1 m", period="9 s")})]
+    ]
+    for k, n in ((0, 1500), (700, 2300)):
+        assert np.array_equal(filled(drives, k, n), np.stack([d.rows(k, n) for d in drives], axis=-1))
+
+
+@pytest.mark.parametrize(
+    ("crane", "cases", "says"),
+    [
+        (CRANE, [], "the list of lowerings is empty"),
+        (CRANE, [7], "lowering 0 = 7: not a Lowering"),
+        ([CRANE], CASES[:2], "1 cranes and 2 lowerings"),
+        ([CRANE, load_crane("nov-100t-pure-active")], CASES[:2], 'crane 1 "nov-100t-pure-active" has another winch type'),
+        (CRANE, [CASES[0], in_sea(lift("-1600 m"))], "case 1: z_0 = -1600 m: the payload would lie on the seabed"),
+    ],
+)
+def test_what_cannot_be_run_is_told_before_anything_runs(crane, cases, says, counted):
+    with pytest.raises(Exception, match=says):
+        lower_many(crane, cases)
+    assert counted == []
+
+
+def test_a_lift_in_a_sea_has_no_motion_of_its_own():
+    with pytest.raises(LiftError, match="has a tip motion or waves already"):
+        in_sea(lift(name="rocked", tip=Sine(amplitude="1 m", period="9 s")))
+
+
+def test_a_store_that_cannot_be_made_is_named(tmp_path):
+    (tmp_path / "file").write_text("")
+    with pytest.raises(SimulationError, match="cannot be written"):
+        lower_many(CRANE, CASES[:1], store=tmp_path / "file" / "store")
