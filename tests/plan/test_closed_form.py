@@ -8,6 +8,7 @@ import pytest
 
 from stillhook.analysis.envelope_limits import Direction, Station
 from stillhook.certified import CAP
+from stillhook.engine.lower_many import lower_many
 from stillhook.physics.scalar import G
 from stillhook.plan.alternatives import Alternative
 from stillhook.plan.capacities import CAPACITIES, at_rest, calm, jerk, static_tension
@@ -19,6 +20,7 @@ from stillhook.plan.limited import limited
 from stillhook.plan.limits import limits_of
 from stillhook.plan.phases import Phase, PhaseKind
 from stillhook.plan.plan_file import load_plan
+from stillhook.plan.twin_run import COUNTED, Spot, course_of, in_sea, lowering_of, machine_of, winch_of
 from stillhook.scenario import Mode
 
 HEAD = math.pi
@@ -105,6 +107,20 @@ def test_tip_and_load_move_as_on_the_frequency_road_where_the_wire_is_stiff_to_t
     for quantity in ("v_tip_max", "s_tip_pp"):
         assert sheet[quantity] == pytest.approx(road[quantity], rel=SPECTRA)
     assert sheet["load_pp"] == pytest.approx(road["load_pp"], rel=ONE_PERIOD)
+
+
+def test_through_the_surface_the_method_lies_on_the_safe_side_of_every_seed_of_the_twin(plan):
+    splash, none = of_kind(plan, PhaseKind.SPLASH), Alternative.NONE
+    winch = winch_of(splash, none)
+    course, (crane, mode) = course_of(plan, splash, winch), machine_of(plan, winch)
+    calm_run = lowering_of(plan, splash, course, mode)
+    cases = [in_sea(plan, splash, winch, course, calm_run, Spot(1.5, 9.0, HEAD), seed) for seed in range(1, 4)]
+    runs = lower_many(crane, cases, threads=2)
+    found = closed_form(plan, splash, Seas(np.array([1.5]), np.array([9.0]), np.array([HEAD]))).values
+    assert runs.stage_F_w_max.values[:, COUNTED].max() < float(found["F_top_max"][0])
+    assert runs.stage_DAF.values[:, COUNTED].max() < float(found["DAF"][0])
+    least = (plan.payload.mass - plan.rho * plan.payload.displaced) * G
+    assert runs.stage_F_sling_min.values[:, COUNTED].min() / least > float(found["sling_ratio"][0])
 
 
 def test_taking_up_the_load_costs_in_proportion_to_the_speed_and_only_where_it_is_lifted_off(plan):
