@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from stillhook.engine.lift_programme import payload_weight
 from stillhook.plan.alternatives import Alternative
-from stillhook.plan.capacities import static_sling
+from stillhook.plan.capacities import places
 from stillhook.plan.lift_plan import LiftPlan
 from stillhook.plan.phases import Phase, PhaseKind
 from stillhook.plan.seeds import BEYOND, Estimate, chance, largest, mean, single
@@ -96,7 +97,7 @@ def _slings(plan: LiftPlan, phase: Phase, course: Course, runs: Runs) -> dict[st
 
     Slings pull or hang: a least tension below nothing, as the distribution of larger ones may tell, is nothing.
     """
-    rest, level = static_sling(plan, phase, min), plan.rules.level
+    rest, level = least_at_rest(plan, phase), plan.rules.level
     fallen = largest(rest - runs["F_sling_min"], level("sling_ratio"), course.times).of(-1.0 / rest, 1.0)
     slack = runs["sling_slack_time"] > 0.0
     return {
@@ -104,3 +105,8 @@ def _slings(plan: LiftPlan, phase: Phase, course: Course, runs: Runs) -> dict[st
         "slack_chance": chance(int(slack.sum()), len(slack), course.times),
         "snap_load": largest(runs["snap"], level("snap_load"), course.times) if slack.any() else Estimate(0.0, 0.0, 0.0),
     }
+
+
+def least_at_rest(plan: LiftPlan, phase: Phase) -> float:
+    """Least sling tension at rest on a phase's way [N]."""
+    return min(payload_weight(plan.hanging(z), z) for z in places(phase))

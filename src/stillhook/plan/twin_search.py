@@ -101,7 +101,7 @@ class Work:
         """Of the lines that are not started, those that may lie below everything that is known."""
         if any(line.started and not line.found for line in group):
             return
-        known = min([self.others.get(key, math.inf), *(line.limit for line in group if line.found)])
+        known = self.least(*key)
         open_lines = [line for line in group if not line.started and line.floor < known]
         if not open_lines:
             return
@@ -151,15 +151,30 @@ class Work:
         key = (line.phase.name, line.alternative, spot, len(runs["duration"]))
         if key not in self.told:
             course = self.cells.course(line.phase, line.winch, spot)
-            self.told[key] = quantities(self.plan, line.phase, line.alternative, line.winch, course, runs)
+            told = quantities(self.plan, line.phase, line.alternative, line.winch, course, runs)
+            self.told[key] = told if Hs > 0.0 else {name: Estimate(e.value, e.value, e.value) for name, e in told.items()}
         return self.told[key]
 
     def rules(self, line: Line) -> tuple[Limited, ...]:
         """Limits that hold in a line's phase under its alternative."""
-        key = (line.phase.name, line.alternative)
+        return self.limits(line.phase, line.alternative)
+
+    def limits(self, phase: Phase, alternative: Alternative) -> tuple[Limited, ...]:
+        """Limits that hold in a phase under an alternative."""
+        key = (phase.name, alternative)
         if key not in self.limited:
-            self.limited[key] = limited(self.plan, line.phase, line.alternative)
+            self.limited[key] = limited(self.plan, phase, alternative)
         return self.limited[key]
+
+    def least(self, alternative: Alternative, column: Column) -> float:
+        """Lowest limit that is known of an alternative in a column, by runs or of a phase that is not run [m]."""
+        found = [line.limit for line in self.groups[alternative, column] if line.found]
+        return min([self.others.get((alternative, column), math.inf), *found])
+
+    def governs(self, line: Line, Hs: float) -> str:
+        """The rule that is used most in a cell; "" where none is told."""
+        used = _used(self.rules(line), self.numbers(line, Hs))
+        return max(used, key=lambda key: used[key], default="")
 
     def used(self, line: Line, Hs: FloatArray) -> FloatArray:
         """Largest utilisation of each cell; NaN where no rule is told."""

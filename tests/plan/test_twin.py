@@ -1,0 +1,278 @@
+"""The twin's tier: what is run of a phase, which of its numbers count, and how limits come out of runs."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from stillhook.lift.programme import StageMode
+from stillhook.plan.adaptive import Search
+from stillhook.plan.alternatives import Alternative
+from stillhook.plan.demand import Tier
+from stillhook.plan.limited import limited
+from stillhook.plan.limits import Limits
+from stillhook.plan.phases import PhaseKind
+from stillhook.plan.plan_file import load_plan
+from stillhook.plan.rules import Level
+from stillhook.plan.seeds import chance, largest, mean
+from stillhook.plan.twin_cells import Ask, Cells, Deal
+from stillhook.plan.twin_numbers import FAILED_MOST, quantities
+from stillhook.plan.twin_run import BLOCK, COUNTED, KINDS, SETTLE, Spot, Winch, course_of, in_sea, lowering_of, machine_of, winch_of
+from stillhook.plan.twin_tier import expected, refine
+from stillhook.scenario import Mode
+
+BETA = math.radians(165.0)
+FEW = Search(seeds=8, more=8, most_seeds=8)
+"""Few seeds: these tests ask how numbers hang together, not what they are."""
+
+
+@pytest.fixture(scope="module")
+def plan():
+    return load_plan("template-to-1500m")
+
+
+@pytest.fixture(scope="module")
+def narrow(plan):
+    """The example in one column of its table."""
+    environment = plan.environment.model_copy(update={"Tp": (8.0,), "headings": (BETA,)})
+    return replace(plan, environment=environment, alternatives=(Alternative.NONE, Alternative.CAP, Alternative.SSC))
+
+
+def of_kind(plan, kind):
+    return next(p for p in plan.phases if p.kind is kind)
+
+
+def calm_of(plan, phase, winch):
+    course = course_of(plan, phase, winch)
+    return course, lowering_of(plan, phase, course, machine_of(plan, winch)[1])
+
+
+# what is run
+
+
+def test_phases_without_compensation_are_one_run_under_all_alternatives(plan):
+    for kind in (PhaseKind.SPLASH, PhaseKind.IN_AIR):
+        assert {winch_of(of_kind(plan, kind), a) for a in Alternative} == {Winch()}
+
+
+def test_in_a_compensated_phase_none_stands_and_the_cap_leaves_a_fifth(plan):
+    deep = of_kind(plan, PhaseKind.DEEP)
+    assert winch_of(deep, Alternative.NONE) == Winch()
+    assert winch_of(deep, Alternative.CAP).left == pytest.approx(0.2)
+    assert len({winch_of(deep, a) for a in Alternative}) == len(Alternative)
+    modes = {a: calm_of(plan, deep, winch_of(deep, a))[1].programme[COUNTED].mode for a in Alternative}
+    assert modes[Alternative.NONE] is modes[Alternative.CAP] is StageMode.MANUAL
+    assert modes[Alternative.SSC] is StageMode.AHC
+
+
+def test_strong_ssc_is_ssc_on_a_crane_of_other_settings(plan):
+    crane, mode = machine_of(plan, Winch(controller=Alternative.STRONG_SSC))
+    assert mode is Mode.SSC
+    assert crane.control.K_p > plan.crane.control.K_p
+    assert machine_of(plan, Winch()) == (plan.crane, Mode.SSC)
+
+
+def test_a_piece_of_a_long_way_lies_on_the_way_and_about_its_worst_place(plan):
+    phase = next(p for p in plan.phases if p.kind is PhaseKind.LOWERING and p.compensated)
+    for z in (phase.start, 0.5 * (phase.start + phase.end), phase.end):
+        course = course_of(plan, phase, Winch(controller=Alternative.SSC), z, 600.0)
+        settle, counted = course.programme
+        top = course.z_0 - settle.lower * SETTLE
+        bottom = top - counted.lower * course.counted
+        assert phase.start >= course.z_0 >= top > bottom >= phase.end - 1e-6
+        assert top + 1e-6 >= z >= bottom - 1e-6
+        assert course.times == pytest.approx(600.0 / BLOCK)
+
+
+def test_a_payload_comes_up_where_its_phase_goes_up(plan):
+    down = of_kind(plan, PhaseKind.SPLASH)
+    up = down.model_copy(update={"start": down.end, "end": down.start})
+    course = course_of(plan, up, Winch())
+    assert course.z_0 == down.end
+    assert course.programme[COUNTED].lower == -down.speed
+    assert course.z_top == down.start
+
+
+def test_waves_are_left_out_where_they_do_not_reach_and_in_the_air(plan):
+    felt = {}
+    for phase in plan.phases:
+        if phase.kind in KINDS:
+            winch = winch_of(phase, Alternative.SSC)
+            course, calm = calm_of(plan, phase, winch)
+            felt[phase.kind] = in_sea(plan, phase, winch, course, calm, Spot(2.0, 14.0, BETA), 1).water
+    assert felt[PhaseKind.SPLASH]
+    assert not (felt[PhaseKind.IN_AIR] or felt[PhaseKind.DEEP] or felt[PhaseKind.LANDING])
+
+
+def test_long_waves_reach_deeper_than_short_ones(plan):
+    phase = of_kind(plan, PhaseKind.DEEP).model_copy(update={"start": -120.0, "end": -120.0})
+    course, calm = calm_of(plan, phase, Winch())
+    reach = {T: in_sea(plan, phase, Winch(), course, calm, Spot(1.0, T, BETA), 1).water for T in (5.0, 14.0)}
+    assert reach == {5.0: False, 14.0: True}
+
+
+def test_every_alternative_sees_the_same_waves(plan):
+    deep = of_kind(plan, PhaseKind.DEEP)
+    tips = []
+    for winch in (Winch(), Winch(left=0.2), Winch(controller=Alternative.NS)):
+        course, calm = calm_of(plan, deep, winch)
+        tips.append(in_sea(plan, deep, winch, course, calm, Spot(2.0, 8.0, BETA), 3).made().tip.amplitudes)
+    np.testing.assert_array_equal(tips[0], tips[2])
+    np.testing.assert_allclose(tips[1], 0.2 * tips[0], rtol=1e-12)
+
+
+# from seeds to numbers
+
+
+def test_the_largest_of_a_phase_of_many_runs_is_that_of_the_largest_of_each():
+    """The largest values of 80 blocks of six runs tell the same as one run of each, extrapolated to six."""
+    x = np.random.default_rng(7).gumbel(5.0, 0.4, size=(80, 6))
+    for level in Level:
+        by_runs, by_blocks = largest(x[:, 0], level, 6.0), largest(x.max(axis=1), level)
+        assert by_runs.value == pytest.approx(by_blocks.value, rel=0.05)  # 80 values each: some 2 % of scatter
+        assert by_runs.low < by_blocks.value < by_runs.high
+
+
+def test_an_interval_closes_with_seeds():
+    x = np.random.default_rng(3).gumbel(5.0, 0.4, size=80)
+    widths = [largest(x[:n], Level.P90).high - largest(x[:n], Level.P90).low for n in (10, 20, 40, 80)]
+    assert widths == sorted(widths, reverse=True)
+
+
+def test_maxima_that_a_valve_holds_are_themselves():
+    assert largest(np.full(20, 380e5), Level.P90, 10.0) == (380e5, 380e5, 380e5)
+
+
+def test_nothing_in_twenty_runs_is_not_never():
+    none, all_of_them = chance(0, 20, 2.0), chance(20, 20)
+    assert none.value == 0.0
+    assert 0.1 < none.high < 0.4
+    assert all_of_them.value == 1.0
+    assert chance(2, 20, 1.0).value < chance(2, 20, 5.0).value < 1.0
+
+
+def test_a_mean_of_one_run_has_no_interval():
+    assert math.isnan(mean(np.array([0.1])).low)
+
+
+def numbers(n=20, **changed):
+    """Made-up numbers of n runs that scatter a little."""
+    wiggle = 1.0 + 0.02 * np.random.default_rng(1).random(n)
+    base = {
+        "duration": 300.0, "s_tip_pp": 1.0, "e_c_pp": 0.1, "load_pp": 0.3, "F_w_max": 1.5e6, "DAF": 1.0, "F_sling_min": 8e5,
+        "sling_slack_time": 0.0, "snap": 0.0, "v_tip_max": 0.5, "v_w_max": 0.5, "p_a_max": 2e7, "saturation_time": 3.0,
+        "relief_time": 0.0, "stroke_time": 0.0, "v_landed": 0.2,
+    }  # fmt: skip
+    exact = ("duration", "sling_slack_time", "snap", "saturation_time", "relief_time", "stroke_time")
+    return {name: np.full(n, value) * (1.0 if name in exact else wiggle) for name, value in (base | changed).items()}
+
+
+def asked(plan, kind, alternative, **changed):
+    phase = of_kind(plan, kind)
+    winch = winch_of(phase, alternative)
+    return quantities(plan, phase, alternative, winch, course_of(plan, phase, winch), numbers(**changed))
+
+
+def test_only_what_the_winch_of_an_alternative_has_is_told(plan):
+    told = {a: asked(plan, PhaseKind.DEEP, a) for a in (Alternative.NONE, Alternative.CAP, Alternative.SSC)}
+    assert not {"p_a_max", "saturation_share", "v_w_demand"} & set(told[Alternative.NONE])
+    assert not {"p_a_max", "saturation_share"} & set(told[Alternative.CAP])
+    assert told[Alternative.CAP]["v_w_demand"].value > 0.0
+    assert told[Alternative.SSC]["saturation_share"].value == pytest.approx(0.01)
+
+
+def test_the_tip_moves_as_far_under_a_cap_as_without_it(plan):
+    """The cap's runs have a fifth of the motion: what they say of the tip is five times that, what they leave of it is theirs."""
+    none = asked(plan, PhaseKind.DEEP, Alternative.NONE)
+    cap = asked(plan, PhaseKind.DEEP, Alternative.CAP, s_tip_pp=0.2, v_tip_max=0.1)
+    assert cap["s_tip_pp"].value == pytest.approx(none["s_tip_pp"].value)
+    assert cap["e_c_pp"].value == pytest.approx(0.2 * none["e_c_pp"].value)
+
+
+def test_slings_that_hang_slack_have_no_tension_left_however_many_runs(plan):
+    told = asked(plan, PhaseKind.SPLASH, Alternative.NONE, F_sling_min=2e4)
+    assert told["sling_ratio"].value >= 0.0
+    assert told["sling_ratio"].low <= told["sling_ratio"].value <= told["sling_ratio"].high
+
+
+def test_runs_that_fail_are_left_out_while_they_are_few_and_condemn_a_sea_when_they_are_many(plan):
+    phase = of_kind(plan, PhaseKind.DEEP)
+    winch = winch_of(phase, Alternative.SSC)
+    runs = numbers()
+    course = course_of(plan, phase, winch)
+    for failed in (int(FAILED_MOST * 20), int(FAILED_MOST * 20) + 1):
+        some = {name: values.copy() for name, values in runs.items()}
+        for values in some.values():
+            values[:failed] = np.nan
+        told = quantities(plan, phase, Alternative.SSC, winch, course, some)
+        assert math.isfinite(told["DAF"].value) == (failed <= FAILED_MOST * 20)
+    assert told["sling_ratio"].value == 0.0
+
+
+# runs
+
+
+def test_runs_of_every_phase_tell_what_its_rules_ask(narrow):
+    """One sea, few seeds, all phases and winches in one go; tensions rise with the sea, and the calm is what hangs at rest."""
+    cells = Cells(narrow, Deal())
+    phases = [p for p in narrow.phases if p.kind in KINDS and p.kind is not PhaseKind.LOWERING]
+    asks = {}
+    for phase in phases:
+        for a in narrow.alternatives:
+            for Hs, seeds in ((0.0, 1), (1.5, 5)):
+                asks[phase.name, a, Hs] = Ask(phase.name, winch_of(phase, a), Spot(Hs, 8.0, BETA), seeds)
+    cells.ask(list({ask.cell: ask for ask in asks.values()}.values()))
+    for phase in phases:
+        for a in narrow.alternatives:
+            calm, sea = (_told(narrow, cells, phase, a, asks[phase.name, a, Hs]) for Hs in (0.0, 1.5))
+            wanted = {r.rule.quantity for r in limited(narrow, phase, a)} - {"F_top_static"}
+            wanted -= {"load_pp"} if phase.kind is PhaseKind.LANDING and not a.twin else set()
+            assert wanted <= set(sea), (phase.name, a)
+            assert sea["F_top_max"].value > calm["F_top_max"].value
+            assert sea["DAF"].value > calm["DAF"].value
+            if phase.kind is PhaseKind.LANDING:
+                assert 0.0 < calm["v_landed"].value < phase.speed  # water that has to leave from under it brakes it
+            if phase.kind is PhaseKind.DEEP:
+                assert calm["sling_ratio"].value == pytest.approx(1.0, abs=2e-3)
+    deep = of_kind(narrow, PhaseKind.DEEP)
+    left = {a: _told(narrow, cells, deep, a, asks[deep.name, a, 1.5])["load_pp"].value for a in narrow.alternatives}
+    assert left[Alternative.SSC] < left[Alternative.CAP] < left[Alternative.NONE]
+
+
+def _told(plan, cells, phase, alternative, ask):
+    return quantities(plan, phase, alternative, ask.winch, cells.course(phase, ask.winch, ask.spot), cells.runs[ask.cell])
+
+
+def predicted(plan, heights):
+    """Limits of the frequency tier as a stand-in: phase -> height of all alternatives."""
+    column = (np.array([8.0]), np.array([BETA]))
+    return [
+        Limits(name, a, Tier.FREQUENCY, *column, {"slack-sling": np.array([Hs])}) for name, Hs in heights.items() for a in plan.alternatives
+    ]
+
+
+def test_phases_far_from_governing_are_not_run_and_interrupted_work_goes_on(narrow, tmp_path):
+    plan = replace(narrow, alternatives=(Alternative.NONE, Alternative.SSC))
+    landing, splash = of_kind(plan, PhaseKind.LANDING).name, of_kind(plan, PhaseKind.SPLASH).name
+    heights = {p.name: math.inf for p in plan.phases} | {landing: 0.6, splash: 4.0}
+    shares = []
+    first = refine(plan, predicted(plan, heights), search=FEW, store=tmp_path, progress=shares.append)
+    assert {d.phase for d in first.demands} == {landing} | ({splash} if any(d.phase == splash for d in first.demands) else set())
+    assert "not run" in first.why[of_kind(plan, PhaseKind.DEEP).name]
+    assert shares == sorted(shares)
+    assert shares[-1] == 1.0
+    none = next(x for x in first.limits if x.phase == landing and x.alternative is Alternative.NONE)
+    assert 0.2 < np.nanmin([float(v[0]) for v in none.Hs.values()]) < 3.0
+    assert all(d.tier is Tier.TIME and d.seeds is not None and d.seeds.max() == FEW.seeds for d in first.demands)
+    again = refine(plan, predicted(plan, heights), search=FEW, store=tmp_path)
+    for a, b in zip(first.demands, again.demands, strict=True):
+        for name, values in a.values.items():
+            np.testing.assert_array_equal(values, b.values[name])
+    assert set(first.blocks) == {"landing", "convergence"}
+    speeds = first.blocks["landing"]["v_landed"]
+    assert speeds.sel(alternative="none").std() > speeds.sel(alternative="ssc").std()
+
+
+def test_what_may_be_run_is_told_before(plan):
+    assert "runs of the twin" in expected(plan)
