@@ -91,7 +91,29 @@ def test_the_limits_of_the_first_page_are_those_of_the_result(result):
     for k, row in enumerate(table["rows"]):
         assert [float(x) for x in row[1:4]] == pytest.approx(Hs[:, k], abs=0.005)  # printed with two decimals
         op_wf = result.data["op_wf"].sel(credit="credited", alternative="strong-ssc").values[:, k]
-        assert float(row[6]) == pytest.approx(op_wf[Hs[:, k].argmin()], abs=0.005)
+        assert float(row[-3]) == pytest.approx(op_wf[Hs[:, k].argmin()], abs=0.005)
+
+
+def test_limits_that_the_twin_was_run_for_come_with_their_interval(result):
+    table = next(part for part in sheet_of(result, ())["answer"]["parts"] if part["kind"] == "table")
+    assert "95 %" not in table["header"]  # the frequency road tells none
+    data = result.data.copy(deep=True)
+    here = {"credit": "credited", "alternative": "strong-ssc", "period": 8.0}
+    data["Hs_limit_low"].loc[here], data["Hs_limit_high"].loc[here] = 1.9, 2.2
+    table = next(part for part in sheet_of(replace(result, data=data), ())["answer"]["parts"] if part["kind"] == "table")
+    told = [row[table["header"].index("95 %")] for row in table["rows"]]
+    assert told == ["", "", "", "1.90 to 2.20", "", "", "", "", "", ""]
+
+
+def test_what_no_tier_told_is_marked_on_every_page(result):
+    remark = "NOT JUDGED in some cells, for no tier that was run tells it: splash zone (none)"
+    odd = replace(result, facts={**result.facts, "remarks": [remark]})
+    assert remark in sheet_of(odd, ())["marks"]
+
+
+def test_no_number_of_this_machine_stands_in_the_report(result):
+    busy = replace(result, facts={**result.facts, "runs": {**result.facts["runs"], "wall": 4321.5, "store": "/tmp/somewhere"}})
+    assert told(busy) == told(result)
 
 
 def test_where_a_certificate_covers_nothing_is_taken_from_the_twin():

@@ -12,6 +12,8 @@ from stillhook.plan.figure_parts import CREDITED, TWIN, degrees, few, height, na
 from stillhook.plan.figures import differs
 from stillhook.plan.figures_weather import OVER
 from stillhook.plan.report_parts import (
+    NUMBER,
+    WIDE,
     Part,
     between,
     days,
@@ -129,35 +131,42 @@ def _waiting(result: PlanResult, name: str) -> list[str]:
 
 
 def _limits(result: PlanResult, name: str) -> list[Part]:
-    """The table that the operation is run by: OP_LIM of every heading and period, what governs, OP_WF."""
+    """The table that the operation is run by: OP_LIM of every heading and period; at the worst heading what governs, its 95 % interval
+    where the twin was run, and OP_WF; the twin's own answer where it is another."""
     data, top = result.data, highest(result)
     credited, twin = (limits(result, credit, name) for credit in (CREDITED, TWIN))
-    columns, rows = few(data.sizes["heading"], HEADINGS), few(data.sizes["period"], PERIODS)
-    with_twin = differs(result, name)
-    head = ["Tp", *(f"{degrees(data['heading'].values[i])}" for i in columns), "governs (worst heading)", "alpha", "OP_WF"]
-    head += ["twin", "governs by the twin"] if with_twin else []
-    at = {CREDITED: worst_heading(credited), TWIN: worst_heading(twin)}
-    body = []
-    for k in rows:
-        line = [
-            f"{data['period'].values[k]:g} s",
-            *(height(float(credited[i, k]), top) for i in columns),
-            _what(result, name, CREDITED, at, k),
-        ]
-        line += [_told(result, name, key, at[CREDITED][k], k) for key in ("alpha", "op_wf")]
-        line += [height(float(twin[at[TWIN][k], k]), top), _what(result, name, TWIN, at, k)] if with_twin else []
-        body.append(line)
-    first = 1 + len(columns)
-    wide = [first, *([len(head) - 1] if with_twin else [])]
-    plain = [i for i in range(len(head)) if i not in wide]
-    title = (
-        f"OP_LIM with {named(name)}, credited: limiting Hs [m] by peak period and direction of the waves; OP_WF [m] at the worst heading"
-    )
-    return [sub(title), table(head, body, wide=wide, numbers=plain, strong=range(1, first), small=True)]
+    rows = few(data.sizes["period"], PERIODS)
+    at, at_twin = worst_heading(credited), worst_heading(twin)
+    columns = [("Tp", NUMBER, [f"{data['period'].values[k]:g} s" for k in rows])]
+    columns += [
+        (degrees(data["heading"].values[i]), NUMBER, [height(float(credited[i, k]), top) for k in rows])
+        for i in few(data.sizes["heading"], HEADINGS)
+    ]
+    strong = range(1, len(columns))
+    intervals = [_interval(result, name, at[k], k) for k in rows]
+    columns += [("95 %", NUMBER, intervals)] if any(intervals) else []
+    columns.append(("governs (worst heading)", WIDE, [_what(result, CREDITED, name, at[k], k) for k in rows]))
+    for title, key in (("alpha", "alpha"), ("OP_WF", "op_wf")):
+        columns.append((title, NUMBER, [_told(result, name, key, at[k], k) for k in rows]))
+    if differs(result, name):
+        columns.append(("twin", NUMBER, [height(float(twin[at_twin[k], k]), top) for k in rows]))
+        columns.append(("governs by the twin", WIDE, [_what(result, TWIN, name, at_twin[k], k) for k in rows]))
+    said = f"OP_LIM with {named(name)}, credited: limiting Hs [m] by peak period and direction of the waves; OP_WF [m] at the worst heading"
+    kinds = {kind: [i for i, column in enumerate(columns) if column[1] == kind] for kind in (NUMBER, WIDE)}
+    body = zip(*(column[2] for column in columns), strict=True)
+    return [sub(said), table([c[0] for c in columns], body, wide=kinds[WIDE], numbers=kinds[NUMBER], strong=strong, small=True)]
 
 
-def _what(result: PlanResult, name: str, credit: Credit, at: dict[Credit, list[int]], k: int) -> str:
-    here = result.data.sel(credit=credit, alternative=name).isel(heading=at[credit][k], period=k)
+def _interval(result: PlanResult, name: str, i: int, k: int) -> str:
+    """The 95 % interval of a credited limit; empty where there is none."""
+    here = result.data.sel(credit=CREDITED, alternative=name).isel(heading=i, period=k)
+    ends = [float(here[key]) for key in ("Hs_limit_low", "Hs_limit_high")]
+    told = [height(x, highest(result)) for x in ends]
+    return f"{told[0]} to {told[1]}" if not any(map(math.isnan, ends)) else ""
+
+
+def _what(result: PlanResult, credit: Credit, name: str, i: int, k: int) -> str:
+    here = result.data.sel(credit=credit, alternative=name).isel(heading=i, period=k)
     return governs(str(here["governing_phase"].item()), str(here["governing_rule"].item()))
 
 

@@ -38,7 +38,7 @@ PAGE = 205.0
 
 def limit_cells(result: PlanResult, stems: Sequence[str]) -> list[Part]:
     """Curves, tables of cells, rosette."""
-    parts = [figure("limits-over-period", "Limiting Hs over peak period; all alternatives with the same random seas.")]
+    parts = [figure("limits-over-period", "Limiting Hs over peak period, all alternatives.")]
     parts.append(text(say.READING.format(highest=number(highest(result), 3))))
     parts += [figure(s, _cells_caption(s), PAGE) for s in stems if s.startswith("limits-") and s != "limits-over-period"]
     parts.append(figure("rosette", "Heading rosette: limiting Hs by where the waves come from. Directions that were not asked are blank."))

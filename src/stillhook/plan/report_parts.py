@@ -146,6 +146,8 @@ def valued(value: object, quantity: str) -> str:
     if not isinstance(value, int | float):
         return "-" if value is None else str(value)
     kind = BY_NAME[quantity].kind if quantity in BY_NAME else ""
+    if kind == "speed":  # at sea motions are told in m/s, winches in m/min
+        return f"{number(float(value), 3)} m/s ({show(float(value), kind, 3)})"
     return show(float(value), kind, 4) if kind else number(float(value), 4)
 
 

@@ -20,7 +20,8 @@ CREDIT = (
     "the twin before credit. (DNV GL as cited by Moslåt 2020, section 2.6; check against your edition.)"
 )
 TIERS: Mapping[str, str] = {
-    "closed-form": "simplified method of DNV-RP-N103 for the wave zone and static checks; conservative, always told beside",
+    "closed-form": "simplified method of DNV-RP-N103 in the wave zone (for Tz from 8.9 sqrt(Hs/g) to 13 s), statics and one spring below; "
+    "always told beside. Meant to be on the safe side in the wave zone; near resonance in deep water it is not, for it sees one period",
     "frequency": "response amplitude operators, wire as an elastic rod, drag and the winch's residual motion linearised to each sea; "
     "gives the whole table",
     "time": "the twin in the time domain in irregular seas: hydraulics, control, drum, wire, slack slings, water surface; for cells "
@@ -51,6 +52,8 @@ PERSISTENCE = (
     "the statistics: where there are many, true waiting is longer. Vessel days are mean waiting and T_R together."
 )
 UNSAFE = (
+    "Fatigue and temperature of the wire in long compensation at one place, its breaking strength and rotation.",
+    "Stability and ballast of the vessel; clashing of the load with the hull.",
     "Limited flooding of the payload is not modelled: weight in water is too large at first, and slack slings at the surface are "
     "underrated.",
     "Water draining from the payload on recovery is not modelled: the load is too light. Add the trapped water by hand.",
