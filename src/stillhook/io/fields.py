@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping, Sequence
+from os.path import isfile
 from pathlib import Path
 from typing import Any, Protocol, TypeVar
 
@@ -34,7 +35,7 @@ class Fields:
 
     def __init__(self, table: Any, place: str, error: type[StillhookError]) -> None:
         if not isinstance(table, Mapping):
-            raise error(f"{place.rstrip(': ')}: {came(table)} is no table. Write its fields as name = value.")
+            raise error(f"{place.rstrip('.: ')}: {came(table)} is no table. Write its fields as name = value.")
         self.table, self.place, self.error = table, place, error
 
     def known(self, allowed: tuple[str, ...]) -> None:
@@ -91,7 +92,7 @@ class Fields:
     def beside(self, key: str, folder: Path) -> str:
         """The path of a file seen from the folder of this one, or a name of the library as it is."""
         name = self.text(key)
-        return str(folder / name) if name.endswith(".toml") and (folder / name).is_file() else name
+        return str(folder / name) if name.endswith(".toml") and isfile(folder / name) else name
 
     def file(self, key: str, folder: Path) -> Path:
         """A file that is there, seen from the folder of this one."""

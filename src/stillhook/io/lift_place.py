@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from os.path import exists
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -14,7 +15,7 @@ from stillhook.io.fields import Fields
 from stillhook.io.sea_file import read_sea
 from stillhook.io.vessel_file import read_vessel
 from stillhook.library.vessels import vessel_file, vessels
-from stillhook.sea.boom import Boom
+from stillhook.sea.boom import HOW, Boom
 from stillhook.sea.kinematics import WaveField
 from stillhook.sea.long_wave import wavenumber
 from stillhook.sea.measured import SpectrumSeries
@@ -139,6 +140,9 @@ def boom_of(top: Fields) -> Boom:
     boom = Fields(top.table["boom"], "boom.", LiftError)
     boom.known(BOOM)
     boom.need("pedestal", "slew", "main")
+    for key in ("pedestal", "main", "knuckle"):
+        if key in boom and not isinstance(boom.table[key], list):
+            raise boom.wrong(key, HOW[key])
     texts: dict[str, Any] = {key: tuple(value) if isinstance(value, list) else value for key, value in boom.table.items()}
     return Boom(**texts)
 
@@ -185,6 +189,6 @@ def _vessel(top: Fields, folder: Path) -> Rao:
     name = top.text("vessel")
     if name in vessels():
         return read_vessel(vessel_file(name))
-    if not (folder / name).exists():
+    if not exists(folder / name):
         raise SeaError(f"vessel = {came(name)}: neither a file beside the lift file nor one of {', '.join(vessels())}.")
     return read_vessel(folder / name)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+from os.path import isfile
 from pathlib import Path
 
 from stillhook.errors import WeatherError
@@ -27,7 +28,7 @@ def weather_file(name_or_path: str) -> Path:
     if name_or_path in weathers():
         return _SHELF / f"{name_or_path}{_END}"
     own = Path(name_or_path)
-    if not own.exists():
+    if not isfile(own):
         raise WeatherError(
             f"{came(name_or_path)}: no such file, and no weather of the library, which has {', '.join(weathers()) or 'none'}"
             f"{nearest(name_or_path, weathers())}"

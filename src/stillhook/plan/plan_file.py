@@ -7,6 +7,7 @@ import json
 from collections.abc import Mapping
 from dataclasses import replace
 from importlib.resources import as_file, files
+from os.path import isfile
 from pathlib import Path
 from typing import Any
 
@@ -38,6 +39,7 @@ TOP = (
 OPERATION = ("T_POP", "T_C")
 WEATHER = ("file", "ship", "sense")
 RULES = "offshore-lift"
+LONGEST_NAME = 80
 ROUNDED = 1e-3
 """Part of a planned time by which it may have been rounded down."""
 
@@ -101,7 +103,7 @@ def _plan(table: Mapping[str, Any], file: Path) -> LiftPlan:
         rules_of(rules, phase)  # refuses limits that cannot be
     T_POP, T_C, notes = _operation(top, phases)
     plan = LiftPlan(
-        name=top.text("name", file.stem),
+        name=_label(Fields({"name": file.stem, **table}, "", PlanError)),
         crane=crane,
         vessel=vessel,
         at=at,
@@ -146,12 +148,23 @@ def _phases(rows: Any) -> tuple[Phase, ...]:
 
 
 def _phase(row: Mapping[str, Any], number: int) -> Phase:
-    named = row if "name" in row else {**row, "name": str(row.get("kind", ""))}
+    fields = Fields({"name": row.get("kind", ""), **row}, f"phase {number}: ", PlanError)
+    name = _label(fields)
+    if not isinstance(row.get("limits", {}), Mapping):
+        raise fields.wrong("limits", 'give a table of texts, such as { landing-speed = "0.3 m/s", control-error = "off" }.')
     try:
-        return Phase(**named)
+        return Phase(**fields.table)
     except ScenarioError as e:
-        text = str(e)
-        raise PlanError(text if text.startswith("phase ") else f"phase {number} ({came(named['name'])}): {text}") from None
+        text = str(e).removeprefix("Phase.")
+        raise PlanError(text if text.startswith("phase ") else f"phase {number} ({came(name)}): {text}") from None
+
+
+def _label(fields: Fields) -> str:
+    """A name as it can stand in tables and pictures."""
+    name = fields.text("name")
+    if len(name) > LONGEST_NAME or not name.isprintable():
+        raise fields.wrong("name", f"give a name of one line and at most {LONGEST_NAME} letters.")
+    return name
 
 
 def _rules(top: Fields, folder: Path) -> RuleSet:
@@ -180,7 +193,10 @@ def _environment(top: Fields) -> Environment:
     given = {key: spelled(table, key) if key in ("Hs", "Tp", "headings") else value for key, value in table.table.items()}
     if given.get("spread") is not None and isinstance(given["spread"], int) and not isinstance(given["spread"], bool):
         given["spread"] = float(given["spread"])
-    return Environment(**given)
+    try:
+        return Environment(**given)
+    except ScenarioError as e:
+        raise PlanError("environment." + str(e).removeprefix("Environment.")) from None
 
 
 def _alternatives(top: Fields) -> tuple[Alternative, ...]:
@@ -204,7 +220,7 @@ def _weather(top: Fields, folder: Path) -> WeatherUse | None:
     table = Fields(top.table["weather"], "weather.", PlanError)
     table.known(WEATHER)
     name = table.text("file")
-    file = str(folder / name) if (folder / name).is_file() else name
+    file = str(folder / name) if isfile(folder / name) else name
     try:
         weather_file(file)
     except WeatherError as e:
