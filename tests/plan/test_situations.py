@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import json
 import math
 from functools import cache
 from itertools import pairwise
+from pathlib import Path
 
 import pytest
 
+from stillhook.cli import run
+from stillhook.cli.plan_check import print_check
 from stillhook.engine.lift_programme import wire_strength
 from stillhook.plan.lift_plan import LiftPlan
 from stillhook.plan.phases import PhaseKind
-from stillhook.plan.plan_check import checked
 from stillhook.plan.plan_file import load_plan
 from stillhook.plan.situations import EVERY, resonance_depth, situations
 
@@ -67,9 +70,21 @@ def test_the_tip_of_a_phase_is_where_its_situations_are() -> None:
     assert (first.x, first.y) == (-30.0, -2.0)
 
 
-def test_a_check_tells_every_phase_and_the_times_of_the_operation() -> None:
-    answer = checked(plan())
-    assert [row["name"] for row in answer["phases"]] == [phase.name for phase in plan().phases]
-    assert answer["T_R"] == 2.0 * answer["T_POP"]
-    assert answer["T_phases"] <= answer["T_POP"]
-    assert {row["phase"] for row in answer["limits"]} == {phase.name for phase in plan().phases}
+def test_a_check_tells_phases_times_rules_and_weather(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["plan", "template-to-1500m", "--check", "--json"]) == 0
+    answer = json.loads(capsys.readouterr().out)
+    names = [phase.name for phase in plan().phases]
+    assert [row["name"] for row in answer["phases"]] == names
+    assert {row["phase"] for row in answer["limits"]} == set(names)
+    assert answer["T_R"] == 2.0 * answer["T_POP"] >= 2.0 * answer["T_phases"]
+    assert answer["weather"]["n"] > 8 * 365 * 9
+    print_check(plan(), json=False)
+    told = capsys.readouterr().out
+    assert all(word in told for word in (*names, "weather restricted", "SYNTHETIC", "landing-speed", "360 seas"))
+
+
+def test_an_example_is_copied_once_and_never_over_what_is_there(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["plan", "example", str(tmp_path / "mine")]) == 0
+    assert sorted(path.name for path in (tmp_path / "mine").iterdir()) == ["template-120t.toml", "template-to-1500m.toml"]
+    assert run(["plan", "example", str(tmp_path / "mine")]) == 2
+    assert "is there already" in capsys.readouterr().err

@@ -28,6 +28,8 @@ def print_check(plan: LiftPlan, json: bool) -> None:
     print_table(PHASES, [_phase(row) for row in answer["phases"]], left=3)
     print(_times(answer))
     print(_seas(answer))
+    if answer["weather"] is not None:
+        wrapped(_weather(answer["weather"]))
     if answer["resonance"]:
         where = ", ".join(f"{row['T']:.4g} s at {_text(-row['z'], 'length')}" for row in answer["resonance"])
         print(f"the load on its wire is in resonance with peak periods of {where} depth")
@@ -72,6 +74,17 @@ def _seas(answer: dict[str, Any]) -> str:
     count = len(seas["Hs"]) * len(seas["Tp"]) * len(seas["headings"])
     steep = f"; {seas['steep']} of them steeper than wind raises waves (DNV-RP-C205)" if seas["steep"] else ""
     return f"{count} seas: Hs {Hs[0]:g} to {Hs[1]:g} m, Tp {Tp[0]:g} to {Tp[1]:g} s, travelling {headings} deg from the bow{steep}"
+
+
+def _weather(weather: dict[str, Any]) -> str:
+    ship = (
+        "the ship turns to the best heading"
+        if weather["ship"] is None
+        else f"the ship heads {math.degrees(weather['ship']):.4g} deg from north"
+    )
+    said = "".join(f"; {note}" for note in weather["notes"])
+    span = f"{weather['n']} records every {weather['step'] / 3600.0:g} h from {weather['first']} to {weather['last']}"
+    return f"weather {weather['file']}: {span}, with {', '.join(weather['columns'])}; {ship}{said}"
 
 
 def _rules(answer: dict[str, Any]) -> list[list[str]]:

@@ -5,9 +5,12 @@ from __future__ import annotations
 import math
 from typing import Any
 
+import numpy as np
+
+from stillhook.io.weather_file import SENSES, read_weather
 from stillhook.plan.alternatives import Alternative
 from stillhook.plan.capacities import static_tension
-from stillhook.plan.lift_plan import LiftPlan
+from stillhook.plan.lift_plan import LiftPlan, WeatherUse
 from stillhook.plan.limited import limited
 from stillhook.plan.phases import Phase
 from stillhook.plan.situations import resonance_depth, situations
@@ -39,9 +42,25 @@ def checked(plan: LiftPlan) -> dict[str, Any]:
         "limits": [_limit(plan, phase, alternative) for phase in plan.phases for alternative in plan.alternatives],
         "seas": {"Hs": list(env.Hs), "Tp": list(env.Tp), "headings": list(env.headings), "steep": steep * len(env.headings)},
         "resonance": [{"T": T, "z": -depth} for T in env.Tp if not math.isnan(depth := resonance_depth(plan, T))],
-        "weather": None if plan.weather is None else plan.weather.file,
+        "weather": None if plan.weather is None else _weather(plan.weather),
         "alternatives": [a.value for a in plan.alternatives],
         "notes": list(plan.notes),
+    }
+
+
+def _weather(use: WeatherUse) -> dict[str, Any]:
+    """How many records, from when to when, what they know, and what the reader had to say: errors of the file come before any run."""
+    weather = read_weather(use.file, sense=None if use.sense is None else SENSES[use.sense])
+    first, last = (str(np.datetime_as_string(weather.time[i], unit="m")) for i in (0, -1))
+    return {
+        "file": use.file,
+        "n": len(weather),
+        "step": weather.step,
+        "first": first,
+        "last": last,
+        "columns": sorted(weather.columns),
+        "ship": use.ship,
+        "notes": list(weather.notes),
     }
 
 

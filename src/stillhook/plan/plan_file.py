@@ -93,15 +93,16 @@ def _plan(table: Mapping[str, Any], file: Path) -> LiftPlan:
     top = Fields(table, "", PlanError)
     top.known(TOP)
     top.need("crane", "vessel", "payload", "water", "environment", "phase")
-    crane = load_crane(top.beside("crane", file.parent))
     depth, rho = water_of(top)
-    at, vessel = _place(top, file.parent)
     payload = payload_of(top, file.parent)
     phases = joined(_phases(table["phase"]), Water(depth, payload.reach(rho)))
     rules = _rules(top, file.parent)
     for phase in phases:
         rules_of(rules, phase)  # refuses limits that cannot be
     T_POP, T_C, notes = _operation(top, phases)
+    given = {"environment": _environment(top), "alternatives": _alternatives(top), "weather": _weather(top, file.parent), **parts_of(table)}
+    crane = load_crane(top.beside("crane", file.parent))
+    at, vessel = _place(top, file.parent)
     plan = LiftPlan(
         name=_label(Fields({"name": file.stem, **table}, "", PlanError)),
         crane=crane,
@@ -112,15 +113,12 @@ def _plan(table: Mapping[str, Any], file: Path) -> LiftPlan:
         depth=depth,
         rho=rho,
         phases=phases,
-        environment=_environment(top),
         rules=rules,
         T_POP=T_POP,
         T_C=T_C,
-        **parts_of(table),
-        alternatives=_alternatives(top),
-        weather=_weather(top, file.parent),
         source=file.name,
         notes=notes,
+        **given,
     )
     _check_tips(plan, top)
     return replace(plan, digest=_digest(plan))
