@@ -269,6 +269,12 @@ def test_a_folder_without_results_is_refused_in_one_line(tmp_path, capsys):
     assert error.count("\n") == 0
 
 
+def test_facts_of_another_kind_are_refused_in_one_line(result, tmp_path):
+    with pytest.raises(PlanError, match=r'^report of "made-up": its facts lack date, phases\. Run the plan again\.$'):
+        save_report(replace(result, facts={k: v for k, v in result.facts.items() if k not in ("date", "phases")}), tmp_path / "out")
+    assert not (tmp_path / "out").exists()
+
+
 def test_a_report_that_cannot_be_set_leaves_nothing_behind(result, tmp_path, monkeypatch):
     monkeypatch.setattr(writing, "pictures", lambda r: {"rosette": b"no picture"})
     with pytest.raises(PlanError, match="cannot be set"):

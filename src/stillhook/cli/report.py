@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from stillhook.cli.cranes import Json
+from stillhook.cli.running_text import wrapped
 from stillhook.cli.show import print_json, say
 
 Results = Annotated[Path, typer.Argument(metavar="RESULTS", help="Folder that stillhook plan --out wrote.")]
@@ -41,6 +42,6 @@ def report(results: Results, out: Out = None, figures: Figures = False, json: Js
     else:
         print(f"{found.name}: {told['word']}")
         for line in told["said"]:
-            print(f"  {line}")
+            wrapped(line, "  ")
         print(f"written: {', '.join(str(folder / name) for name in names)}")
     raise typer.Exit(0 if told["yes"] else 1)

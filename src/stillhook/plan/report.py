@@ -4,14 +4,18 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from stillhook.errors import PlanError
 from stillhook.plan.figures import pictures
 from stillhook.plan.report_page import html
 from stillhook.plan.report_pdf import pdf
 from stillhook.plan.result import PlanResult
+from stillhook.units import came
 from stillhook.whole import check_folder, whole_folder
 
 PDF, PAGE = "report.pdf", "report.html"
 REPORT_FILES = (PDF, PAGE)
+NEEDED = ("name", "date", "phases", "rules", "alternatives")
+"""Facts without which there is no report."""
 FIGURE = "figure-"
 """Begins the names of figures that are written beside."""
 
@@ -21,6 +25,8 @@ def write_report(result: PlanResult, folder: Path, *, figures: bool = False) -> 
 
     figures: also every figure as a picture of its own. The same result gives the same bytes. Errors: PlanError where it cannot be set.
     """
+    if missing := [key for key in NEEDED if key not in result.facts]:
+        raise PlanError(f"report of {came(result.facts.get('name'))}: its facts lack {', '.join(missing)}. Run the plan again.")
     drawn = pictures(result)
     content = {PDF: pdf(result, drawn), PAGE: html(result, drawn).encode()}
     if figures:
