@@ -60,7 +60,7 @@ def _weather(use: WeatherUse) -> dict[str, Any]:
         "last": last,
         "columns": sorted(weather.columns),
         "ship": use.ship,
-        "notes": list(weather.notes),
+        "notes": [note.replace("--direction", "weather.sense") for note in weather.notes],
     }
 
 
