@@ -5,6 +5,7 @@ import math
 
 import numpy as np
 import pytest
+import xarray as xr
 
 from stillhook.errors import StillhookError
 from stillhook.io.weather_file import read_weather
@@ -127,7 +128,8 @@ class TestColumns:
             ("2013-02-01 01:00,1\n2013-02-01 02:00,1\n", "has no line of headings"),
             ("time,hs\n", "holds no table"),
             ("", "is empty"),
-            ("\x89HDF....", "is a HDF5 or NetCDF file. Export the place as CSV"),
+            ("\x89HDF....", "cannot be read as NetCDF"),
+            ("PK\x03\x04....", "is a zip or Excel file. Export the place as CSV"),
         ],
     )
     def test_tables_that_cannot_be_read_are_refused_with_the_line(self, refused, table, says):
@@ -136,6 +138,29 @@ class TestColumns:
     def test_no_such_file_names_the_library(self):
         with pytest.raises(StillhookError, match="no such file, and no weather of the library, which has SYNTHETIC"):
             read_weather("nowhere.csv")
+
+
+class TestNetcdf:
+    def stored(self, tmp_path, engine="h5netcdf", **more):
+        data = {
+            "hs": ("time", np.array([1.0, 1.5, np.nan]), {"units": "m", "standard_name": "sea_surface_wave_significant_height"}),
+            "thq": ("time", np.array([10.0, 350.0, 20.0]), {"units": "degree", "standard_name": "sea_surface_wave_from_direction"}),
+            "ff": ("time", np.array([5.0, 6.0, 7.0]), {"units": "m/s"}),
+        }
+        xr.Dataset(data | more, coords={"time": DECEMBER.astype("datetime64[ns]")}).expand_dims("point").to_netcdf(tmp_path / "w.nc", engine=engine)
+        return tmp_path / "w.nc"
+
+    @pytest.mark.parametrize("engine", ["h5netcdf", "scipy"])
+    def test_one_place_is_read_by_standard_names_that_say_what_directions_mean(self, tmp_path, engine):
+        found = read_weather(self.stored(tmp_path, engine))
+        np.testing.assert_array_equal(found.time, DECEMBER)
+        np.testing.assert_array_equal(found.columns["H_m0"], [1.0, 1.5, np.nan])
+        np.testing.assert_allclose(np.degrees(found.columns["come_from"]), [10.0, 350.0, 20.0])
+        assert found.columns["wind"].tolist() == [5.0, 6.0, 7.0]
+
+    def test_several_places_are_refused(self, tmp_path):
+        with pytest.raises(StillhookError, match=r"ws is over x \(2\) as well. Cut out one place"):
+            read_weather(self.stored(tmp_path, ff=("time", np.zeros(3)), ws=(("time", "x"), np.zeros((3, 2)))), columns_as={"wind": "ws"})
 
 
 class TestDirections:
@@ -189,3 +214,9 @@ def test_the_librarys_weather_is_marked_as_synthetic_and_has_the_seasons():
     Hs = found.columns["H_m0"]
     assert Hs[month == 0].mean() > 2.0 * Hs[month == 6].mean()
     assert np.all(2.0 * math.pi * Hs / (9.81 * found.columns["T_p"] ** 2) < 1.0 / 15.0)  # no record steeper than wind raises waves
+
+
+def test_the_two_parts_of_a_wind_are_no_speed(read):
+    found = read("time,swh,u10,v10\n2013-12-31 22:00,1,3,4\n2013-12-31 23:00,1,3,4\n")
+    assert list(found.columns) == ["H_m0"]
+    assert any("not read: u10, v10" in note for note in found.notes)

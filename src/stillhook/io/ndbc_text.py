@@ -59,7 +59,7 @@ def read_text(path: str | os.PathLike[str]) -> str:
 
 
 def read_bytes(path: str | os.PathLike[str]) -> bytes:
-    """What a plain or gz file holds. Errors: SeaError of one line for what cannot be read, is cut short or begins as another kind of file."""
+    """What a plain or gz file holds. Errors: SeaError of one line for what cannot be read, is cut short or is of another kind."""
     file = Path(path)
     try:
         mode = file.stat().st_mode

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -29,7 +29,10 @@ ALIASES: Mapping[str, tuple[str, ...]] = {
         "tp", "t_p", "tpeak", "peak_period", "peak_wave_period", "wave_peak_period", "pp1d", "dpd", "vtpk", "tp_total", "waveperiod",
         "dominant_wave_period", "sea_surface_wave_period_at_variance_spectral_density_maximum",
     ),
-    "T_m02": ("tz", "t_z", "tm02", "t_m02", "mp2", "vtm02", "zero_crossing_period", "mean_zero_crossing_period", "apd"),
+    "T_m02": (
+        "tz", "t_z", "tm02", "t_m02", "mp2", "vtm02", "zero_crossing_period", "mean_zero_crossing_period", "apd",
+        "sea_surface_wave_zero_upcrossing_period",
+    ),
     "come_from": (
         "come_from", "mwd", "dir", "wave_dir", "wave_direction", "mean_wave_direction", "mean_direction", "mdir", "vmdr", "dirm", "thetam",
         "waves_from", "wave_from", "wave_from_direction", "wave_direction_from", "sea_surface_wave_from_direction", "wave_to", "waves_to",
@@ -45,18 +48,18 @@ ALIASES: Mapping[str, tuple[str, ...]] = {
 UNITS: Mapping[str, Mapping[str, float]] = {
     "height": {"m": 1.0, "cm": 0.01, "ft": 0.3048, "metre": 1.0, "meter": 1.0, "metres": 1.0, "meters": 1.0},
     "period": {"s": 1.0, "sec": 1.0, "second": 1.0, "seconds": 1.0},
-    "speed": {"m/s": 1.0, "m s-1": 1.0, "ms-1": 1.0, "m.s-1": 1.0, "kn": 1852.0 / 3600.0, "kt": 1852.0 / 3600.0, "kts": 1852.0 / 3600.0,
-              "knots": 1852.0 / 3600.0, "km/h": 1.0 / 3.6, "cm/s": 0.01},
-    "direction": {"deg": math.pi / 180.0, "degree": math.pi / 180.0, "degrees": math.pi / 180.0, "°": math.pi / 180.0,
-                  "degt": math.pi / 180.0, "degn": math.pi / 180.0, "rad": 1.0},
+    "speed": dict.fromkeys(("m/s", "m s-1", "m s**-1", "ms-1", "m.s-1"), 1.0) | dict.fromkeys(("kn", "kt", "kts", "knots"), 1852.0 / 3600.0)
+    | {"km/h": 1.0 / 3.6, "cm/s": 0.01},
+    "direction": dict.fromkeys(("deg", "degree", "degrees", "degree_true", "degrees true", "°", "degt", "degn"), math.pi / 180.0)
+    | {"rad": 1.0},
 }  # fmt: skip
 PLAIN = {"height": "m", "period": "s", "speed": "m/s", "direction": "deg"}
 """Units that numbers without any are taken for; the reader says so."""
 LARGEST = {"height": 40.0, "period": 60.0, "speed": 110.0, "direction": 4.0 * math.pi}
 """In SI. Waves above 40 m, periods above 60 s and wind above 110 m/s were never measured; directions go round once at most."""
-FILLS = (999.0, 9999.0, 99999.0, -99.0, -999.0, -9999.0, -32768.0, 999.9, -999.9, 99.99, 9.96920996838687e36, 1e20)
-SHORT_FILL = 99.0
-"""Stands for a missing number too, but in directions, of which 99 deg is one."""
+FILLS = (999.0, 9999.0, 99999.0, -99.0, -999.0, -9999.0, -32768.0, 999.9, -999.9, 9.96920996838687e36, 1e20)
+SHORT_FILLS = (99.0, 99.9, 99.99)
+"""Stand for a missing number too, but in directions, of which 99 deg is one."""
 MISSING = {"", "-", "--", "---", "nan", "n/a", "na", "#n/a", "null", "none", "mm", "missing", "*", "inf", "-inf"}
 _BRACKET = re.compile(r"\s*[\[(]\s*([^\])]*?)\s*[\])]\s*$")
 
@@ -115,7 +118,8 @@ def _asked(headings: Sequence[str], wanted: str, key: str, name: str) -> int:
 def _recognised(headings: Sequence[str], key: str, name: str) -> int | None:
     for exact in (True, False):  # a number at the end of a heading is dropped only where that leaves one
         names = [re.sub(r"[^a-z0-9]+", "_", _BRACKET.sub("", h).strip().lower()).strip("_") if exact else bare(h)[0] for h in headings]
-        places = [i for i, n in enumerate(names) if n in ALIASES[key]]
+        parts = ("u10",) if "v10" in names else ()  # beside v10 it is no speed but its part towards the east
+        places = [i for i, n in enumerate(names) if n in ALIASES[key] and n not in parts]
         if len(places) > 1:
             both = " and ".join(came(headings[i]) for i in places)
             raise WeatherError(f"{name}: columns {both} both read as {key}. Choose one with --column {key}={headings[places[0]]}.")
@@ -129,22 +133,27 @@ def numbers(cells: Sequence[str], column: Column, lines: Sequence[int], decimal:
 
     Errors: WeatherError with the line, for words that are no number and for numbers that no weather has.
     """
-    kind = KINDS[column.name]
     texts = [c.replace(",", ".") for c in cells] if decimal == "," else list(cells)
     try:
         x = np.array(texts, dtype=np.float64)
     except ValueError:
         x = np.array([_number(text, column, line, name) for text, line in zip(texts, lines, strict=True)])
-    x[~np.isfinite(x)] = np.nan
-    fills = np.isin(x, FILLS if kind == "direction" else (*FILLS, SHORT_FILL))
-    x[fills] = np.nan
-    x = x * UNITS[kind][column.unit]
+    return in_si(x, column, lambda i: f"{name}: line {lines[i]}: {column.heading} = {cells[i]} {column.unit}")
+
+
+def in_si(x: FloatArray, column: Column, place: Callable[[int], str]) -> tuple[FloatArray, int]:
+    """Numbers (n,) of a column in SI, marks of missing ones as NaN, and how many such marks there were.
+
+    place: where a record is and what it says, for the error. Errors: WeatherError for numbers that no weather has.
+    """
+    kind = KINDS[column.name]
+    fills = np.isin(x, FILLS if kind == "direction" else (*FILLS, *SHORT_FILLS))
+    x = np.where(fills | ~np.isfinite(x), np.nan, x) * UNITS[kind][column.unit]
     wrong = (x > LARGEST[kind]) | (x < (-LARGEST[kind] if kind == "direction" else 0.0))
     if np.any(wrong):
-        i = int(np.flatnonzero(wrong)[0])
         raise WeatherError(
-            f"{name}: line {lines[i]}: {column.heading} = {cells[i]} {column.unit} is no {kind} of weather. Mend the line or empty the "
-            f'cell; say another unit with --column "{column.name}={column.heading} [{PLAIN[kind]}]".'
+            f"{place(int(np.flatnonzero(wrong)[0]))} is no {kind} of weather. Mend the line or empty the cell; say another unit with "
+            f'--column "{column.name}={column.heading} [{PLAIN[kind]}]".'
         )
     return x, int(np.count_nonzero(fills))
 

@@ -1,4 +1,4 @@
-"""Reads weather over time: tables of a spreadsheet, a hindcast or a forecast (CSV and its kin, gz too), and files of NDBC.
+"""Reads weather over time: tables of a spreadsheet, a hindcast or a forecast (CSV and its kin, gz too), NetCDF of one place, files of NDBC.
 
 Separators ; tab | , and blanks, decimal comma, comments (#), lines before the header, a row of units: see `log_csv_dialect`; times: see
 `weather_times`; columns and units: see `weather_columns`. Records must ascend in time, each time once; gaps are kept as gaps.
@@ -21,18 +21,17 @@ from numpy.typing import NDArray
 from stillhook.errors import LogError, SeaError, WeatherError
 from stillhook.io.log_csv_dialect import COMMENTS, Dialect, dialect_of, split_row
 from stillhook.io.ndbc_text import is_ndbc, read_bytes
-from stillhook.io.weather_columns import KINDS, PLAIN, Column, bare, columns, numbers, sense_in
+from stillhook.io.weather_assembled import SENSES, assembled
+from stillhook.io.weather_columns import bare, columns, numbers
+from stillhook.io.weather_netcdf import is_netcdf, read_netcdf
 from stillhook.io.weather_times import ORDERS, read_times, stamped
 from stillhook.library.weather import weather_file
-from stillhook.sea.directions import DirectionSense, coming_from
-from stillhook.sea.weather import FloatArray, Weather, usual_step
+from stillhook.sea.directions import DirectionSense
+from stillhook.sea.weather import Weather, usual_step
 from stillhook.units import came
 
-SENSES = {
-    "coming-from": DirectionSense.FROM_NORTH, "going-to": DirectionSense.TO_NORTH, "cartesian": DirectionSense.TO_EAST,
-    "cartesian-from": DirectionSense.FROM_EAST,
-}  # fmt: skip
-"""Words for what directions mean: cartesian is going to, counter-clockwise from east."""
+__all__ = ["SENSES", "read_weather"]
+
 HEAD = 1 << 16
 _TIMES = (
     "time", "datetime", "date_time", "date", "timestamp", "time_index", "valid_time", "utc", "time_utc", "datetime_utc", "date_utc",
@@ -41,7 +40,6 @@ _TIMES = (
 _CLOCKS = ("time", "hour", "clock", "time_utc", "hh_mm", "hhmm")
 _PARTS = (("year", "yyyy", "yy", "yr"), ("month", "mm", "mo", "mon"), ("day", "dd"), ("hour", "hh", "hr"), ("minute", "min", "mn"))
 _BLANK_IN_TIME = re.compile(rb"(\d) (\d{1,2}:\d\d)")
-_SAID = re.compile(r"wave[s]?[ _-]*direction[s]?\s*[:=]\s*(.+)", re.IGNORECASE)
 
 
 @dataclass(frozen=True)
@@ -74,6 +72,8 @@ def read_weather(
     step [s]: what a record stands for, where it is not the usual spacing. Errors: WeatherError of one line that names file and line.
     """
     path = weather_file(os.fspath(source))
+    if is_netcdf(path):
+        return read_netcdf(path, sense=sense, columns_as=columns_as or {}, time_column=time_column, step=step)
     try:
         data = read_bytes(path)
         if is_ndbc(data[:HEAD].decode("latin-1")) and not _has_separators(data):
@@ -92,7 +92,8 @@ def read_weather(
     if not found:
         have = ", ".join(came(h) for h in headings if h)
         raise WeatherError(f"{path.name}: no column of weather among {have}. Name them: --column Hs=... --column wind=...")
-    values, more = _values(table, found, sense)
+    read = [(c, *numbers(table.column(c.place), c, table.lines, table.dialect.decimal, path.name)) for c in found]
+    values, more = assembled(read, table.comments, path.name, sense)
     left = [h for i, h in enumerate(headings) if h and i not in {c.place for c in found}]
     notes = [*table.comments, *notes, *more, *([f"not read: {', '.join(left)}"] if left else [])]
     return Weather(time, values, usual_step(time) if step is None else step, path.name, tuple(notes))
@@ -209,42 +210,3 @@ def _ascending(time: NDArray[np.datetime64], table: _Table) -> None:
         f"{table.name}: line {table.lines[i + 1]}: the time {stamp} is before that of line {table.lines[i]}. Sort the rows by time, oldest "
         "first; if day and month were taken for each other, say --date-order."
     )
-
-
-def _values(table: _Table, found: Sequence[Column], sense: DirectionSense | None) -> tuple[dict[str, FloatArray], list[str]]:
-    """Columns in SI, directions as coming from; and notes on what was assumed, missing or left out."""
-    values: dict[str, FloatArray] = {}
-    notes: list[str] = []
-    for column in found:
-        x, marked = numbers(table.column(column.place), column, table.lines, table.dialect.decimal, table.name)
-        if missing := int(np.count_nonzero(np.isnan(x))):
-            marks = f", {marked} of them marked by 99 or the like" if marked else ""
-            notes.append(f"{column.heading}: {missing} of {len(x)} missing{marks}")
-        if KINDS[column.name] == "direction":
-            meant = _meant(column, table, sense)
-            if meant is None:
-                notes.append(
-                    f"the file does not say what its wave direction {came(column.heading)} means, and it was not read: say "
-                    f"--direction {', '.join(list(SENSES)[:-1])} or {list(SENSES)[-1]} (cartesian: going to, counter-clockwise from east)"
-                )
-                continue
-            x = coming_from(x, meant)
-        values[column.name] = x
-    guessed = [f"{c.heading} in {PLAIN[KINDS[c.name]]}" for c in found if not c.said]
-    return values, notes + ([f"units are not in the file and were taken: {', '.join(guessed)}"] if guessed else [])
-
-
-def _meant(column: Column, table: _Table, sense: DirectionSense | None) -> DirectionSense | None:
-    """What the directions of a column mean; None where nobody says. Errors: WeatherError where the file and the user differ."""
-    said = sense_in(column.heading)
-    if column.name == "wind_from":
-        return said or DirectionSense.FROM_NORTH
-    for line in table.comments:
-        if found := _SAID.match(line):
-            said = said or next((s for s in DirectionSense if s.value == found[1].strip().lower()), None)
-    if said is not None and sense is not None and said is not sense:
-        raise WeatherError(
-            f"{table.name}: column {came(column.heading)}: the file says its directions are {came(said.value)}, --direction says "
-            f"{came(sense.value)}. Leave --direction out, or mend the file."
-        )
-    return said or sense

@@ -1,0 +1,64 @@
+"""From columns that were read to weather: directions in the sense that the file or the user declares, and notes on what was assumed."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+
+import numpy as np
+
+from stillhook.errors import WeatherError
+from stillhook.io.weather_columns import KINDS, PLAIN, Column, sense_in
+from stillhook.sea.directions import DirectionSense, coming_from
+from stillhook.sea.weather import FloatArray
+from stillhook.units import came
+
+SENSES = {
+    "coming-from": DirectionSense.FROM_NORTH, "going-to": DirectionSense.TO_NORTH, "cartesian": DirectionSense.TO_EAST,
+    "cartesian-from": DirectionSense.FROM_EAST,
+}  # fmt: skip
+"""Words for what directions mean: cartesian is going to, counter-clockwise from east."""
+_SAID = re.compile(r"wave[s]?[ _-]*direction[s]?\s*[:=]\s*(.+)", re.IGNORECASE)
+
+
+def assembled(
+    read: Sequence[tuple[Column, FloatArray, int]], comments: Sequence[str], name: str, sense: DirectionSense | None
+) -> tuple[dict[str, FloatArray], list[str]]:
+    """Columns [SI], directions as coming from, and notes on what was assumed, missing or left out.
+
+    read: column, its numbers (n,) in the file's sense [SI], how many marks such as 99 were missing values; comments: lines of remarks of
+    the file, of which one may say what wave directions mean. Errors: WeatherError where the file and the user differ.
+    """
+    values: dict[str, FloatArray] = {}
+    notes: list[str] = []
+    for column, x, marked in read:
+        if missing := int(np.count_nonzero(np.isnan(x))):
+            marks = f", {marked} of them marked by 99 or the like" if marked else ""
+            notes.append(f"{column.heading}: {missing} of {len(x)} missing{marks}")
+        if KINDS[column.name] != "direction":
+            values[column.name] = x
+        elif (meant := _meant(column, comments, name, sense)) is not None:
+            values[column.name] = coming_from(x, meant)
+        else:
+            notes.append(
+                f"the file does not say what its wave direction {came(column.heading)} means, and it was not read: say "
+                f"--direction {', '.join(list(SENSES)[:-1])} or {list(SENSES)[-1]} (cartesian: going to, counter-clockwise from east)"
+            )
+    guessed = [f"{c.heading} in {PLAIN[KINDS[c.name]]}" for c, _, _ in read if not c.said]
+    return values, notes + ([f"units are not in the file and were taken: {', '.join(guessed)}"] if guessed else [])
+
+
+def _meant(column: Column, comments: Sequence[str], name: str, sense: DirectionSense | None) -> DirectionSense | None:
+    """What the directions of a column mean; None where nobody says."""
+    said = sense_in(column.heading)
+    if column.name == "wind_from":
+        return said or DirectionSense.FROM_NORTH
+    for line in comments:
+        if found := _SAID.match(line):
+            said = said or next((s for s in DirectionSense if s.value == found[1].strip().lower()), None)
+    if said is not None and sense is not None and said is not sense:
+        raise WeatherError(
+            f"{name}: column {came(column.heading)}: the file says its directions are {came(said.value)}, --direction says "
+            f"{came(sense.value)}. Leave --direction out, or mend the file."
+        )
+    return said or sense
