@@ -161,3 +161,14 @@ def test_made_up_weather_says_so(plan, season):
     assert block.attrs["synthetic"] == 1
     _, block, _ = valued(plan, replace(season, source="buoy"), LIMITS)
     assert block.attrs["synthetic"] == 0
+
+
+def test_days_gained_are_taken_over_starts_from_which_both_get_their_window(plan, season):
+    t = np.arange(HOURS)
+    Hs = np.where(t < HOURS // 2, np.where(t % 200 < 20, 0.8, 3.0), 1.8)  # rare calms first, then seas that only the better one can use
+    value, block, _ = valued(plan, replace(season, columns={**season.columns, "H_m0": Hs}), {**LIMITS, Alternative.NONE: 1.2, Alternative.SSC: 3.0})
+    both = value.waits["twin", Alternative.NONE] - value.waits["twin", Alternative.SSC]
+    gained = float(block["days_gained"].sel(credit="twin", alternative="ssc", month=0, over="none"))
+    assert gained == pytest.approx(np.nanmean(both) / 86400.0)
+    assert gained >= 0.0
+    assert float(block["n_censored"].sel(credit="twin", alternative="none", month=0)) > HOURS // 2

@@ -17,6 +17,9 @@ from stillhook.plan.table import TIERS, LimitTable, untold
 from stillhook.plan.twin_tier import TwinTier
 from stillhook.plan.weather_value import Forecast, WeatherValue
 
+CENSORED = 0.05
+"""Share of starts without a window above which waits are said to be too short."""
+
 
 def facts_found(plan: LiftPlan, of: Answered, forecast: Forecast, value: WeatherValue | None, twin: TwinTier | None) -> dict[str, Any]:
     """Facts that the answer adds to what was asked: shown, alternatives with why, operation, phases with their tiers, runs, remarks."""
@@ -85,8 +88,20 @@ def remarks(plan: LiftPlan, of: Answered, forecast: Forecast, value: WeatherValu
     table = LimitTable(of.Hs[0, 0], np.array(axes.headings), np.array(axes.periods), env.heading_tolerance, max(env.Hs))
     found.append(f"tables are read so: {table.described()}")
     if value is not None:
-        found += list(value.notes)
+        found += [*value.notes, *_short(value)]
     return found
+
+
+def _short(value: WeatherValue) -> list[str]:
+    """Of whom waits are told too short: many starts found no window before the series ended."""
+    censored = {key: float(np.isnan(w).mean()) for key, w in value.waits.items()}
+    lines: dict[str, list[str]] = {}
+    for (credit, alternative), share in censored.items():
+        if share > CENSORED:
+            never = share == 1.0
+            text = "never has a window in these years" if never else f"waits are told too short: {share:.0%} of the starts found no window"
+            lines.setdefault(text, []).append(f"{alternative.value} ({credit})")
+    return [f"{', '.join(names)}: {text}" for text, names in lines.items()]
 
 
 def _grouped(silent: Mapping[Alternative, tuple[str, ...]]) -> dict[tuple[str, ...], list[str]]:

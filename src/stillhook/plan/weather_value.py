@@ -25,7 +25,7 @@ from stillhook.sea.weather import Weather
 from stillhook.units import show
 from stillhook.variables import attributes
 from stillhook.weather.alpha import Alpha, AlphaTable, alpha_of
-from stillhook.weather.persistence import Persistence, persistence
+from stillhook.weather.persistence import SLACK, Persistence, persistence, waits, windows_of
 
 if TYPE_CHECKING:
     import xarray
@@ -74,10 +74,12 @@ def forecast_limits(plan: LiftPlan, table: AlphaTable, limits: Mapping[Credit, G
 
 @dataclass(frozen=True, eq=False)
 class WeatherValue:
-    """Persistence of one alternative's workable weather by credit, each with its months; best_classic by credit, None without one;
-    notes on how the weather was read."""
+    """Persistence of each alternative's workable weather by credit, each with its months; waits from every record (n,) [s], NaN where no
+    start follows, and month (n,) of the record; best_classic by credit, None without one; notes on how the weather was read."""
 
     found: Mapping[tuple[Credit, Alternative], Persistence] = field(repr=False)
+    waits: Mapping[tuple[Credit, Alternative], FloatArray] = field(repr=False)
+    month: NDArray[np.int64] = field(repr=False)
     best_classic: Mapping[Credit, Alternative | None]
     T_R: float
     notes: tuple[str, ...]
@@ -90,16 +92,19 @@ def weather_value(plan: LiftPlan, axes: Axes, forecast: Forecast, weather: Weath
     """
     seas, notes = _seas(plan, weather)
     found: dict[tuple[Credit, Alternative], Persistence] = {}
+    waited: dict[tuple[Credit, Alternative], FloatArray] = {}
     for c, credit in enumerate(CREDITS):
         for a, alternative in enumerate(axes.alternatives):
             op_wf = np.nan_to_num(forecast.op_wf[c, a], nan=0.0)
             table = LimitTable(op_wf, np.array(axes.headings), np.array(axes.periods), plan.environment.heading_tolerance, Hs_highest)
             limit = np.min([table.at(Tp, seas.beta) for Tp in seas.periods], axis=0)
-            found[credit, alternative] = persistence(
-                np.asarray((seas.Hs <= limit) & (limit > 0.0)), weather.time, weather.step, forecast.T_R, valid=np.isfinite(seas.Hs)
-            )
+            good = np.asarray((seas.Hs <= limit) & (limit > 0.0))
+            found[credit, alternative] = persistence(good, weather.time, weather.step, forecast.T_R, valid=np.isfinite(seas.Hs))
+            can_start = windows_of(good, weather.time, weather.step).reach >= forecast.T_R - SLACK
+            waited[credit, alternative] = waits(can_start, weather.time)
     best = {credit: _best(found, credit, [a for a in CLASSIC if a in axes.alternatives]) for credit in CREDITS}
-    return WeatherValue(found, best, forecast.T_R, notes)
+    month = np.asarray(weather.time.astype("datetime64[M]").astype(np.int64) % 12 + 1)
+    return WeatherValue(found, waited, month, best, forecast.T_R, notes)
 
 
 @dataclass(frozen=True, eq=False)
@@ -160,8 +165,7 @@ def weather_block(plan: LiftPlan, value: WeatherValue, axes: Axes, weather: Weat
                 for name in TOLD:
                     told[name][c, a, each.month or 0] = getattr(each, name)
     told["vessel_days"] = (told["wait_mean"] + value.T_R) / DAY
-    hours, days = (_gains(axes, value, told[name], sign) for name, sign in (("operability", 1.0), ("vessel_days", -1.0)))
-    hours *= np.array([YEAR, *(24.0 * d for d in MONTH_DAYS)])
+    hours, days = _gained(axes, value, told["operability"])
     dims = ("credit", "alternative", "month")
     data = {name: (dims, values, attributes(name)) for name, values in told.items()}
     both = (("hours_gained", hours), ("days_gained", days))
@@ -184,13 +188,27 @@ def _described(plan: LiftPlan, weather: Weather, forecast: Forecast) -> dict[str
     }  # fmt: skip
 
 
-def _gains(axes: Axes, value: WeatherValue, told: FloatArray, sign: float) -> FloatArray:
-    """What (credit, alternative, month) is better by than each of `OVER`: (over, credit, alternative, month)."""
-    out = np.full((len(OVER), *told.shape), np.nan)
+def _gained(axes: Axes, value: WeatherValue, operability: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Workable hours more and days of waiting less than each of `OVER` (over, credit, alternative, month).
+
+    Days are means over the starts from which both get their window within the series: means over different starts cannot be subtracted, for
+    one who hardly ever works has most of his long waits censored and looks quick.
+    """
+    hours = np.full((len(OVER), *operability.shape), np.nan)
+    days = hours.copy()
+    length = np.array([YEAR, *(24.0 * d for d in MONTH_DAYS)])
     for o, name in enumerate(OVER):
         for c, credit in enumerate(CREDITS):
-            best = value.best_classic[credit]
-            of = best if name == OVER[-1] else Alternative(name)
-            if of is not None and of in axes.alternatives:
-                out[o, c] = sign * (told[c] - told[c, axes.alternatives.index(of)])
-    return out
+            other = value.best_classic[credit] if name == OVER[-1] else Alternative(name)
+            if other is None or other not in axes.alternatives:
+                continue
+            hours[o, c] = length * (operability[c] - operability[c, axes.alternatives.index(other)])
+            for a, alternative in enumerate(axes.alternatives):
+                days[o, c, a] = _mean_by_month(value.waits[credit, other] - value.waits[credit, alternative], value.month) / DAY
+    return hours, days
+
+
+def _mean_by_month(x: FloatArray, month: NDArray[np.int64]) -> FloatArray:
+    """Means of what is known of x (n,), of all and of each month (13,)."""
+    rows = [x[np.isfinite(x)], *(x[(month == m) & np.isfinite(x)] for m in range(1, 13))]
+    return np.array([row.mean() if len(row) else np.nan for row in rows])

@@ -1,0 +1,156 @@
+"""The verb: tiers, limits, credit, weather and facts put together, on small tables."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from stillhook.errors import PlanError
+from stillhook.plan.alternatives import Alternative
+from stillhook.plan.credited_table import credited_of
+from stillhook.plan.demand import Demand, Tier
+from stillhook.plan.lift_plan import Environment, WeatherUse
+from stillhook.plan.limited import limited
+from stillhook.plan.limits import limits_of
+from stillhook.plan.plan_file import load_plan
+from stillhook.plan.plan_files import load_plan_result, save_plan
+from stillhook.plan.planning import plan
+from stillhook.plan.table import Axes, chosen, gathered, governed
+
+ENVIRONMENT = Environment(Hs=("1 m", "2 m", "4 m"), Tp=("7 s", "12 s"), headings=("165 deg", "180 deg"), spread=4)
+UNMODELLED = (Alternative.NONE, Alternative.CAP)
+"""Alternatives that no run of the twin is needed for."""
+
+
+@pytest.fixture(scope="module")
+def asked():
+    """The example of the library on a small table, without and with the flat cap."""
+    return replace(load_plan("template-to-1500m"), environment=ENVIRONMENT, alternatives=UNMODELLED)
+
+
+@pytest.fixture(scope="module")
+def found(asked):
+    return plan(replace(asked, weather=WeatherUse("SYNTHETIC-norwegian-sea")), tier="frequency")
+
+
+def test_every_cell_has_a_limit_and_names_what_it_is_by(found):
+    data = found.data
+    assert not np.isnan(data["Hs_limit"]).any()
+    told = np.isfinite(data["Hs_limit"]) & (data["Hs_limit"] > 0.0)
+    for name, axis in (("governing_phase", "phase"), ("governing_rule", "rule"), ("governing_tier", "tier")):
+        assert set(data[name].values[told.values].tolist()) <= set(data[axis].values.tolist())
+
+
+def test_the_limit_of_a_cell_is_that_of_the_rule_that_governs_it(found):
+    data = found.data.sel(credit="twin", alternative="none")
+    for heading in data["heading"].values:
+        for period in data["period"].values:
+            cell = data.sel(heading=heading, period=period)
+            names = {axis: str(cell[f"governing_{axis}"].item()) for axis in ("phase", "rule", "tier")}
+            assert float(cell["Hs_rule"].sel(names)) == float(cell["Hs_limit"])
+
+
+def test_compensation_never_makes_a_limit_lower_in_this_lift_and_raises_it_somewhere(found):
+    none, cap = (found.data["Hs_limit"].sel(credit="twin", alternative=a).values for a in ("none", "cap-80"))
+    assert (cap >= none).all()
+    assert (cap > 1.5 * none).any()
+
+
+def test_phases_without_compensation_limit_all_alternatives_alike(found):
+    rules = found.data["Hs_rule"].sel(credit="twin", phase="splash zone")
+    np.testing.assert_array_equal(rules.sel(alternative="none"), rules.sel(alternative="cap-80"))
+
+
+def test_the_closed_form_stands_beside_the_road_and_counts_where_the_road_tells_nothing(found):
+    counts = found.data["counts"]
+    assert (counts.sel(phase="splash zone") == "closed-form").all()
+    assert (counts.sel(phase="deep") == "frequency").all()
+    beside = found.data["Hs_rule"].sel(credit="twin", tier="closed-form", phase="landing")
+    assert np.isfinite(beside).any()
+
+
+def test_what_is_no_twin_is_credited_as_it_is(found):
+    twin, credited = (found.data["Hs_limit"].sel(credit=c) for c in ("twin", "credited"))
+    np.testing.assert_array_equal(twin, credited)
+
+
+def test_the_weather_says_what_compensation_gains(found):
+    year = found["weather"].sel(credit="twin", month=0)
+    assert float(year["operability"].sel(alternative="cap-80")) > float(year["operability"].sel(alternative="none"))
+    assert found["weather"].attrs["synthetic"] == 1
+    assert found.workable
+
+
+def test_a_result_on_disk_is_the_result(found, tmp_path):
+    save_plan(found, tmp_path / "plan")
+    again = load_plan_result(tmp_path / "plan")
+    assert again.data.identical(found.data)
+    assert set(again.blocks) == set(found.blocks)
+    assert all(again[name].equals(found[name]) for name in found.blocks)
+    assert again.facts["summary"]["shown"] == found.facts["summary"]["shown"]
+    assert again.workable == found.workable
+
+
+def test_numbers_and_facts_of_two_plans_are_not_put_together(found, tmp_path):
+    save_plan(found, tmp_path)
+    facts = (tmp_path / "plan.json").read_text().replace(f'"digest": "{found.facts["digest"]}"', '"digest": "another"', 1)
+    (tmp_path / "plan.json").write_text(facts)
+    with pytest.raises(PlanError, match=r"plan.nc and plan.json are of two plans"):
+        load_plan_result(tmp_path)
+
+
+def test_a_folder_without_a_plan_is_refused_with_what_to_do(tmp_path):
+    with pytest.raises(PlanError, match=r"no plan.nc there. Give the folder that stillhook plan --out wrote"):
+        load_plan_result(tmp_path)
+
+
+def test_a_tier_that_is_none_is_refused(asked):
+    with pytest.raises(PlanError, match=r'tier "magic": is none. Give one of closed-form, frequency, time'):
+        plan(asked, tier="magic")
+
+
+def test_an_operation_too_long_for_a_forecast_is_not_reckoned_in_weather(asked):
+    longer = replace(asked, T_POP=80 * 3600.0, weather=WeatherUse("SYNTHETIC-norwegian-sea"))
+    told = plan(longer, tier="closed-form")
+    assert "weather" not in told
+    assert any(line.startswith("not weather restricted") for line in told.facts["remarks"])
+
+
+TWIN_AND_CAP = (Alternative.CAP, Alternative.SSC)
+
+
+def credit_up_to(asked, covered_to, cap_at, twin_at):
+    """Credited limit of a rule whose quantity grows with the height: cap at its limit at cap_at [m], twin at twin_at [m], seas of 0.5 m to
+    4 m by 0.5 m, the certificate covering those up to covered_to [m]."""
+    heights = np.arange(0.5, 4.01, 0.5)
+    small = replace(
+        asked, alternatives=TWIN_AND_CAP,
+        environment=Environment(Hs=tuple(f"{h} m" for h in heights), Tp=("8 s",), headings=("180 deg",)),
+    )  # fmt: skip
+    axes, seas, phase = Axes.of(small), small.environment.table(), small.phase("landing")
+    rule = next(each for each in limited(small, phase, Alternative.SSC) if each.rule.key == "load-motion")
+    demands = [
+        Demand("landing", a, Tier.FREQUENCY, seas, {rule.rule.quantity: rule.limit * seas.Hs / at})
+        for a, at in ((Alternative.CAP, cap_at), (Alternative.SSC, twin_at))
+    ]
+    own = chosen(gathered(axes, [limits_of(d, [rule]) for d in demands]))
+    covers = np.ones((2, len(axes.phases), 1, 1, len(heights)), dtype=bool)
+    covers[1, axes.phases.index("landing"), ..., heights > covered_to] = False
+    return governed(credited_of(small, own, demands, heights, covers)).Hs[:, 0, 0]
+
+
+def test_without_a_certificate_no_more_than_the_cap_is_credited(asked):
+    assert credit_up_to(asked, 0.0, 1.7, 3.2) == pytest.approx([1.7, 1.7])
+
+
+def test_inside_the_certificate_the_twin_is_credited_in_full(asked):
+    assert credit_up_to(asked, 4.0, 1.7, 3.2) == pytest.approx([1.7, 3.2])
+
+
+def test_credit_ends_at_the_highest_sea_that_is_covered(asked):
+    assert credit_up_to(asked, 2.5, 1.7, 3.2) == pytest.approx([1.7, 2.5])
+    assert credit_up_to(asked, 1.0, 1.7, 3.2) == pytest.approx([1.7, 1.7])
+
+
+def test_a_twin_worse_than_the_cap_is_credited_as_it_is(asked):
+    assert credit_up_to(asked, 0.0, 3.2, 1.7) == pytest.approx([3.2, 1.7])
