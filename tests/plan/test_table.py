@@ -51,6 +51,16 @@ def test_a_later_tier_that_finds_no_limit_still_counts():
     assert (found.phase[1] == -1).all()
 
 
+def test_a_limit_below_seas_that_the_twin_shows_inside_is_lifted_to_them_and_one_above_stays():
+    shown = limits("deep", SSC, Tier.TIME, DAF=np.nan, slack=np.nan)
+    shown = Limits("deep", SSC, Tier.TIME, shown.Tp, shown.beta, shown.Hs, {rule: np.full(6, 2.2) for rule in shown.Hs})
+    found = chosen(gathered(AXES, [limits("deep", SSC, Tier.FREQUENCY, DAF=1.5, slack=2.5), shown]))
+    assert found.Hs[1, 1, :, 0, 0].tolist() == [2.2, 2.5]
+    assert found.tier[1, 1, :, 0, 0].tolist() == [TIERS.index(Tier.TIME), TIERS.index(Tier.FREQUENCY)]
+    alone = chosen(gathered(AXES, [shown]))
+    assert np.isnan(alone.Hs).all()
+
+
 def test_what_nobody_tells_is_no_number_and_its_phases_are_named():
     found = chosen(gathered(AXES, [limits("deep", SSC, Tier.FREQUENCY, DAF=2.0)]))
     table = governed(found)

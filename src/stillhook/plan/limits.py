@@ -24,7 +24,8 @@ class Limits:
     """Limiting significant wave heights of one phase under one alternative, from one tier, in c columns of (Tp, beta).
 
     Hs: rule -> (c,) [m]: inf where the highest sea that was asked stays inside, 0 where a calm is beyond, NaN where the tier does not tell;
-    low, high: ends of the 95 % interval where there is one. Tp [s] and beta [rad] (c,).
+    low, high: ends of the 95 % interval where there is one; low where Hs is NaN: up to there the tier shows seas inside, and no further.
+    Tp [s] and beta [rad] (c,).
     """
 
     phase: str
@@ -59,7 +60,7 @@ def utilisation(limited: Limited, values: FloatArray) -> FloatArray:
     return np.divide(top, bottom, out=out, where=bottom > 0.0)
 
 
-def limits_of(demand: Demand, limited: Sequence[Limited], calm: Mapping[str, float] | None = None) -> Limits:
+def limits_of(demand: Demand, limited: Sequence[Limited], calm: Mapping[str, float] | None = None, *, most: float | None = None) -> Limits:
     """Limiting heights of every rule in every (Tp, beta) of a demand.
 
     calm: what the phase asks in still water (`stillhook.plan.capacities.calm`), used below the lowest sea unless the demand has a calm of
@@ -67,6 +68,9 @@ def limits_of(demand: Demand, limited: Sequence[Limited], calm: Mapping[str, flo
     heights it is read from the parabola through them and a third, which is exact for what grows with the height, its square, or both.
     A sea that the tier does not tell, above one that it tells, counts as beyond; so does a column whose lowest sea is beyond and whose
     calm is not known: its limit is 0. Ends of the interval are the limits of the demand's own interval.
+
+    most: highest sea that is asked [m], where a column may end below it: a rule that no sea of the column breaks is then not told (NaN),
+    with the last sea as low.
     """
     columns = demand.seas.columns()
     Tp, beta = (np.array([column[i] for column in columns], dtype=np.float64) for i in (0, 1))
@@ -81,7 +85,20 @@ def limits_of(demand: Demand, limited: Sequence[Limited], calm: Mapping[str, flo
         if q in demand.low and q in demand.high:
             ends = [_of_rule(demand, each, side[q], still) for side in (demand.low, demand.high)]
             low[key], high[key] = np.fmin(*ends), np.fmax(*ends)
+        if most is not None:
+            _open_above(demand, most, key, (Hs, low, high))
     return Limits(demand.phase, demand.alternative, demand.tier, Tp, beta, Hs, low, high)
+
+
+def _open_above(demand: Demand, most: float, key: str, found: Sequence[dict[str, FloatArray]]) -> None:
+    """A rule that is kept in all seas of a column that ends below the highest that is asked: not told, but for the last sea."""
+    Hs, low, high = found
+    last = np.array([demand.seas.Hs[rows[-1]] for _, _, rows in demand.seas.columns()], dtype=np.float64)
+    open_ = np.isposinf(Hs[key]) & (last < most * (1.0 - ROUNDING))
+    for ends, there in ((low, last), (high, np.full_like(last, np.nan))):
+        if key in ends or open_.any():
+            ends[key] = np.where(open_, there, ends.get(key, np.full_like(last, np.nan)))
+    Hs[key] = np.where(open_, np.nan, Hs[key])
 
 
 def _of_rule(demand: Demand, limited: Limited, values: FloatArray, still: float | None) -> FloatArray:

@@ -98,7 +98,8 @@ class Chosen:
 
 
 def chosen(found: Gathered) -> Chosen:
-    """Of every rule the limit by the tier that knows most: the twin where it was run, else the frequency road, else the closed form."""
+    """Of every rule the limit by the tier that knows most: the twin where it was run, else the frequency road, else the closed form.
+    Where a tier shows seas inside, and no limit (`stillhook.plan.limits.Limits.low`), one below from a lesser tier is lifted to there."""
     told = np.isfinite(found.Hs) | np.isposinf(found.Hs)
     rank = np.arange(len(TIERS)).reshape(-1, *([1] * (found.Hs.ndim - 1)))
     tier = np.where(told, rank, -1).max(axis=0)
@@ -107,7 +108,12 @@ def chosen(found: Gathered) -> Chosen:
     def taken(a: FloatArray) -> FloatArray:
         return np.asarray(np.where(tier >= 0, np.take_along_axis(a, at, axis=0)[0], np.nan))
 
-    return Chosen(found.axes, taken(found.Hs), taken(found.low), taken(found.high), tier.astype(np.int64))
+    Hs, low, high = (taken(a) for a in (found.Hs, found.low, found.high))
+    for k in range(len(TIERS)):
+        lifted = ~told[k] & (tier < k) & (found.low[k] > Hs)
+        Hs, tier = np.where(lifted, found.low[k], Hs), np.where(lifted, k, tier)
+        low, high = (np.where(lifted, np.nan, ends) for ends in (low, high))
+    return Chosen(found.axes, Hs, low, high, tier.astype(np.int64))
 
 
 @dataclass(frozen=True, eq=False)

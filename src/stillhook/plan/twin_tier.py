@@ -76,7 +76,8 @@ def _result(work: Work) -> TwinTier:
         work.progress(1.0)
     pairs = {(line.phase.name, line.alternative): line.phase for line in work.lines if line.started}
     demands = [_demand(work, phase, alternative) for (_, alternative), phase in pairs.items()]
-    limits = [limits_of(d, work.limited[d.phase, d.alternative]) for d in demands]
+    highest = max(work.plan.environment.Hs)
+    limits = [limits_of(d, work.limited[d.phase, d.alternative], most=highest) for d in demands]
     return TwinTier(tuple(demands), tuple(limits), _runs(work.cells), {p.name: _why(work, p) for p in work.plan.phases}, blocks(work))
 
 
