@@ -87,7 +87,8 @@ def _cap(plan: LiftPlan, axes: Axes, alternative: Alternative, phases: Sequence[
         if demand.alternative is Alternative.CAP and demand.phase in names:
             phase = names[demand.phase]
             still = calm(plan, phase, Alternative.CAP)
-            found.append(limits_of(replace(demand, alternative=alternative), limited(plan, phase, alternative), still))
+            highest = max(plan.environment.Hs)
+            found.append(limits_of(replace(demand, alternative=alternative), limited(plan, phase, alternative), still, most=highest))
     return chosen(gathered(axes, found))
 
 
