@@ -140,6 +140,12 @@ def test_the_time_of_the_operation_is_that_of_the_phases_where_none_is_given(tmp
     assert "T_POP" in plan.notes[0]
 
 
+def test_motions_for_deep_water_are_doubted_in_shallow_water(tmp_path: Path) -> None:
+    assert not load_plan(written(tmp_path)).notes
+    shallow = load_plan(written(tmp_path, ('"300 m"', '"60 m"'), ('"9 s"]', '"14 s"]')))
+    assert "shallow to waves of 14 s" in shallow.notes[0]
+
+
 def test_a_boom_gives_the_tip_that_its_angles_say(tmp_path: Path) -> None:
     boom = '[boom]\npedestal = ["-15 m", "-9 m", "19 m"]\nslew = "270 deg"\nmain = ["30 m", "45 deg"]\n'
     plan = load_plan(written(tmp_path, ('[tip]\nat = "x=-15 m, y=-24 m, z=36 m"\n', boom)))
@@ -187,6 +193,12 @@ BAD = [
     # old, new, what the line must say
     ('crane = "nov-250t"', 'crane = "nov-205t"', ["nov-205t", "nov-250t"]),
     ('crane = "nov-250t"\n', "", ["crane", "missing"]),
+    (
+        '"manifold-60t"',
+        '{ name = "x", mass = "260 t", shape = "plate", length = "9 m", width = "9 m", height = "1 m" }',
+        ["260 t", "SWL", "250 t"],
+    ),
+    ('depth = "300 m"', 'depth = "3000 m"', ["landing", "wire", "nov-250t"]),
     ('vessel = "construction-vessel-130m"', 'vessel = "my-ship.re1"', ["vessel", "my-ship.re1", "construction-vessel-130m"]),
     ('payload = "manifold-60t"', 'payload = "manifold"', ["manifold", "manifold-60t"]),
     ('payload = "manifold-60t"', 'payload = { name = "x", mass = "60" }', ["levels", "shape"]),

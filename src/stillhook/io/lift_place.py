@@ -83,8 +83,11 @@ def place_of(top: Fields, folder: Path, depth: float, length: float, seed: int |
 
 
 def _notes(rao: Rao, sea: Sea, depth: float) -> tuple[str, ...]:
-    """Motions of a vessel that hold in deep water, over water that is not deep to the waves."""
-    longest = max(train.spectrum.peak_period for train in sea.trains)
+    return depth_notes(rao, max(train.spectrum.peak_period for train in sea.trains), depth)
+
+
+def depth_notes(rao: Rao, longest: float, depth: float) -> tuple[str, ...]:
+    """What to know of motions of a vessel that hold in deep water, over water [m] that is not deep to the longest waves [s]."""
     kd = float(wavenumber(np.array([2.0 * math.pi / longest]), depth)[0]) * depth
     if kd >= DEEP or math.isclose(rao.depth, depth, rel_tol=0.2):
         return ()

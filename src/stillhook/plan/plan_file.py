@@ -12,16 +12,17 @@ from pathlib import Path
 from typing import Any
 
 from stillhook.crane import content
-from stillhook.errors import PlanError, ScenarioError, SeaError, UnitError, WeatherError
+from stillhook.engine.lift_checks import check_lift
+from stillhook.errors import LiftError, PlanError, ScenarioError, SeaError, UnitError, WeatherError
 from stillhook.io.fields import Fields, described
 from stillhook.io.lift_file import parts_of, payload_of, water_of
-from stillhook.io.lift_place import boom_of, still_place
+from stillhook.io.lift_place import boom_of, depth_notes, still_place
 from stillhook.io.weather_file import SENSES
 from stillhook.library import load_crane
 from stillhook.library.files import nearest, shelf, toml_text
 from stillhook.library.weather import weather_file
 from stillhook.plan.alternatives import Alternative
-from stillhook.plan.courses import Water, called, joined
+from stillhook.plan.courses import CLOSE, Water, called, joined
 from stillhook.plan.lift_plan import ALL, Environment, LiftPlan, WeatherUse
 from stillhook.plan.phases import Phase
 from stillhook.plan.rule_file import load_rules, rules_of
@@ -100,7 +101,8 @@ def _plan(table: Mapping[str, Any], file: Path) -> LiftPlan:
     for phase in phases:
         rules_of(rules, phase)  # refuses limits that cannot be
     T_POP, T_C, notes = _operation(top, phases)
-    given = {"environment": _environment(top), "alternatives": _alternatives(top), "weather": _weather(top, file.parent), **parts_of(table)}
+    environment = _environment(top)
+    given = {"environment": environment, "alternatives": _alternatives(top), "weather": _weather(top, file.parent), **parts_of(table)}
     crane = load_crane(top.beside("crane", file.parent))
     at, vessel = _place(top, file.parent)
     plan = LiftPlan(
@@ -117,10 +119,11 @@ def _plan(table: Mapping[str, Any], file: Path) -> LiftPlan:
         T_POP=T_POP,
         T_C=T_C,
         source=file.name,
-        notes=notes,
+        notes=(*notes, *depth_notes(vessel, max(environment.Tp), depth)),
         **given,
     )
     _check_tips(plan, top)
+    _check_wire(plan)
     return replace(plan, digest=_digest(plan))
 
 
@@ -247,6 +250,16 @@ def _check_tips(plan: LiftPlan, top: Fields) -> None:
                 f"{called(phase)}: underside at {show(highest, 'length')}, payload and rigging {show(room, 'length')} high: they cannot "
                 f"hang under the crane tip at {show(_height(at), 'length')}. Raise the tip, or lower the heights."
             )
+
+
+def _check_wire(plan: LiftPlan) -> None:
+    """The crane may carry the payload, and has wire for the deepest phase."""
+    deepest = min(plan.phases, key=lambda phase: min(phase.start or 0.0, phase.end or 0.0))
+    z = max(min(deepest.start or 0.0, deepest.end or 0.0), -plan.depth + CLOSE)
+    try:
+        check_lift(plan.crane, plan.hanging(z))
+    except LiftError as e:
+        raise PlanError(f"{called(deepest)}: {str(e).replace('z_0 = ', 'underside at ')}") from None
 
 
 def _digest(plan: LiftPlan) -> str:
