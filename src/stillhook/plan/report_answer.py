@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from stillhook.plan.figure_parts import CREDITED, TWIN, degrees, few, height, na
 from stillhook.plan.figures import differs
 from stillhook.plan.figures_weather import OVER
 from stillhook.plan.report_parts import (
+    HOUR,
     NUMBER,
     WIDE,
     Part,
@@ -24,7 +25,6 @@ from stillhook.plan.report_parts import (
     leading,
     least,
     limits,
-    number,
     over,
     percent,
     sub,
@@ -33,8 +33,13 @@ from stillhook.plan.report_parts import (
     worst_heading,
 )
 from stillhook.plan.result import Credit, PlanResult
-from stillhook.units import show
+from stillhook.units import number, show
 
+if TYPE_CHECKING:
+    import xarray
+
+CENSORED = 0.02
+"""Share of starts without a window from which on waiting is told to be longer."""
 PERIODS, HEADINGS = 12, 4
 """Rows and columns of the first page's tables at most; the whole is in the section of limits."""
 
@@ -126,8 +131,17 @@ def _waiting(result: PlanResult, name: str) -> list[str]:
     )
     tail = f" Vessel days gained each operation, credited: {', '.join(gains)}." if gains else ""
     operability = percent(float(here["operability"]))
+    tail += _censored(block, here)
     said = f"Waiting for a window of {hours(block.attrs.get('T_R'))} ({mark}whole year): {waits}; operability {operability}.{tail}"
     return [said]
+
+
+def _censored(block: xarray.Dataset, here: xarray.Dataset) -> str:
+    """What must be said where many starts find no window before the series ends."""
+    if "n_censored" not in here or "n_hours" not in here:
+        return ""
+    part = float(here["n_censored"]) * float(block.attrs.get("step", HOUR)) / HOUR / max(1.0, float(here["n_hours"]))
+    return f" {percent(part)} of the starts find no window before the series ends: true waiting is longer." if part > CENSORED else ""
 
 
 def _limits(result: PlanResult, name: str) -> list[Part]:

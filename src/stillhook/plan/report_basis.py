@@ -16,7 +16,6 @@ from stillhook.plan.report_parts import (
     highest,
     hours,
     leading,
-    number,
     of_rule,
     over,
     percent,
@@ -27,7 +26,7 @@ from stillhook.plan.report_parts import (
     valued,
 )
 from stillhook.plan.result import PlanResult
-from stillhook.units import show
+from stillhook.units import number, show
 
 
 def operation(result: PlanResult) -> list[Part]:

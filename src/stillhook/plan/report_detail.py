@@ -22,13 +22,13 @@ from stillhook.plan.report_parts import (
     hours,
     leading,
     least,
-    number,
     percent,
     sub,
     table,
     text,
 )
 from stillhook.plan.result import Credit, PlanResult
+from stillhook.units import number
 
 PERIODS = 10
 """Columns of a table at most."""
@@ -74,7 +74,8 @@ def by_phase(result: PlanResult) -> list[Part]:
     """Least limit of every phase by every tier for the leading alternative, and every rule's least limit."""
     name, data = leading(result), result.data
     columns = few(data.sizes["period"], PERIODS)
-    rows, strong = [], []
+    rows: list[list[str]] = []
+    strong: list[int] = []
     for phase in names(data, "phase"):
         for tier in names(data, "tier"):
             Hs = _of_phase(result, CREDITED, tier, name, phase)

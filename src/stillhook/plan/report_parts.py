@@ -113,7 +113,7 @@ def between(Hs: FloatArray, top: float) -> str:
     return f"{ends[0]} m" if ends[0] == ends[1] else f"{ends[0]} m to {ends[1]} m"
 
 
-def over(values: Sequence[float], kind: str) -> str:
+def over(values: Sequence[float] | FloatArray, kind: str) -> str:
     """Range of values in words: "5 s to 16 s", "150° to 180°"."""
     ends = [degrees(x) if kind == "angle" else show(float(x), kind, 4) for x in (min(values), max(values))]
     return ends[0] if ends[0] == ends[1] else f"{ends[0]} to {ends[1]}"

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stillhook.plan.figure_parts import COLOUR, CREDITED, MARKER, THICK, WIDTH, FloatArray, key_below, most_told, named, names
 from stillhook.plan.result import PlanResult
@@ -49,7 +50,7 @@ def _periods(n: int) -> list[int]:
     return sorted({round(float(i)) for i in inner})
 
 
-def _panel(ax: PolarAxes, result: PlanResult, k: int, come: FloatArray, order: FloatArray) -> None:
+def _panel(ax: PolarAxes, result: PlanResult, k: int, come: FloatArray, order: NDArray[np.intp]) -> None:
     data, highest = result.data, float(result.data.attrs["Hs_highest"])
     round_ship = len(come) > 2 and bool(np.max(np.diff(np.append(come, come[0] + FULL))) < np.radians(50.0))
     for name in names(data):
