@@ -425,6 +425,11 @@ LIFT = (
 
 PLAN = (
     _v("F_top_max", "max F_top", "N", "force", "", "largest tension at the crane tip in a phase: payload, hook and wire, motion included"),
+    _v("T_0", "T_0", "s", "time", "", "first natural period of what hangs on its wire, top held"),
+    _v("eta_wire", "eta_w", "1", "", "", "part of the tip's motion that the winch takes at the wire's upper end, 1 - sigma_u/sigma_tip"),
+    _v("Hs_base", "H_s", "m", "length", "", "limiting wave height of a phase with everything as planned"),
+    _v("Hs_low", "H_s", "m", "length", "", "the same with one number of the plan lower"),
+    _v("Hs_high", "H_s", "m", "length", "", "the same with one number of the plan higher"),
     _v("F_top_static", "F_top", "N", "force", "", "largest tension at the crane tip in a phase with everything at rest"),
     _v("sling_ratio", "", "1", "", "", "least sling tension over the least one at rest on a phase's way; 0: the slings come slack", "DNV-RP-N103"),
     _v("snap_load", "F_snap", "N", "force", "", "largest sling tension when slack slings come taut; 0 where they stay taut", "DNV-RP-N103"),
@@ -447,6 +452,8 @@ PLAN = (
     _v("vessel_days", "", "", "", "", "expected days of the vessel: mean wait and reference period T_R"),
     _v("workable", "", "", "", "", "whether any sea of a plan's table is within the credited limits of any alternative"),
     _v("shown", "", "", "", "", "alternative that leads in a plan's report: the twin with the largest mean credited limit"),
+    _v("limits", "", "", "", "", "cells of a plan's table, each with its limit, forecast height, what governs, and a verdict"),
+    _v("verdict", "", "", "", "", "of a cell: limited, above (no limit up to the highest sea that was asked), never (a calm is beyond), not told"),
     _v("credit", "", "", "", "", "whether a limit is what the model says (twin) or what may be credited: no more than the cap where no certificate covers the seas"),
     _v("alternative", "", "", "", "", "way to reckon the winch: none, cap-80, ns, hs, ssc, strong-ssc"),
 )  # fmt: skip
@@ -488,6 +495,7 @@ WEATHER = (
     _v("first_start", "", "", "", "", "first time at which it may start (UTC), null where there is none in the horizon"),
     _v("horizon", "", "s", "time", "", "time over which starts are looked for"),
     _v("n_starts", "", "1", "", "", "starts that were looked at, one a record"),
+    _v("by_heading", "", "", "", "", "operability with the bow held on each heading"),
     _v("absent", "", "s", "time", "", "time within the gaps of a series"),
     _v("columns", "", "", "", "", "column by column of a weather file: missing values, least, mean, 90 % and largest, or mean direction"),
     _v("n_go", "", "1", "", "", "starts of which every record of T_R is forecast and within its limits"),

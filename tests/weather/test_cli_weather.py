@@ -65,6 +65,9 @@ class TestPersistence:
         free = answer(capsys, "persistence", file, *head, "--window", "6 h", "--ship", "free")
         fixed = answer(capsys, "persistence", file, *head, "--window", "6 h", "--ship", "90 deg")
         assert (free["operability"], free["ship"]) == (1.0, "free")
+        held = {round(np.degrees(h["ship"])): h["operability"] for h in free["by_heading"]}
+        assert held[90] == pytest.approx(fixed["operability"])
+        assert max(held.values()) < 1.0
         assert 1 / 3 < fixed["operability"] < 0.6
         assert fixed["ship"] == pytest.approx(np.pi / 2)
 

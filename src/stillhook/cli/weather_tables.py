@@ -67,6 +67,10 @@ def print_persistence(answer: dict[str, Any]) -> None:
     print_table((*heads, *waits), rows, title=title)
     lost = f"{answer['n_missing']} of {answer['n_records']} records without a value that a limit asks for"
     wrapped(f"Gaps in time: {answer['n_gaps']}; {lost}. Both break windows.")
+    if headings := answer.get("by_heading"):
+        best, worst = (choose(headings, key=lambda h: h["operability"]) for choose in (max, min))
+        held = [f"{100.0 * h['operability']:.1f} % at {human('ship', h['ship'], 4)} deg" for h in (best, worst)]
+        wrapped(f"The ship turns to what suits each record best. Held on one heading: {held[0]} at best, {held[1]} at worst.")
     if answer["n_censored"]:
         share = answer["n_censored"] / answer["n_records"]
         end = "of all records have no later window before the series ends: left out of the waits."

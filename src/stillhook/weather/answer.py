@@ -10,7 +10,7 @@ import numpy as np
 
 from stillhook.sea.directions import FULL
 from stillhook.sea.weather import HOUR, FloatArray, Weather
-from stillhook.weather.limit_text import BETA, KIND, Limit, inside
+from stillhook.weather.limit_text import BETA, KIND, Limit, by_heading, inside
 from stillhook.weather.persistence import IN_TIME, gaps, persistence, seconds
 from stillhook.weather.thinned import every
 
@@ -39,7 +39,9 @@ def persistence_answer(
         | {"n_records": len(rows), "n_valid": int(np.count_nonzero(valid[rows]))}
         | numbers
         | {"hours": _hours(numbers | {"window": window})}
-        | {"months": [month.numbers() for month in found.months], "notes": notes}
+        | {"months": [month.numbers() for month in found.months]}
+        | ({"by_heading": [{"ship": s, "operability": o} for s, o in by_heading(limits, weather)]} if free and turned else {})
+        | {"notes": notes}
     )
 
 

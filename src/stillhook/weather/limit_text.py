@@ -138,6 +138,15 @@ def inside(
     return np.any([met for met, _ in answers], axis=0), np.any([valid for _, valid in answers], axis=0)
 
 
+def by_heading(limits: Sequence[Limit], weather: Weather) -> list[tuple[float, float]]:
+    """Every heading that a ship free to turn tries [rad from north] and the share of valid records inside all limits if it is held fixed."""
+    found = []
+    for heading in np.arange(0.0, FULL - SAME, FREE_STEP):
+        met, valid = _inside(limits, weather, float(heading))
+        found.append((float(heading), float(np.count_nonzero(met) / max(1, np.count_nonzero(valid)))))
+    return found
+
+
 def _inside(limits: Sequence[Limit], weather: Weather, ship: float | None) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
     met, valid = np.ones(len(weather), dtype=np.bool_), np.ones(len(weather), dtype=np.bool_)
     for limit in limits:
