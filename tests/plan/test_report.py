@@ -24,6 +24,7 @@ from stillhook.plan.figures_detail import depth
 from stillhook.plan.plan_files import load_plan_result, save_plan
 from stillhook.plan.report import save_report
 from stillhook.plan.report_page import html
+from stillhook.plan.report_parts import between
 from stillhook.plan.report_pdf import pdf
 from stillhook.plan.report_sheet import headline, sheet_of
 from stillhook.plan.result import PlanResult
@@ -169,6 +170,12 @@ def test_hashes_versions_and_seeds_are_told(result):
 
 def test_limits_beyond_the_table_none_and_untold_are_told_apart():
     assert [height(x, 4.0) for x in (math.inf, 0.0, math.nan, 2.345)] == ["> 4", "0", "-", "2.35"]
+
+
+def test_ranges_of_limits_say_when_they_run_beyond_what_was_asked():
+    assert between(np.array([2.2, math.inf, math.nan]), 4.0) == "2.20 m to above 4 m"
+    assert between(np.array([1.5, 1.5]), 4.0) == "1.50 m"
+    assert between(np.array([math.nan]), 4.0) == "not told"
 
 
 def test_a_table_that_tells_nothing_somewhere_does_not_claim_the_best_of_the_rest(result):

@@ -105,12 +105,16 @@ def worst_heading(Hs: FloatArray) -> list[int]:
 
 
 def between(Hs: FloatArray, top: float) -> str:
-    """Range of limits in words: "1.65 m to 3.24 m"; "-" where none is told."""
+    """Range of limits in words: "1.65 m to 3.24 m", "2.2 m to above 4 m"; "not told" where none is."""
     told = Hs[~np.isnan(Hs)]
     if not told.size:
         return "not told"
-    ends = [height(float(x), top) for x in (told.min(), told.max())]
-    return f"{ends[0]} m" if ends[0] == ends[1] else f"{ends[0]} m to {ends[1]} m"
+    low, high = (_in_words(float(x), top) for x in (told.min(), told.max()))
+    return low if low == high else f"{low} to {high}"
+
+
+def _in_words(Hs: float, top: float) -> str:
+    return f"above {number(top, 3)} m" if Hs > top else f"{height(Hs, top)} m"
 
 
 def over(values: Sequence[float] | FloatArray, kind: str) -> str:
