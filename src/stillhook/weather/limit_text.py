@@ -139,11 +139,12 @@ def inside(
 
 
 def by_heading(limits: Sequence[Limit], weather: Weather) -> list[tuple[float, float]]:
-    """Every heading that a ship free to turn tries [rad from north] and the share of valid records inside all limits if it is held fixed."""
+    """Headings that a ship free to turn tries [rad from north], each with the share of valid records inside all limits if it is held."""
     found = []
     for heading in np.arange(0.0, FULL - SAME, FREE_STEP):
         met, valid = _inside(limits, weather, float(heading))
-        found.append((float(heading), float(np.count_nonzero(met) / max(1, np.count_nonzero(valid)))))
+        n_valid = int(np.count_nonzero(valid))
+        found.append((float(heading), float(np.count_nonzero(met) / n_valid) if n_valid else math.nan))
     return found
 
 
