@@ -43,35 +43,46 @@ def frequency(
     shares of time are means. Residuals of the winch are made on the twin where they are not on disk (`stillhook.plan.winches`).
     Errors: StillhookError, one line: a lift that cannot hang, or that the twin cannot carry.
     """
-    return demands(plan, alternatives, seas, forcings(plan, seas), progress, threads=threads)
+    phases = looked_at(plan)
+    winch = winches_of(plan, phases, alternatives, progress, threads=threads)
+    return demands(plan, alternatives, seas, phases, forcings(plan, seas, phases), winch)
 
 
-def forcings(plan: LiftPlan, seas: Seas) -> Mapping[tuple[float, float], Forcing]:
-    """What the seas do at the crane tip, by its place (x, y) [m] in the phases."""
-    each = [plan.environment.sea(*(float(v) for v in row)) for row in zip(seas.Hs, seas.Tp, seas.beta, strict=True)]
-    places = {(s.x, s.y) for _, parts in looked_at(plan) for s in parts}
-    return {place: forcing_of_seas(each, plan.vessel, *place) for place in sorted(places)}
+Looks = Sequence[tuple[Phase, Sequence[Situation]]]
+"""Phases that the road tells, with the places on their way."""
+AtTip = Mapping[tuple[float, float], Forcing]
+"""Seas at the crane tip, by its place (x, y) [m]."""
 
 
-def looked_at(plan: LiftPlan) -> list[tuple[Phase, tuple[Situation, ...]]]:
-    """Phases that the road tells, with the places on their way."""
+def looked_at(plan: LiftPlan) -> Looks:
+    """Phases that the road tells: those that do not cut the surface."""
     found = ((phase, situations(plan, phase)) for phase in plan.phases)
     return [(phase, parts) for phase, parts in found if parts]
 
 
-def demands(
-    plan: LiftPlan,
-    alternatives: Sequence[Alternative],
-    seas: Seas,
-    forcing: Mapping[tuple[float, float], Forcing],
-    progress: Progress | None = None,
-    *,
-    threads: int = 2,
-) -> list[Demand]:
-    """As `frequency`, for seas whose forcing is known, by the tip's place; the heights and periods of `seas` are only labels here."""
-    phases = looked_at(plan)
+def forcings(plan: LiftPlan, seas: Seas, phases: Looks) -> AtTip:
+    """What the seas of a table do at the crane tip in these phases."""
+    return {(x, y): forcing_at(plan, seas, x, y) for x, y in sorted({(s.x, s.y) for _, parts in phases for s in parts})}
+
+
+def forcing_at(plan: LiftPlan, seas: Seas, x: float, y: float) -> Forcing:
+    """What the seas of a table do at a crane tip x, y from the vessel's reference point [m]."""
+    each = [plan.environment.sea(*(float(v) for v in row)) for row in zip(seas.Hs, seas.Tp, seas.beta, strict=True)]
+    return forcing_of_seas(each, plan.vessel, x, y)
+
+
+def winches_of(
+    plan: LiftPlan, phases: Looks, alternatives: Sequence[Alternative], progress: Progress | None = None, *, threads: int = 2
+) -> Mapping[Alternative, Way]:
+    """What the winch leaves under each alternative on the way of the phases in which it follows the tip; nothing where there is none."""
     duties = [replace(s.hung.duty, sensors=plan.sensors) for phase, parts in phases if phase.compensated for s in parts]
-    winch = ways(plan.crane, alternatives, duties, threads=threads, progress=progress) if duties else {}
+    return ways(plan.crane, alternatives, duties, threads=threads, progress=progress) if duties else {}
+
+
+def demands(
+    plan: LiftPlan, alternatives: Sequence[Alternative], seas: Seas, phases: Looks, forcing: AtTip, winch: Mapping[Alternative, Way]
+) -> list[Demand]:
+    """As `frequency`, for seas whose forcing is known; the heights and periods of `seas` are only labels here."""
     found = []
     for phase, parts in phases:
         shared = None if phase.compensated else _phase(plan, phase, Alternative.NONE, parts, forcing, None)
@@ -111,7 +122,7 @@ def _phase(
     phase: Phase,
     alternative: Alternative,
     parts: Sequence[Situation],
-    forcing: Mapping[tuple[float, float], Forcing],
+    forcing: AtTip,
     way: Way | None,
 ) -> Mapping[str, FloatArray]:
     """Quantities of one phase under one alternative."""
@@ -122,10 +133,8 @@ def _phase(
         moving = replace(s.hung, V=V) if s.hung.z is not None else s.hung
         asked.append(Part(moving, s.time, V, forcing[s.x, s.y], sigmas(forcing[s.x, s.y], moving, residual)))
 
-    def level(quantity: str) -> float:
-        return QUANTILES[plan.rules.level(quantity)]
-
-    values = _of_tip(asked, phase, level) | _of_load(asked, level)
+    level = quantiles(plan)
+    values = _of_tip(asked, phase, level) | of_load(asked, level)
     if phase.compensated:
         values["e_c_pp"] = 2.0 * _largest(asked, "u", "u_rate", level("e_c_pp"))
     if way is not None and alternative.twin:
@@ -133,6 +142,11 @@ def _phase(
     if phase.kind is PhaseKind.LANDING:
         values["v_landed"] = speed_at_crossing(abs(V), asked[-1].s.load_rate, level("v_landed"))
     return values
+
+
+def quantiles(plan: LiftPlan) -> Levels:
+    """Probability with which a quantity's largest value is told, by the plan's rules."""
+    return lambda quantity: QUANTILES[plan.rules.level(quantity)]
 
 
 def _way_speed(phase: Phase) -> float:
@@ -175,7 +189,7 @@ def _of_tip(asked: Sequence[Part], phase: Phase, level: Levels) -> dict[str, Flo
     return values
 
 
-def _of_load(asked: Sequence[Part], level: Levels) -> dict[str, FloatArray]:
+def of_load(asked: Sequence[Part], level: Levels) -> dict[str, FloatArray]:
     """Tensions and motion of what hangs. The drag of a payload that sinks takes some of its weight, that of one that rises adds to it."""
     top, sling = (np.array([getattr(p.s, name) for p in asked]) for name in ("top", "sling"))
     N_top, N_sling = (np.array([p.cycles(getattr(p.s, q), getattr(p.s, f"{q}_rate")) for p in asked]) for q in ("top", "sling"))

@@ -1,0 +1,154 @@
+"""How far a limit moves when what is hardly known is otherwise: added mass, drag, friction of the winch, delay of the motion signal."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stillhook.crane import Crane
+from stillhook.engine.run import Progress
+from stillhook.plan.alternatives import Alternative
+from stillhook.plan.demand import Demand, Seas
+from stillhook.plan.frequency import Looks, demands, forcings, looked_at, winches_of
+from stillhook.plan.lift_plan import LiftPlan
+from stillhook.plan.limits import Limits
+from stillhook.plan.situations import Situation
+from stillhook.plan.winches import Way
+from stillhook.response.rod import natural_periods
+from stillhook.units import show
+from stillhook.variables import attributes
+
+if TYPE_CHECKING:
+    import xarray
+
+FloatArray = NDArray[np.float64]
+
+ADDED_MASS, DRAG, FRICTION = (0.8, 1.2), (0.5, 1.5), (0.7, 1.3)
+"""Factors that are tried: added mass by shape is known to a fifth, drag to a half, friction of a winch in service to a third (assumed)."""
+LATE = 0.2
+"""Delay of the motion signal that is tried beside that of the plan [s]."""
+Y = ("Y_1", "Y_2", "Y_3", "Y_5", "Y_6")
+
+
+@dataclass(frozen=True, eq=False)
+class Changed:
+    """One number of a plan otherwise: what and how in words; the plan, its phase's places, and whether the winch has to be asked anew."""
+
+    factor: str
+    how: str
+    plan: LiftPlan
+    phases: Looks
+    winch: bool = False
+
+
+def sensitivity(
+    plan: LiftPlan,
+    alternatives: Sequence[Alternative],
+    Tp: float,
+    beta: float,
+    phase: str,
+    limits: Callable[[Sequence[Demand]], list[Limits]],
+    progress: Progress | None = None,
+    *,
+    ask: Sequence[Alternative] | None = None,
+) -> xarray.Dataset:
+    """Limiting heights of one phase in one period and direction with one number after the other otherwise, by the frequency road.
+
+    Parameters: limits, from demands to limiting heights (rules and capacities of the plan as it is); ask: alternatives whose winch is asked
+    anew with other friction and with a late motion signal, some seconds each unless known (None: the last one of the twin). Of the others
+    these two factors tell nothing: NaN; a winch on its brake and the flat cap do not change.
+    Returns Hs_base, Hs_low and Hs_high [m] over factor and alternative, inf above the highest sea of the plan; coords low_text, high_text;
+    attrs Tp [s], beta [rad], phase and rule, which governs the last alternative. Errors: as `stillhook.plan.frequency.frequency`.
+    """
+    at = [(p, parts) for p, parts in looked_at(plan) if p.name == phase]
+    heights = np.array(plan.environment.Hs)
+    seas = Seas(heights, np.full_like(heights, Tp), np.full_like(heights, beta))
+    twins = [a for a in alternatives if a.twin]
+    asked = twins[-1:] if ask is None else [a for a in twins if a in ask]
+    own = winches_of(plan, looked_at(plan), alternatives)
+    forcing = forcings(plan, seas, at)
+
+    def Hs(of: LiftPlan, look: Looks, which: Sequence[Alternative], winch: Mapping[Alternative, Way]) -> list[tuple[float, str]]:
+        return [_least(each) for each in limits(demands(of, which, seas, look, forcing, winch))]
+
+    base = Hs(plan, at, alternatives, own)
+    tried = _changes(plan, at)
+    found = np.full((len(tried), 2, len(alternatives)), np.nan)
+    for i, pair in enumerate(tried):
+        for j, each in enumerate(pair):
+            which = asked if each.winch else alternatives
+            if progress is not None:
+                progress((2 * i + j) / (2 * len(tried)))
+            winch = winches_of(each.plan, each.phases, which) if each.winch and which else own
+            for a, (height, _) in zip(which, Hs(each.plan, each.phases, which, winch), strict=True):
+                found[i, j, alternatives.index(a)] = height
+            for k, a in enumerate(alternatives):
+                if each.winch and not a.twin:
+                    found[i, j, k] = base[k][0]
+    rows = np.broadcast_to([height for height, _ in base], (len(tried), len(alternatives)))
+    return _labelled(tried, alternatives, rows, found, {"Tp": Tp, "beta": beta, "phase": phase, "rule": base[-1][1]})
+
+
+def _least(found: Limits) -> tuple[float, str]:
+    """Least height over the rules, and the rule; NaN where none tells."""
+    told = {rule: float(Hs[0]) for rule, Hs in found.Hs.items() if not np.isnan(Hs[0])}
+    if not told:
+        return float("nan"), ""
+    rule = min(told, key=lambda key: told[key])
+    return told[rule], rule
+
+
+def _changes(plan: LiftPlan, at: Looks) -> list[tuple[Changed, Changed]]:
+    """Every factor with its low and its high end."""
+
+    def hangs(factor: str, ends: tuple[float, float], change: Callable[[Situation, float], Situation]) -> tuple[Changed, Changed]:
+        low, high = (
+            Changed(factor, f"{f:g} of the payload's", plan, [(p, [change(s, f) for s in parts]) for p, parts in at]) for f in ends
+        )
+        return low, high
+
+    friction = [Changed("friction", f"{f:g} of the crane's", replace(plan, crane=_rubbing(plan, f)), at, winch=True) for f in FRICTION]
+    delay = plan.sensors.delay
+    times = (0.0, delay) if delay > 0.0 else (0.0, LATE)
+    late = [
+        Changed("delay", f"{show(t, 'time')}", replace(plan, sensors=plan.sensors.model_copy(update={"delay": t})), at, winch=True)
+        for t in times
+    ]
+    return [hangs("C_A", ADDED_MASS, _heavier), hangs("C_D", DRAG, _rougher), (friction[0], friction[1]), (late[0], late[1])]
+
+
+def _heavier(s: Situation, f: float) -> Situation:
+    end = replace(s.hung.end, A33=f * s.hung.end.A33)
+    return replace(s, hung=replace(s.hung, end=end), T_0=float(natural_periods(s.hung.rod, end, 1)[0]))
+
+
+def _rougher(s: Situation, f: float) -> Situation:
+    return replace(s, hung=replace(s.hung, B=f * s.hung.B, C_lin=f * s.hung.C_lin))
+
+
+def _rubbing(plan: LiftPlan, f: float) -> Crane:
+    """The crane with all of its system friction times a factor."""
+    friction = plan.crane.friction
+    system = friction.system.model_copy(update={name: f * getattr(friction.system, name) for name in Y})
+    return plan.crane.model_copy(update={"friction": friction.model_copy(update={"system": system})})
+
+
+def _labelled(
+    tried: Sequence[tuple[Changed, Changed]], alternatives: Sequence[Alternative], base: FloatArray, found: FloatArray,
+    attrs: Mapping[str, float | str],
+) -> xarray.Dataset:  # fmt: skip
+    import xarray  # heavy: only where results are labelled
+
+    dims = ("factor", "alternative")
+    columns = {"Hs_base": base, "Hs_low": found[:, 0], "Hs_high": found[:, 1]}
+    coords = {
+        "factor": [low.factor for low, _ in tried],
+        "alternative": [str(a) for a in alternatives],
+        "low_text": ("factor", [low.how for low, _ in tried]),
+        "high_text": ("factor", [high.how for _, high in tried]),
+    }
+    return xarray.Dataset({name: (dims, values, attributes(name)) for name, values in columns.items()}, coords, dict(attrs))
