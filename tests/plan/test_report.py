@@ -256,8 +256,9 @@ def test_names_in_any_letters_are_set(result):
     assert "&lt;b&gt;to&lt;/b&gt;" in html(odd, {})
 
 
-def test_report_writes_its_files_beside_the_results(saved, tmp_path, monkeypatch, capsys):
+def test_report_writes_its_files_beside_the_results_or_where_it_is_told(saved, tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(writing, "pictures", lambda r: dots(("rosette", "depth")))
+    monkeypatch.setattr(writing, "pdf", lambda r, drawn: b"%PDF")
     assert command(["report", str(saved), "--json"]) == 0
     answer = json.loads(capsys.readouterr().out)
     assert [Path(f).name for f in answer["files"]] == ["report.pdf", "report.html"]
