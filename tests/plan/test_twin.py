@@ -16,7 +16,7 @@ from stillhook.plan.phases import PhaseKind
 from stillhook.plan.plan_file import load_plan
 from stillhook.plan.rules import Level
 from stillhook.plan.seeds import chance, largest, mean
-from stillhook.plan.twin_cells import Ask, Cells, Deal
+from stillhook.plan.twin_cells import Ask, Cells, Deal, worst_heights
 from stillhook.plan.twin_numbers import FAILED_MOST, quantities
 from stillhook.plan.twin_run import BLOCK, COUNTED, KINDS, SETTLE, Spot, Winch, course_of, in_sea, lowering_of, machine_of, winch_of
 from stillhook.plan.twin_tier import expected, refine
@@ -82,7 +82,8 @@ def test_a_piece_of_a_long_way_lies_on_the_way_and_about_its_worst_place(plan):
         bottom = top - counted.lower * course.counted
         assert phase.start >= course.z_0 >= top > bottom >= phase.end - 1e-6
         assert top + 1e-6 >= z >= bottom - 1e-6
-        assert course.times == pytest.approx(600.0 / BLOCK)
+        assert course.swings == pytest.approx(600.0 / BLOCK)
+        assert course.times == pytest.approx(phase.duration / BLOCK)
 
 
 def test_a_payload_comes_up_where_its_phase_goes_up(plan):
@@ -276,3 +277,15 @@ def test_phases_far_from_governing_are_not_run_and_interrupted_work_goes_on(narr
 
 def test_what_may_be_run_is_told_before(plan):
     assert "runs of the twin" in expected(plan)
+
+
+def test_the_worst_height_of_a_long_way_is_where_its_load_resonates(plan):
+    """Short waves meet the load where its natural period on the wire is theirs, which the deepest place passes already."""
+    phase = plan.phases[0].model_copy(
+        update={"kind": PhaseKind.LOWERING, "mode": StageMode.AHC, "start": -25.0, "end": -1475.0, "speed": 0.5, "duration": 2900.0}
+    )
+    environment = plan.environment.model_copy(update={"Tp": (4.0, 12.0), "headings": (BETA,), "spread": None})
+    found = worst_heights(replace(plan, environment=environment), phase)
+    assert found[12.0, BETA][0] == pytest.approx(-1475.0)
+    assert found[4.0, BETA][0] > -1400.0
+    assert all(0.0 < time <= phase.duration for _, time in found.values())

@@ -23,7 +23,7 @@ class Search:
     seeds: int = 20
     more: int = 20
     most_seeds: int = 60
-    width: float = 0.1
+    width: float = 0.12
     near: float = 0.06
     cells: int = 5
     growth: tuple[float, float] = (0.7, 2.5)

@@ -14,7 +14,7 @@ from stillhook.engine.lower_many import Case, lower_many
 from stillhook.engine.run import Progress
 from stillhook.lift.lowering import Lowering
 from stillhook.plan.demand import Seas
-from stillhook.plan.frequency import forcings
+from stillhook.plan.frequency import forcing_at
 from stillhook.plan.lift_plan import LiftPlan
 from stillhook.plan.phases import Phase, PhaseKind
 from stillhook.plan.situations import situations
@@ -147,8 +147,9 @@ def worst_heights(plan: LiftPlan, phase: Phase) -> dict[tuple[float, float], tup
     columns = plan.environment.table().columns()
     Tp, beta = (np.array([column[i] for column in columns]) for i in (0, 1))
     seas = Seas(np.full(len(Tp), float(np.median(plan.environment.Hs))), Tp, beta)
-    parts, forcing = situations(plan, phase), forcings(plan, seas)
-    swing = np.array([sigmas(forcing[p.x, p.y], p.hung, BRAKE).sling for p in parts])
+    parts, at = situations(plan, phase), plan.tip_of(phase)
+    forcing = forcing_at(plan, seas, at.x, at.y)
+    swing = np.array([sigmas(forcing, p.hung, BRAKE).sling for p in parts])
     time = np.array([p.time for p in parts])
     worst = np.argmax(swing, axis=0)
     about = (time[:, None] * (swing >= ABOUT_WORST * swing.max(axis=0))).sum(axis=0)

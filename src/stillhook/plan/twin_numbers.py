@@ -33,6 +33,8 @@ KEPT = (*OF_STAGE, "v_landed")
 """Those, and of the whole run the speed of the first touch: it may come before its stage is over."""
 FAILED_MOST = 0.1
 """Part of a cell's runs that may fail: what is left tells the cell. Where more fail, the cell is beyond every limit."""
+OF_LOAD = ("F_top_max", "DAF", "load_pp", "sling_ratio", "slack_chance", "snap_load")
+"""Quantities of what hangs: largest about the worst height of a way. All others are those of tip and winch, at every height alike."""
 WINCH = ("p_a_max", "saturation_share", "relief_share", "stroke_share", "v_w_demand")
 """Quantities of the winch while it compensates: none and the flat cap have none of the twin's."""
 
@@ -60,12 +62,12 @@ def quantities(plan: LiftPlan, phase: Phase, alternative: Alternative, winch: Wi
 
 
 def _told(plan: LiftPlan, phase: Phase, alternative: Alternative, winch: Winch, course: Course, runs: Runs) -> dict[str, Estimate]:
-    times, level, left = course.times, plan.rules.level, winch.left
+    level, left = plan.rules.level, winch.left
     compensates = phase.compensated
     stick = max(abs(stage.lower) for stage in course.programme)
 
     def top(name: str, quantity: str) -> Estimate:
-        return largest(runs[name], level(quantity), times)
+        return largest(runs[name], level(quantity), course.swings if quantity in OF_LOAD else course.times)
 
     share = {key: mean(runs[f"{key}_time"] / runs["duration"]) for key in ("saturation", "relief", "stroke")}
     tip, v_tip = top("s_tip_pp", "s_tip_pp").of(1.0 / left), top("v_tip_max", "v_tip_max").of(1.0 / left)
@@ -98,12 +100,12 @@ def _slings(plan: LiftPlan, phase: Phase, course: Course, runs: Runs) -> dict[st
     Slings pull or hang: a least tension below nothing, as the distribution of larger ones may tell, is nothing.
     """
     rest, level = least_at_rest(plan, phase), plan.rules.level
-    fallen = largest(rest - runs["F_sling_min"], level("sling_ratio"), course.times).of(-1.0 / rest, 1.0)
+    fallen = largest(rest - runs["F_sling_min"], level("sling_ratio"), course.swings).of(-1.0 / rest, 1.0)
     slack = runs["sling_slack_time"] > 0.0
     return {
         "sling_ratio": Estimate(*(x if math.isnan(x) else max(x, 0.0) for x in fallen)),
-        "slack_chance": chance(int(slack.sum()), len(slack), course.times),
-        "snap_load": largest(runs["snap"], level("snap_load"), course.times) if slack.any() else Estimate(0.0, 0.0, 0.0),
+        "slack_chance": chance(int(slack.sum()), len(slack), course.swings),
+        "snap_load": largest(runs["snap"], level("snap_load"), course.swings) if slack.any() else Estimate(0.0, 0.0, 0.0),
     }
 
 

@@ -61,13 +61,15 @@ class Winch(NamedTuple):
 @dataclass(frozen=True)
 class Course:
     """What is run of a phase once. z_0 height of the underside at the start [m]; programme; duration of the run, counted the part that
-    tells [s]; times such parts that the phase holds; z_top highest place of the underside while it counts [m]."""
+    tells [s]; times such parts that the phase holds, and swings those in which the load swings as here; z_top highest place of
+    the underside while it counts [m]."""
 
     z_0: float
     programme: tuple[Stage, ...]
     duration: float
     counted: float
     times: float
+    swings: float
     z_top: float
 
 
@@ -124,15 +126,16 @@ def _part(phase: Phase, mode: StageMode, ends: tuple[float, float], z: float, ab
     if start == end or v == 0.0:
         counted = min(BLOCK, lasts)
         stages = (_stage(mode, 0.0, time=f"{SETTLE!r} s"), _stage(mode, 0.0, time=f"{counted!r} s"))
-        return Course(start, stages, SETTLE + counted + ROOM, counted, lasts / counted, start)
+        return Course(start, stages, SETTLE + counted + ROOM, counted, lasts / counted, lasts / counted, start)
     way = abs(end - start)
     counted = min(BLOCK, way / v)
     before = min(max(abs(z - start) - 0.5 * v * counted, 0.0), max(way - v * counted, 0.0))
     lead, down = min(before, v * SETTLE), math.copysign(1.0, start - end)
     stages = (_stage(mode, down * lead / SETTLE, time=f"{SETTLE!r} s"), _stage(mode, down * v, time=f"{counted!r} s"))
     at = start - down * before
-    times = max(lasts if about is None else min(about, lasts), counted) / counted
-    return Course(at + down * lead, stages, SETTLE + counted + ROOM, counted, times, max(at, at - down * v * counted))
+    times = max(lasts / counted, 1.0)
+    swings = times if about is None else min(max(about / counted, 1.0), times)
+    return Course(at + down * lead, stages, SETTLE + counted + ROOM, counted, times, swings, max(at, at - down * v * counted))
 
 
 def _passage(phase: Phase, mode: StageMode, start: float, end: float) -> Course:
@@ -141,7 +144,7 @@ def _passage(phase: Phase, mode: StageMode, start: float, end: float) -> Course:
     counted = abs(end - start) / v
     down = math.copysign(v, start - end)
     stages = (_stage(mode, 0.0, time=f"{SETTLE!r} s"), _stage(mode, down, depth=f"{-end!r} m"))
-    return Course(start, stages, SETTLE + 1.1 * counted + ROOM, counted, 1.0, max(start, end))
+    return Course(start, stages, SETTLE + 1.1 * counted + ROOM, counted, 1.0, 1.0, max(start, end))
 
 
 def _landing(plan: LiftPlan, phase: Phase, mode: StageMode, start: float) -> Course:
@@ -160,7 +163,7 @@ def _landing(plan: LiftPlan, phase: Phase, mode: StageMode, start: float) -> Cou
         last = (_stage(mode, v, time=f"{(height - low) / v!r} s"), _stage(mode, v, time=f"{(low + THROUGH) / v!r} s"))
         counted = (height + THROUGH) / v
     z_0 = height - plan.depth
-    return Course(z_0, (settle, *last), SETTLE + counted + TOUCH_ROOM, counted, 1.0, z_0)
+    return Course(z_0, (settle, *last), SETTLE + counted + TOUCH_ROOM, counted, 1.0, 1.0, z_0)
 
 
 def _speed(phase: Phase) -> float:

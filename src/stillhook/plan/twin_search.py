@@ -29,9 +29,10 @@ Column = tuple[float, float]
 """Tp [s] and direction of travel [rad]."""
 
 TRUST: Mapping[Tier, float] = {Tier.FREQUENCY: 1.25, Tier.CLOSED_FORM: 1.0}
-"""A phase may limit a lift at its predicted height over this: the frequency road may be so much too kind, a closed form never is."""
-HOPE: Mapping[Tier, float] = {Tier.FREQUENCY: 1.0, Tier.CLOSED_FORM: 1.5}
-"""Where a limit is looked for first, over the predicted height: a closed form is on the safe side."""
+"""A phase may limit a lift at its predicted height over this: the frequency road may be so much too kind; a closed form,
+which stands for the splash zone, is on the safe side there."""
+HOPE: Mapping[Tier, float] = {Tier.FREQUENCY: 1.0, Tier.CLOSED_FORM: 1.75}
+"""Where a limit is looked for first, over the predicted height: that of the splash zone is on the safe side by about so much."""
 
 
 @dataclass(eq=False)
