@@ -9,6 +9,7 @@ from functools import cached_property
 
 from stillhook.errors import LiftError
 from stillhook.lift.lowering import Lowering
+from stillhook.sea.irregular import COARSE
 from stillhook.sea.motion import Still
 from stillhook.sea.rao import Rao
 from stillhook.sea.realisation import Amplitudes, realise, tip_motion
@@ -50,7 +51,7 @@ class InSea:
     def made(self) -> Lowering:
         """The lowering, with `realise`, `tip_motion` and `wave_field` of the seed. Errors: SeaError for a sea without waves."""
         waves = realise(self.sea, self.lift.duration, self.seed, amplitudes=self.amplitudes, depth=self.lift.depth)
-        tip = tip_motion(waves, self.rao, self.x, self.y)
+        tip = tip_motion(waves, self.rao, self.x, self.y, fine=COARSE)
         tip = tip if self.left == 1.0 else tip.times(self.left)
         water = wave_field(waves, self.x, self.y) if self.water else None
         return self.lift.model_copy(update={"tip": tip, "waves": water})

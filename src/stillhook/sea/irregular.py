@@ -21,6 +21,8 @@ ComplexArray = NDArray[np.complex128]
 FINE = 0.05
 """Angle between two nodes of the curve for the fastest harmonic [rad]: height, speed and acceleration of that harmonic are then right to
 3e-13, 2e-11 and 4e-9 of their amplitudes, of every slower one better (quintic Hermite, errors of order 6, 5 and 4)."""
+COARSE = 0.35
+"""The same for runs in great numbers: 4e-8, 3e-7 and 1e-5 of the fastest harmonic's amplitudes, a thousandth of what the winch leaves."""
 SHORTEST_REPEAT, LONGEST_REPEAT = 1.0, 86400.0  # s: below is no sea, above is no sea state
 
 
@@ -30,7 +32,8 @@ class IrregularTip(Motion):
 
     .. math:: s(t) = \mathrm{Re} \sum_{k=0}^{n} c_k e^{i \omega_k t}, \qquad \omega_k = 2\pi k/T
 
-    Parameters: amplitudes c (n + 1,) complex [m], c_0 the mean height (real); repeat T [s]; source and report in words.
+    Parameters: amplitudes c (n + 1,) complex [m], c_0 the mean height (real); repeat T [s]; source and report in words; fine, the angle
+    between nodes [rad], `FINE` or coarser.
     Height, speed and acceleration are those of one curve, twice smoothly differentiable, through the exact values of all three at even
     nodes: they are exact derivatives of one another, and right to the errors told at `FINE`. Known over one period, 0 to T: what comes
     later is the same again and tells nothing new, so runs may not be longer; `sample` itself takes any time.
@@ -41,9 +44,10 @@ class IrregularTip(Motion):
     repeat: float
     source: str
     report: str = field(repr=False)
+    fine: float = FINE
     kind: ClassVar[str] = "irregular"
 
-    def __init__(self, amplitudes: ArrayLike, repeat: float, *, source: str = "", report: str = "") -> None:
+    def __init__(self, amplitudes: ArrayLike, repeat: float, *, source: str = "", report: str = "", fine: float = FINE) -> None:
         place = source or "IrregularTip"
         try:
             c = np.array(amplitudes, dtype=np.complex128)
@@ -56,7 +60,7 @@ class IrregularTip(Motion):
                 f"{place}: repeat {repeat:g} s is not between {SHORTEST_REPEAT:g} s and {LONGEST_REPEAT:g} s. Check its unit."
             )
         c.flags.writeable = False
-        for name, value in (("amplitudes", c), ("repeat", float(repeat)), ("source", source), ("report", report)):
+        for name, value in (("amplitudes", c), ("repeat", float(repeat)), ("source", source), ("report", report), ("fine", fine)):
             object.__setattr__(self, name, value)
 
     def __eq__(self, other: object) -> bool:
@@ -66,11 +70,11 @@ class IrregularTip(Motion):
         return hash(self._content)
 
     @property
-    def _content(self) -> tuple[bytes, float, str, str]:
-        return self.amplitudes.tobytes(), self.repeat, self.source, self.report
+    def _content(self) -> tuple[bytes, float, str, str, float]:
+        return self.amplitudes.tobytes(), self.repeat, self.source, self.report, self.fine
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return _revive, (self.amplitudes, self.repeat, self.source, self.report)
+        return _revive, (self.amplitudes, self.repeat, self.source, self.report, self.fine)
 
     @property
     def duration(self) -> float:
@@ -88,7 +92,7 @@ class IrregularTip(Motion):
     @cached_property
     def nodes(self) -> tuple[float, FloatArray, FloatArray, FloatArray]:
         """Spacing of the nodes h [s]; height s, and s' h and s'' h^2 at each (N,), all heights [m]."""
-        n = _fast_length(len(self.amplitudes) * 2.0 * math.pi / FINE)
+        n = _fast_length(len(self.amplitudes) * 2.0 * math.pi / self.fine)
         h = self.repeat / n
         iw = 1j * h * self.omega
         s, v, a = (synthesis(c, n) for c in (self.amplitudes, iw * self.amplitudes, iw**2 * self.amplitudes))
@@ -109,9 +113,8 @@ class IrregularTip(Motion):
 
     def times(self, factor: float) -> IrregularTip:
         """The same motion with heights times a factor of 0 or more."""
-        return IrregularTip(
-            self.amplitudes * factor, self.repeat, source=self.source, report=f"{self.report} Scaled by {factor:.6g}.".strip()
-        )
+        report = f"{self.report} Scaled by {factor:.6g}.".strip()
+        return IrregularTip(self.amplitudes * factor, self.repeat, source=self.source, report=report, fine=self.fine)
 
     def describe(self) -> str:
         origin = f" in {self.source}" if self.source else ""
@@ -120,14 +123,16 @@ class IrregularTip(Motion):
     def to_dict(self) -> dict[str, Any]:
         """Amplitudes as base64 of zlib of little-endian float64, exact to the bit: some 16 to 20 bytes a harmonic."""
         columns = {"re": packed(self.amplitudes.real), "im": packed(self.amplitudes.imag)}
-        return {"type": self.kind, "source": self.source, "report": self.report, "repeat": self.repeat, **columns}
+        coarser = {} if self.fine == FINE else {"fine": self.fine}
+        return {"type": self.kind, "source": self.source, "report": self.report, "repeat": self.repeat, **coarser, **columns}
 
     @classmethod
     def from_dict(cls, data: dict[str, Any]) -> Self:
         """The motion that `to_dict` stored."""
         try:
             re, im = unpacked(data["re"]), unpacked(data["im"])
-            return cls(re + 1j * im, float(data["repeat"]), source=str(data.get("source", "")), report=str(data.get("report", "")))
+            words = {name: str(data.get(name, "")) for name in ("source", "report")}
+            return cls(re + 1j * im, float(data["repeat"]), **words, fine=float(data.get("fine", FINE)))
         except (KeyError, TypeError, AttributeError, ValueError, binascii.Error, zlib.error) as problem:
             raise MotionError(f"stored motion: {type(problem).__name__}: amplitudes are not what a run stores. Make it anew.") from problem
 
@@ -145,5 +150,5 @@ def _fast_length(least: float) -> int:
     return power * math.ceil(least / power)
 
 
-def _revive(amplitudes: ComplexArray, repeat: float, source: str, report: str) -> IrregularTip:
-    return IrregularTip(amplitudes, repeat, source=source, report=report)
+def _revive(amplitudes: ComplexArray, repeat: float, source: str, report: str, fine: float = FINE) -> IrregularTip:
+    return IrregularTip(amplitudes, repeat, source=source, report=report, fine=fine)

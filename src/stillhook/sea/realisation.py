@@ -6,12 +6,13 @@ import math
 from dataclasses import dataclass, field
 from enum import StrEnum
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stillhook.errors import SeaError
-from stillhook.sea.irregular import SHORTEST_REPEAT, ComplexArray, IrregularTip, synthesis
+from stillhook.sea.irregular import FINE, SHORTEST_REPEAT, ComplexArray, IrregularTip, synthesis
 from stillhook.sea.long_wave import wavenumber
 from stillhook.sea.rao import Rao
 from stillhook.sea.ship_motion import tip_height
@@ -26,6 +27,8 @@ FINEST = 1e-3  # rad/s: the spectrum is averaged over each harmonic's band in st
 NEGLIGIBLE = 1e-12
 """Part of the variance of the acceleration in the highest harmonics that exact rotations make and that is left away."""
 MOST_HARMONICS = 200_000
+REMEMBERED = 3000
+"""Harmonics up to which draws and transfer functions are remembered for other heights and seeds: some 2 MB each in a short-crested sea."""
 
 
 class Amplitudes(StrEnum):
@@ -101,16 +104,17 @@ def realise(
     d_omega = 2.0 * math.pi / repeat
     first, last = _band(sea, d_omega)
     harmonic = np.arange(first, last + 1)
-    rng = np.random.default_rng(seed)
     beta: list[float] = []
     a: list[ComplexArray] = []
     whole = np.zeros(len(harmonic))
-    for train in sea.trains:
+    sides = [train.directions() for train in sea.trains]
+    chance = iter(_kept(_drawn, len(harmonic))(seed, sum(len(theta) for theta, _ in sides), len(harmonic), drawn))
+    for train, (theta, weights) in zip(sea.trains, sides, strict=True):
         variance = _variances(train.spectrum, harmonic, d_omega)
         whole += variance
-        for direction, weight in zip(*train.directions(), strict=True):
+        for direction, weight in zip(theta, weights, strict=True):
             beta.append(float(direction))
-            a.append(_draw(weight * variance, rng, drawn))
+            a.append(_sized(weight * variance, next(chance), drawn))
     report = (
         f"Seed {seed}, {drawn.value} amplitudes, {len(harmonic)} harmonics of {repeat:.6g} s up to a period of {repeat / last:.3g} s, "
         f"{whole.sum() / sea.moment(0):.2%} of the variance of the sea."
@@ -128,15 +132,15 @@ def regular(amplitude: float, period: float, beta: float, *, cycles: int = 1, ph
     return Realisation(cycles * period, np.array([cycles]), np.array([beta]), a, np.array([amplitude**2 / 2.0]), depth, source)
 
 
-def tip_motion(waves: Realisation, rao: Rao, x: float, y: float) -> IrregularTip:
+def tip_motion(waves: Realisation, rao: Rao, x: float, y: float, *, fine: float = FINE) -> IrregularTip:
     """Vertical motion of the crane tip above (x, y) [m] from the RAO's reference point, forward and to port, by these waves (linear).
 
-    Coherent with `wave_field.water` of the same waves. Source: z = eta_3 + y eta_4 - x eta_5.
+    Coherent with `wave_field.water` of the same waves. fine: see `IrregularTip`. Source: z = eta_3 + y eta_4 - x eta_5.
     """
-    c = np.sum(_vertical(rao, waves.repeat, waves.harmonic.tobytes(), waves.beta.tobytes(), x, y) * waves.a, axis=0)
-    return IrregularTip(
-        waves.spread(c), waves.repeat, source=waves.source, report=f"{rao.name} at x {x:g} m, y {y:g} m. {waves.report}".strip()
-    )
+    H = _kept(_vertical, len(waves.harmonic))(rao, waves.repeat, waves.harmonic.tobytes(), waves.beta.tobytes(), x, y)
+    c = np.sum(H * waves.a, axis=0)
+    report = f"{rao.name} at x {x:g} m, y {y:g} m. {waves.report}".strip()
+    return IrregularTip(waves.spread(c), waves.repeat, source=waves.source, report=report, fine=fine)
 
 
 @lru_cache(maxsize=16)
@@ -165,6 +169,11 @@ def tip_motion_exact(waves: Realisation, rao: Rao, x: float, y: float, z: float)
         f"up to {1e3 * np.abs(off).max():.3g} mm off the linear motion. {waves.report}"
     )
     return IrregularTip(c, waves.repeat, source=waves.source, report=report)
+
+
+def _kept(function: Any, n: int) -> Any:
+    """The function that remembers what it gave, or, where its arrays of n harmonics are large, as it is."""
+    return function if n <= REMEMBERED else function.__wrapped__
 
 
 def _amplitudes(value: Amplitudes | str) -> Amplitudes:
@@ -206,8 +215,15 @@ def _variances(spectrum: WaveSpectrum, harmonic: NDArray[np.int64], d_omega: flo
     return np.asarray(spectrum.density(omega.ravel()).reshape(omega.shape).mean(axis=1) * d_omega, dtype=np.float64)
 
 
-def _draw(variance: FloatArray, rng: np.random.Generator, drawn: Amplitudes) -> ComplexArray:
+@lru_cache(maxsize=32)
+def _drawn(seed: int, directions: int, n: int, drawn: Amplitudes) -> ComplexArray:
+    """What chance gives to every direction and harmonic, (directions, n): the same for seas of any height."""
+    rng = np.random.default_rng(seed)
     if drawn is Amplitudes.FIXED:
-        return np.asarray(np.sqrt(2.0 * variance) * np.exp(2j * math.pi * rng.random(len(variance))), dtype=np.complex128)
-    re, im = rng.standard_normal((2, len(variance)))
-    return np.asarray(np.sqrt(variance) * (re + 1j * im), dtype=np.complex128)
+        return np.asarray(np.exp(2j * math.pi * rng.random((directions, n))), dtype=np.complex128)
+    parts = rng.standard_normal((directions, 2, n))
+    return np.asarray(parts[:, 0] + 1j * parts[:, 1])
+
+
+def _sized(variance: FloatArray, by_chance: ComplexArray, drawn: Amplitudes) -> ComplexArray:
+    return np.asarray(np.sqrt(2.0 * variance if drawn is Amplitudes.FIXED else variance) * by_chance, dtype=np.complex128)

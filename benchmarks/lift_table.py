@@ -1,0 +1,107 @@
+"""A whole table of lifts in the time domain: `python -m benchmarks.lift_table [--share 0.05] [--threads 2] [--json]`.
+
+The deep phase of the embedded lift plan, half an hour of compensation at 1,500 m in every sea of its table (12 heights, 10 periods,
+3 headings) and 10 seeds: 3,600 lifts at the step of production, tip motions made as they are run. --share runs as many of their blocks and
+tells what all would take; processor time is what counts where others use the machine. The part that the compiled kernel takes is told, as
+the rest is what a faster road around it could win.
+"""
+
+import argparse
+import json
+import math
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from time import perf_counter, process_time, thread_time
+from typing import Any
+
+from stillhook.engine.build import driver
+from stillhook.engine.lanes import VL
+from stillhook.engine.lift_run import KIND
+from stillhook.engine.lower_many import lower_many
+from stillhook.lift.in_sea import InSea
+from stillhook.lift.programme import Stage
+from stillhook.plan.lift_plan import LiftPlan
+from stillhook.plan.plan_file import load_plan
+
+PLAN, PHASE = "template-to-1500m", "deep"
+SEEDS = 10
+HALF_AN_HOUR = 1800.0
+GOAL = 120.0
+"""Asked of the issue: wall time of the whole table on two cores [s]."""
+
+
+def table(plan: LiftPlan, seeds: int = SEEDS) -> list[InSea]:
+    """Every lift of the table."""
+    programme = (Stage(mode="ahc", time=f"{HALF_AN_HOUR + 60.0!r} s"),)
+    hanging = plan.hanging(plan.phase(PHASE).start or 0.0)
+    lift = hanging.model_copy(update={"programme": programme, "duration": HALF_AN_HOUR})
+    seas, e = plan.environment.table(), plan.environment
+    cells = zip(seas.Hs.tolist(), seas.Tp.tolist(), seas.beta.tolist(), strict=True)
+    return [InSea(lift, e.sea(*cell), seed, plan.vessel, plan.at.x, plan.at.y) for cell in cells for seed in range(seeds)]
+
+
+@contextmanager
+def timed(plant: str) -> Iterator[Callable[[], float]]:
+    """Processor time that the kernel takes meanwhile [s], on all threads."""
+    module = driver(plant, VL, KIND)
+    run, lock, spent = module.run, threading.Lock(), [0.0]
+
+    def kernel(*args: Any) -> None:
+        start = thread_time()
+        run(*args)
+        with lock:
+            spent[0] += thread_time() - start
+
+    module.run = kernel  # type: ignore[attr-defined]
+    try:
+        yield lambda: spent[0]
+    finally:
+        module.run = run  # type: ignore[attr-defined]
+
+
+def measured(plan: LiftPlan, *, share: float, threads: int) -> dict[str, float]:
+    """Speed of a share of the table; times in seconds."""
+    cases = table(plan)
+    every = max(1, round(1.0 / share))
+    some = [case for i, case in enumerate(cases) if i // VL % every == 0]
+    lower_many(plan.crane, some[:1])  # compiles
+    with timed(plan.crane.plant.value) as kernel:
+        wall, cpu = perf_counter(), process_time()
+        run = lower_many(plan.crane, some, threads=threads)
+        wall, cpu = perf_counter() - wall, process_time() - cpu
+        alone = kernel()
+    simulated = len(some) * HALF_AN_HOUR
+    return {
+        "n_cases": len(cases),
+        "n_run": len(some),
+        "n_failed": int((run.status == "diverged").sum()),
+        "wall": wall,
+        "processor": cpu,
+        "kernel": alone,
+        "kernel_share": alone / cpu,
+        "times_real": simulated / cpu,
+        "times_real_kernel": simulated / alone,
+        "whole_table_2_cores": math.ceil(len(cases) / len(some) * cpu / 2.0),
+        "whole_table_wall": math.ceil(len(cases) / len(some) * wall),
+    }
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--share", type=float, default=0.05, help="part of the table that is run")
+    parser.add_argument("--threads", type=int, default=2)
+    parser.add_argument("--json", action="store_true")
+    args = parser.parse_args()
+    found = measured(load_plan(PLAN), share=args.share, threads=args.threads)
+    if args.json:
+        print(json.dumps(found))
+        return
+    print(f"{found['n_run']:.0f} of {found['n_cases']:.0f} lifts of half an hour in {found['wall']:.1f} s, {found['n_failed']:.0f} failed")
+    print(f"a core runs {found['times_real']:,.0f} times real time, the kernel alone {found['times_real_kernel']:,.0f}", end=" ")
+    print(f"({100.0 * found['kernel_share']:.0f} % of the processor time)")
+    print(f"whole table: {found['whole_table_2_cores']:.0f} s on two cores that it has alone; asked for {GOAL:.0f} s")
+
+
+if __name__ == "__main__":
+    main()
