@@ -33,6 +33,8 @@ NOT_COVERED = (
     "current on wire and load, and the offset that it makes at depth",
     "bending of crane and boom, wind on load and crane, side lead and off lead",
     "strength of payload, rigging and crane beyond the limits that the rules name",
+    "breaking strength of the wire, and its wear and heat where it bends for hours in compensation",
+    "soil beyond a spring that yields, clashing of load and hull, stability and ballast with the load over the side",
     "temperature of oil, backlash of gears, failure of components during the lift",
 )
 """What no tier of the model holds, for every plan."""
