@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import textwrap
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -18,9 +19,17 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
+FACTORS = {"C_A": "added mass", "C_D": "drag", "friction": "friction of the winch", "delay": "delay of the motion signal"}
+"""Inputs that a limit hangs on, in words."""
+
+
 def detail_figures(result: PlanResult) -> dict[str, Figure]:
     """Figures of the blocks that are there, by file stem."""
-    drawn = {"depth": depth, "efficiency": efficiency, "landing": landing, "sensitivity": sensitivity, "convergence": convergence}
+    highest = float(result.data.attrs["Hs_highest"])
+    drawn: dict[str, Callable[[xarray.Dataset], Figure]] = {
+        "depth": depth, "efficiency": efficiency, "landing": landing,
+        "sensitivity": lambda block: sensitivity(block, highest), "convergence": convergence,
+    }  # fmt: skip
     return {name: draw(result[name]) for name, draw in drawn.items() if name in result}
 
 
@@ -94,31 +103,38 @@ def landing(block: xarray.Dataset) -> Figure:
     return figure
 
 
-def sensitivity(block: xarray.Dataset) -> Figure:
-    """Change of the limit when one input is taken lower or higher, alternatives side by side; the largest change first."""
-    base = block["Hs_base"]
-    change = [100.0 * (block[name] / base - 1.0) for name in ("Hs_low", "Hs_high")]
-    size = np.nanmax(np.abs(np.stack([c.values for c in change])), axis=(0, 2))
-    order = np.argsort(-np.nan_to_num(size))
-    shown = [n for n in names(block) if np.isfinite(base.sel(alternative=n).values).any()]
-    figure, axes = canvas(1, max(1, len(shown)), 1.3 + 0.5 * len(order), sharey=True, sharex=True)
-    y = np.arange(len(order))
+def sensitivity(block: xarray.Dataset, highest: float) -> Figure:
+    """Limit with one input taken lower and higher, alternatives side by side; one above the highest sea that was asked [m] stands there."""
+    shown = [n for n in names(block) if not np.isnan(block["Hs_base"].sel(alternative=n).values).all()]
+    rows = block.sizes["factor"]
+    figure, axes = canvas(1, max(1, len(shown)), 1.4 + 0.5 * rows, sharey=True, sharex=True)
+    y = np.arange(rows)
     for ax, name in zip(axes[0], shown, strict=False):
-        for c, colour, label in zip(change, (COLOURS[5], COLOURS[1]), ("lower value", "higher value"), strict=True):
-            ax.barh(y, np.nan_to_num(c.sel(alternative=name).values[order]), height=0.6, color=colour, alpha=0.9, label=label)
-        ax.axvline(0.0, color="black", lw=0.8)
+        base, low, high = (np.minimum(block[k].sel(alternative=name).values, highest) for k in ("Hs_base", "Hs_low", "Hs_high"))
+        ax.plot(base, y, color="black", marker="|", ms=14, ls="none", label="as planned")
+        for ends, colour, marker, label in ((low, COLOURS[0], "<", "first value"), (high, COLOURS[1], ">", "second value")):
+            ax.hlines(y, base, np.where(np.isnan(ends), base, ends), color=colour, lw=2.0)
+            ax.plot(ends, y, color=colour, marker=marker, ms=5, ls="none", label=label)
+        for i in np.flatnonzero(np.isnan(low) & np.isnan(high)):
+            ax.text(float(base[i]), float(y[i]) - 0.2, "not asked", fontsize="xx-small", ha="center", color=GREY)
+        ax.axvline(highest, color=GREY, lw=0.8, ls="--")
         ax.set_title(named(name), fontsize="small")
-    axes[0, 0].set_yticks(y, [_factor(block, int(i)) for i in order], fontsize="x-small")
-    axes[0, 0].invert_yaxis()
+    axes[0, 0].set_yticks(y, [_factor(block, i) for i in range(rows)], fontsize="x-small")
+    axes[0, 0].set_ylim(rows - 0.5, -0.5)
+    told = np.minimum(np.concatenate([block[k].values.ravel() for k in ("Hs_base", "Hs_low", "Hs_high")]), highest)
+    told = told[np.isfinite(told)]
+    if told.size:
+        room = max(0.1, 0.12 * float(np.ptp(told)))
+        axes[0, 0].set_xlim(max(0.0, float(told.min()) - room), float(told.max()) + room)
     where = ", ".join(str(block.attrs[k]) for k in ("phase", "rule") if block.attrs.get(k))
-    figure.suptitle(f"Change of the limiting Hs [%]: {sea_words(block.attrs)}{f' ({where})' if where else ''}", fontsize="medium")
+    figure.suptitle(f"Limiting Hs [m] with other inputs: {sea_words(block.attrs)}{f' ({where})' if where else ''}", fontsize="medium")
     key_below(figure, [axes[0, 0]])
     return figure
 
 
 def _factor(block: xarray.Dataset, i: int) -> str:
     low, high = (str(block[k].values[i]) if k in block.coords else "" for k in ("low_text", "high_text"))
-    name = str(block["factor"].values[i])
+    name = FACTORS.get(str(block["factor"].values[i]), str(block["factor"].values[i]))
     return "\n".join(textwrap.wrap(f"{name}: {low} to {high}" if low or high else name, 28))
 
 

@@ -11,6 +11,7 @@ import numpy as np
 from stillhook.plan import report_texts as say
 from stillhook.plan.figure_parts import CREDITED, TWIN, FloatArray, degrees, few, height, named, names, phase_code, rule_code, sea_words
 from stillhook.plan.figures import CLOSED, differs
+from stillhook.plan.figures_detail import FACTORS
 from stillhook.plan.report_parts import (
     Part,
     bullets,
@@ -246,7 +247,7 @@ def behind(result: PlanResult) -> list[Part]:
         "the wire meets the period of the waves.",
         "efficiency": "Compensation at the wire and at the payload are two things: the wire's stretch stands between them.",
         "landing": "Landing speed, one landing a seed.",
-        "sensitivity": "Change of the limit when one input is taken lower or higher, all else as planned.",
+        "sensitivity": "Limit of the phase when one input is otherwise, all else as planned; dashed: the highest sea that was asked.",
         "convergence": "Demand over limit as seeds are added, in the cells that decide.",
     }
     parts: list[Part] = []
@@ -255,5 +256,19 @@ def behind(result: PlanResult) -> list[Part]:
             notes = result[name].attrs.get("notes")
             parts.append(figure(name, f"{caption} {sea_words(result[name].attrs)}".strip()))
             parts += [text(str(notes))] if isinstance(notes, str) and notes else []
+            parts += [_sensitivity(result)] if name == "sensitivity" else []
     missing = [name for name in captions if name not in result]
     return [*parts, text(f"Not computed in this run: {', '.join(missing)}.")] if missing else parts
+
+
+def _sensitivity(result: PlanResult) -> Part:
+    """Limits of the leading alternative with other inputs."""
+    block, top = result["sensitivity"], highest(result)
+    here = block.sel(alternative=leading(result))
+    rows = []
+    for i, factor in enumerate(names(block, "factor")):
+        tried = [str(block[k].values[i]) if k in block.coords else "-" for k in ("low_text", "high_text")]
+        found = [height(float(here[k].values[i]), top) for k in ("Hs_base", "Hs_low", "Hs_high")]
+        rows.append([FACTORS.get(factor, factor), found[0], tried[0], found[1], tried[1], found[2]])
+    head = (f"input ({named(leading(result))}, Hs [m])", "as planned", "first value", "limit", "second value", "limit")
+    return table(head, rows, wide=[0, 2, 4], numbers=[1, 3, 5], small=True)
