@@ -19,7 +19,7 @@ from stillhook.errors import WeatherError
 from stillhook.sea.weather import FloatArray, Weather
 from stillhook.weather.alpha import Alpha, AlphaTable, alpha_of
 from stillhook.weather.limit_text import KIND, Limit, inside, values
-from stillhook.weather.persistence import SLACK, gaps, seconds, windows_of
+from stillhook.weather.persistence import SLACK, BoolArray, seconds, windows_of
 
 
 @dataclass(frozen=True)
@@ -35,6 +35,16 @@ class Start:
     governs: str = ""
     most: float | None = None
     allowed: float | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Bound:
+    """An upper limit as it stands record by record: text as it was written, x what it looks at (n,), allowed (n,) [SI], NaN where it does
+    not count."""
+
+    text: str
+    x: FloatArray = field(repr=False)
+    allowed: FloatArray = field(repr=False)
 
 
 @dataclass(frozen=True)
@@ -67,6 +77,19 @@ def check_forecast(
         if factors[i].alpha is None:
             raise WeatherError(f"--limit {limits[i].text}: {factors[i].why}")
     scaled = [limit.scaled(factors[i].alpha or 0.0) if i in factors else limit for i, limit in enumerate(limits)]
+    rows, one = rows_of(weather, start, horizon), factors[heights[0]]
+    met, valid = inside(scaled, weather, ship, free=free)
+    looked = starts_of(weather, met, valid, () if free else bounds(weather, scaled, ship), rows, one.T_R)
+    notes = tuple(f"no alpha on {limit.text}: taken as it is" for i, limit in enumerate(limits) if i not in factors)
+    if not one.weather_restricted:
+        return Forecast(False, None, looked, tuple(factors.values()), one.T_R, one.why, notes)
+    found = next((s.time for s in looked if s.go), None)
+    why = "" if looked[0].go else why_not(looked[0], one.T_R, weather)
+    return Forecast(bool(looked[0].go), found, looked, tuple(factors.values()), one.T_R, why, notes)
+
+
+def rows_of(weather: Weather, start: np.datetime64 | None, horizon: float) -> NDArray[np.intp]:
+    """Records from start (the first by default) to horizon [s] later. Errors: WeatherError where there is none."""
     first = weather.time[0] if start is None else start
     rows = np.flatnonzero((weather.time >= first) & (weather.time <= first + np.timedelta64(round(horizon), "s")))
     if len(rows) == 0:
@@ -74,58 +97,51 @@ def check_forecast(
             f"--start {first}: {weather.source} has no record from there to {horizon / 3600.0:g} h later; it runs from {weather.time[0]} "
             f"to {weather.time[-1]} UTC. Give a start within it."
         )
-    one = factors[heights[0]]
-    looked = _starts(weather, scaled, limits, rows, one.T_R, ship, free)
-    notes = tuple(f"no alpha on {limit.text}: taken as it is" for i, limit in enumerate(limits) if i not in factors)
-    if not one.weather_restricted:
-        return Forecast(False, None, looked, tuple(factors.values()), one.T_R, one.why, notes)
-    found = next((s.time for s in looked if s.go), None)
-    why = "" if looked[0].go else _why(looked, one.T_R, weather)
-    return Forecast(bool(looked[0].go), found, looked, tuple(factors.values()), one.T_R, why, notes)
+    return rows
 
 
-def _starts(
-    weather: Weather, scaled: Sequence[Limit], limits: Sequence[Limit], rows: NDArray[np.intp], T_R: float, ship: float | None, free: bool
+def starts_of(
+    weather: Weather, met: BoolArray, valid: BoolArray, upper: Sequence[Bound], rows: NDArray[np.intp], T_R: float
 ) -> tuple[Start, ...]:
-    met, valid = inside(scaled, weather, ship, free=free)
+    """Every start of rows (k,), judged by which records meet all limits and which are known (n,); upper tells which limit governs."""
     within, told = (windows_of(mask, weather.time, weather.step).reach for mask in (met, valid))
-    used = None if free else [_used(weather, limit, ship) for limit in scaled]
     t = seconds(weather.time)
-    broken = np.concatenate(([False], gaps(weather.time, weather.step)))
     starts = []
     for i in rows:
         last = int(np.searchsorted(t, t[i] + T_R - SLACK))
-        beyond = bool(np.any(valid[i:last] & ~met[i:last]))
-        whole = told[i] >= T_R - SLACK and not np.any(broken[i + 1 : last])
-        go = True if within[i] >= T_R - SLACK else False if beyond or whole else None
-        starts.append(Start(weather.time[i], go, *_governing(used, scaled, limits, slice(int(i), last))))
+        go: bool | None = bool(within[i] >= T_R - SLACK)
+        if not go and told[i] < T_R - SLACK and not np.any(valid[i:last] & ~met[i:last]):
+            go = None
+        starts.append(Start(weather.time[i], go, *_governing(upper, slice(int(i), last))))
     return tuple(starts)
 
 
-def _used(weather: Weather, limit: Limit, ship: float | None) -> tuple[FloatArray, FloatArray]:
-    """What an upper limit looks at (n,), and what share of it that is; NaN where it is not known or does not count."""
-    x = values(weather, limit.range.name, limit, ship)
-    if KIND[limit.range.name] == "angle" or not math.isfinite(limit.range.high) or limit.range.high <= 0.0:
-        return x, np.full(len(x), np.nan)
-    counts = np.ones(len(x), dtype=np.bool_)
-    for part in limit.when:
-        counts &= part.holds(values(weather, part.name, limit, ship))
-    return x, np.where(counts, x / limit.range.high, np.nan)
+def bounds(weather: Weather, limits: Sequence[Limit], ship: float | None) -> tuple[Bound, ...]:
+    """Those of the limits that have an upper end, record by record."""
+    found = []
+    for limit in limits:
+        if KIND[limit.range.name] == "angle" or not math.isfinite(limit.range.high):
+            continue
+        counts = np.ones(len(weather), dtype=np.bool_)
+        for part in limit.when:
+            counts &= part.holds(values(weather, part.name, limit, ship))
+        found.append(Bound(limit.text, values(weather, limit.range.name, limit, ship), np.where(counts, limit.range.high, np.nan)))
+    return tuple(found)
 
 
-def _governing(
-    used: Sequence[tuple[FloatArray, FloatArray]] | None, scaled: Sequence[Limit], limits: Sequence[Limit], rows: slice
-) -> tuple[str, float | None, float | None]:
-    shares = [(float(np.nanmax(share[rows])), k) for k, (_, share) in enumerate(used or ()) if np.any(np.isfinite(share[rows]))]
-    if not shares or used is None:
-        return "", None, None
-    _, k = max(shares)
-    at = int(np.nanargmax(used[k][1][rows])) + rows.start
-    return limits[k].text, float(used[k][0][at]), scaled[k].range.high
+def _governing(upper: Sequence[Bound], rows: slice) -> tuple[str, float | None, float | None]:
+    """The bound that is used most in these records, its value there and what is allowed."""
+    most: tuple[float, str, float, float] | None = None
+    for bound in upper:
+        for x, allowed in zip(bound.x[rows], bound.allowed[rows], strict=True):
+            used = (x / allowed if allowed > 0.0 else math.inf) if math.isfinite(x) and math.isfinite(allowed) else -math.inf
+            if used > -math.inf and (most is None or used > most[0]):
+                most = (used, bound.text, float(x), float(allowed))
+    return ("", None, None) if most is None else most[1:]
 
 
-def _why(starts: Sequence[Start], T_R: float, weather: Weather) -> str:
-    first = starts[0]
+def why_not(first: Start, T_R: float, weather: Weather) -> str:
+    """Why a start is a no, in one line."""
     length = f"the {T_R / 3600.0:g} h of T_R"
     if first.go is None:
         return f"no-go at {first.time}: the forecast ends, has a gap or misses a value within {length}; it runs to {weather.time[-1]}"
@@ -145,9 +161,14 @@ def numbers(found: Forecast) -> dict[str, Any]:
         "factors": [f.numbers() for f in found.factors],
         "n_starts": len(found.starts),
         "n_go": sum(s.go is True for s in found.starts),
-        "starts": [vars(s) | {"time": _text(s.time)} for s in found.starts],
+        "starts": started(found.starts),
         "notes": list(found.notes),
     }
+
+
+def started(starts: Sequence[Start]) -> list[dict[str, Any]]:
+    """Starts by name [SI]."""
+    return [vars(s) | {"time": _text(s.time)} for s in starts]
 
 
 def _text(time: np.datetime64) -> str:
