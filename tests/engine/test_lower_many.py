@@ -1,6 +1,7 @@
 """Many lowerings in seas: the bits that each has alone, kept in a store, shared by a cluster; motions straight into the lanes."""
 
 import pickle
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -172,3 +173,17 @@ def test_a_store_that_cannot_be_made_is_named(tmp_path):
     (tmp_path / "file").write_text("")
     with pytest.raises(SimulationError, match="cannot be written"):
         lower_many(CRANE, CASES[:1], store=tmp_path / "file" / "store")
+
+
+HOW_TO = Path(__file__).resolve().parents[2] / "docs" / "how-to" / "run-many-lifts.md"
+
+
+def test_the_page_on_many_lifts_runs(tmp_path, monkeypatch, capsys):
+    code = HOW_TO.read_text().split("```python\n")[1].split("```")[0]
+    for long, short in (('"10 min"', '"20 s"'), ('"620 s"', '"30 s"'), ("range(20)", "range(2)"), ("3, 20)", "3, 2)")):
+        assert long in code
+        code = code.replace(long, short)
+    monkeypatch.chdir(tmp_path)
+    exec(code, {})
+    assert len(capsys.readouterr().out.split()) >= 3
+    assert list((tmp_path / "runs").glob("*.npz"))
