@@ -1,6 +1,7 @@
 """The residual of a winch: rules that hold for any describing function, and what the twin does."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -9,6 +10,7 @@ from scipy.special import erf
 from stillhook import Scenario, load_crane, simulate
 from stillhook.errors import LiftError
 from stillhook.response import identify_residual as module
+from stillhook.response.asked import QUICK
 from stillhook.response.duty import Duty
 from stillhook.response.identify_residual import identify_residual
 from stillhook.response.residual import HARMONICS, Residual
@@ -116,7 +118,7 @@ def test_a_winch_gives_less_than_a_tenth_of_a_millimetre_to_a_kilonewton(residua
 
 def test_the_same_table_is_found_again_and_a_damaged_one_made_anew(crane, duty, residual, tmp_path, monkeypatch):
     monkeypatch.setattr(module, "cache_root", lambda: tmp_path)
-    few = {"periods": (8.0, 12.0), "speeds": (0.1, 0.3)}
+    few = {"asked": replace(QUICK, periods=(8.0, 12.0), speeds=(0.1, 0.3))}
     made = identify_residual(crane, duty, "hs", **few)
     (file,) = (tmp_path / "residuals").iterdir()
     monkeypatch.setattr(module, "run_twin", None)  # nothing may run

@@ -38,6 +38,14 @@ def largest_of_parts(mean: ArrayLike, sigma: ArrayLike, cycles: ArrayLike, quant
     return np.where(unknown, np.nan, 0.5 * (low + high))
 
 
+def share_beyond(level: float, sigma: ArrayLike) -> FloatArray:
+    """Share of the time in which a Gaussian motion of deviation sigma is further from its mean than a level, to either side [-]."""
+    from scipy.special import ndtr  # heavy: only where a stroke is judged
+
+    s = np.asarray(sigma, dtype=np.float64)
+    return np.asarray(2.0 * ndtr(-np.divide(level, s, out=np.full_like(s, np.inf), where=s > 0.0)) + 0.0 * s)
+
+
 def speed_at_crossing(drift: float, sigma: ArrayLike, quantile: float) -> FloatArray:
     r"""Speed with which a load that sinks at `drift` and swings with a Gaussian speed passes a level, at a quantile, shape of sigma [m/s].
 

@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 
 from stillhook.engine.run import Progress
 from stillhook.plan.alternatives import Alternative
+from stillhook.plan.capacities import CAPACITIES
 from stillhook.plan.demand import Demand, Seas, Tier
-from stillhook.plan.extremes import largest_of_parts, speed_at_crossing
+from stillhook.plan.extremes import largest_of_parts, share_beyond, speed_at_crossing
 from stillhook.plan.lift_plan import LiftPlan
 from stillhook.plan.phases import Phase, PhaseKind
 from stillhook.plan.rules import Level
@@ -138,7 +139,7 @@ def _phase(
     if phase.compensated:
         values["e_c_pp"] = 2.0 * _largest(asked, "u", "u_rate", level("e_c_pp"))
     if way is not None and alternative.twin:
-        values["saturation_share"] = _mean(asked, [way.saturation(p.hung.s_w, *_tip_speed(p.forcing)) for p in asked])
+        values |= _of_winch(plan, phase, alternative, asked, way, values["v_tip_max"])
     if phase.kind is PhaseKind.LANDING:
         values["v_landed"] = speed_at_crossing(abs(V), asked[-1].s.load_rate, level("v_landed"))
     return values
@@ -187,6 +188,20 @@ def _of_tip(asked: Sequence[Part], phase: Phase, level: Levels) -> dict[str, Flo
     if phase.kind is PhaseKind.SEABED_LIFT_OFF:
         values["v_lift_off"] = _largest(asked, "u", "u_rate", level("v_lift_off"), of_rate=True)
     return values
+
+
+def _of_winch(
+    plan: LiftPlan, phase: Phase, alternative: Alternative, asked: Sequence[Part], way: Way, v: FloatArray
+) -> dict[str, FloatArray]:
+    """What the twin's hydraulics stand: shares of the time, and the pressure under a sine as fast as the fastest motion v [m/s]."""
+    shares = [way.shares(p.hung.s_w, *_tip_speed(p.forcing)) for p in asked]
+    found = {name: _mean(asked, [share[name] for share in shares]) for name in shares[0]}
+    tops = [way.pressure(p.hung.s_w, v, zero_crossing_period(*(p.forcing.deviation(order) for order in (1, 2)))) for p in asked]
+    found["p_a_max"] = np.asarray(np.max(tops, axis=0))
+    stroke = CAPACITIES["s_stroke"].find(plan, phase, alternative)
+    if stroke is not None:
+        found["stroke_share"] = _mean(asked, [share_beyond(0.5 * stroke.value, p.forcing.deviation()) for p in asked])
+    return found
 
 
 def of_load(asked: Sequence[Part], level: Levels) -> dict[str, FloatArray]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -14,8 +14,8 @@ from stillhook.crane import Crane
 from stillhook.engine.run import Progress
 from stillhook.plan.alternatives import Alternative
 from stillhook.response.duty import Duty
-from stillhook.response.identify_residual import identify_residual
-from stillhook.response.of_lift import saturation_share
+from stillhook.response.identify_residual import Winch, identify_many
+from stillhook.response.of_lift import share_of_time, table_at
 from stillhook.response.residual import Residual
 from stillhook.response.residual_grid import mixed
 from stillhook.scenario import Sensors
@@ -46,11 +46,33 @@ class Way:
         i, share = self._place(s_w)
         return self.tables[i] if share == 0.0 else mixed(self.tables[i], self.tables[i + 1], share)
 
-    def saturation(self, s_w: float, sigma_v: FloatArray, T: FloatArray) -> FloatArray:
-        """`stillhook.response.of_lift.saturation_share` with s_w of wire out."""
+    def shares(self, s_w: float, sigma_v: FloatArray, T: FloatArray) -> Mapping[str, FloatArray]:
+        """Shares of the time with pumps at their stop and relief valves open, under irregular motions of deviation sigma_v [m/s] and
+        period T [s] (n,) with s_w of wire out [m], as `stillhook.response.of_lift.saturation_share`."""
+
+        def of(table: Residual) -> dict[str, FloatArray]:
+            relieved = np.full_like(table.saturated, np.nan) if table.relieved is None else table.relieved
+            each = {"saturation_share": table.saturated, "relief_share": relieved}
+            return {name: share_of_time(table, values, sigma_v, T) for name, values in each.items()}
+
+        return self._mixed(s_w, of)
+
+    def pressure(self, s_w: float, v: FloatArray, T: FloatArray) -> FloatArray:
+        """Highest pressure of the hoisting side [Pa] under sines of speed amplitude v [m/s] and period T [s], (n,)."""
+
+        def of(table: Residual) -> dict[str, FloatArray]:
+            return {"p_a": np.full(len(v), np.nan) if table.p_a is None else table_at(table.omega, table.v, table.p_a, v, T)}
+
+        return self._mixed(s_w, of)["p_a"]
+
+    def _mixed(self, s_w: float, of: Callable[[Residual], dict[str, FloatArray]]) -> dict[str, FloatArray]:
+        """Numbers of the tables about a length of wire, mixed as the tables are."""
         i, share = self._place(s_w)
-        each = [saturation_share(self.tables[k], sigma_v, T) for k in ((i,) if share == 0.0 else (i, i + 1))]
-        return each[0] if share == 0.0 else (1.0 - share) * each[0] + share * each[1]
+        low = of(self.tables[i])
+        if share == 0.0:
+            return low
+        high = of(self.tables[i + 1])
+        return {name: (1.0 - share) * low[name] + share * high[name] for name in low}
 
     def _place(self, s_w: float) -> tuple[int, float]:
         """Lower neighbour and share of the upper one."""
@@ -63,17 +85,18 @@ class Way:
 def ways(
     crane: Crane, alternatives: Sequence[Alternative], duties: Sequence[Duty], *, threads: int = 2, progress: Progress | None = None
 ) -> Mapping[Alternative, Way]:
-    """Residuals of every alternative along a way of duties with more and more wire out, the twin asked at the ends of it."""
-    found = {}
+    """Residuals of every alternative along a way of duties with more and more wire out, the twin asked at both ends of it.
+
+    Between the ends residuals are mixed: on a load of 150 t on 600 to 1,500 m of wire that is right to 0.4 cm of the wire's end and 1 cm of
+    the load, rms over seas; other random phases move them by 0.4 and 1.5 cm (docs/explanation/lift-plan-frequency.md).
+    """
     ends = sorted({duty.s_w: duty for duty in duties}.items())
     chosen = [ends[0][1]] if len(ends) == 1 else [ends[0][1], ends[-1][1]]
-    for alternative in alternatives:
-        if alternative is Alternative.NONE:
-            found[alternative] = Way((0.0,), (BRAKE,))
-        elif alternative is Alternative.CAP:
-            found[alternative] = Way((0.0,), (FLAT,))
-        else:
-            machine, law = controlled(crane, alternative, duties[0].sensors)
-            tables = tuple(identify_residual(machine, duty, law.mode, threads=threads, progress=progress) for duty in chosen)
-            found[alternative] = Way(tuple(duty.s_w for duty in chosen), tables)
+    twins = [alternative for alternative in alternatives if alternative.twin]
+    set_up = {alternative: controlled(crane, alternative, duties[0].sensors) for alternative in twins}
+    asked = [Winch(set_up[a][0], duty, set_up[a][1].mode) for duty in chosen for a in twins]
+    made = identify_many(asked, threads=threads, progress=progress)
+    found = {Alternative.NONE: Way((0.0,), (BRAKE,)), Alternative.CAP: Way((0.0,), (FLAT,))}
+    for i, alternative in enumerate(twins):
+        found[alternative] = Way(tuple(duty.s_w for duty in chosen), tuple(made[i :: len(twins)]))
     return found

@@ -10,9 +10,10 @@ from numpy.typing import NDArray
 from stillhook.crane import Crane
 from stillhook.engine.run import Ending, Progress, Result
 from stillhook.errors import LiftError
+from stillhook.response.asked import SETTLED
 from stillhook.response.duty import Duty, run_twin, spectra
 from stillhook.response.give import Give
-from stillhook.response.identify_remnant import LENGTH, SETTLE, SPACING, Irregular
+from stillhook.response.identify_remnant import SPACING, Run
 from stillhook.scenario import Mode
 
 FloatArray = NDArray[np.float64]
@@ -27,9 +28,7 @@ SATURATED = 0.02
 """Share of the time at the pumps' stop from which a run says nothing about small changes."""
 
 
-def identify_give(
-    crane: Crane, duty: Duty, mode: Mode, runs: Sequence[Irregular], *, threads: int = 2, progress: Progress | None = None
-) -> Give:
+def identify_give(crane: Crane, duty: Duty, mode: Mode, runs: Sequence[Run], *, threads: int = 2, progress: Progress | None = None) -> Give:
     """Y from the cross spectrum of u_soft - u_stiff with F_stiff: the tension is the only difference between two such runs.
 
     runs: motions of rising deviations and what the winch did under them on a soft wire. Sines would not do: a winch that one keeps moving
@@ -38,7 +37,7 @@ def identify_give(
     """
     k = duty.F / STRETCH
     stiff = duty.on_spring(crane, k, ZETA)
-    cases = [duty.scenario(stiff, mode, run.tip, SETTLE, LENGTH, k / SLOW**2) for run in runs]
+    cases = [duty.scenario(stiff, mode, run.motion.tip, SETTLED, run.motion.tip.repeat, k / SLOW**2) for run in runs]
     results = run_twin(stiff, cases, SPACING, threads=threads, progress=progress)
     rows: list[ComplexArray] = []
     for run, result in zip(runs, results, strict=True):
@@ -48,9 +47,10 @@ def identify_give(
             rows.append(rows[-1])
         else:
             raise LiftError(
-                f"residual: {duty.about(crane, mode)}: the winch cannot follow a tip with {run.sigma_v:g} m/s. Use another mode or load."
+                f"residual: {duty.about(crane, mode)}: the winch cannot follow a tip with {run.motion.sigma_v:g} m/s. "
+                "Use another mode or load."
             )
-    return Give(np.sqrt(EDGES[1:] * EDGES[:-1]), np.array([run.sigma_v for run in runs]), np.array(rows).T)
+    return Give(np.sqrt(EDGES[1:] * EDGES[:-1]), np.array([run.motion.sigma_v for run in runs]), np.array(rows).T)
 
 
 def _sound(result: Result) -> bool:
@@ -60,8 +60,8 @@ def _sound(result: Result) -> bool:
 
 def _give(on_soft: Result, on_stiff: Result) -> ComplexArray:
     """Y in bands [m/N]."""
-    omega, (u_a,) = spectra(on_soft, ("e_c",), SETTLE)
-    _, (u_b, F) = spectra(on_stiff, ("e_c", "F_w"), SETTLE)
+    omega, (u_a,) = spectra(on_soft, ("e_c",), SETTLED)
+    _, (u_b, F) = spectra(on_stiff, ("e_c", "F_w"), SETTLED)
     cross = (u_a - u_b) * np.conj(F)
     parts = [np.histogram(omega, EDGES, weights=x)[0] for x in (cross.real, cross.imag, np.abs(F) ** 2)]
     return np.asarray((parts[0] + 1j * parts[1]) / parts[2])

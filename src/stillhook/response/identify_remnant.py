@@ -12,90 +12,68 @@ from numpy.typing import NDArray
 from stillhook.crane import Crane
 from stillhook.engine.run import Ending, Progress, Result
 from stillhook.errors import LiftError
+from stillhook.response.asked import SETTLED, Irregular
 from stillhook.response.duty import Duty, run_twin, soft, spectra
 from stillhook.response.remnant import Remnant
 from stillhook.response.residual import Residual
 from stillhook.scenario import Mode
-from stillhook.sea.irregular import IrregularTip
-from stillhook.sea.parametric import Jonswap
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
-MEAN_PERIODS = (4.5, 7.0, 10.5, 15.0)
-"""Zero-crossing periods of the irregular motions [s]."""
-DEVIATIONS = tuple(float(x) for x in np.geomspace(0.004, 1.6, 12))
-"""Deviations of the tip's speed [m/s]: from a winch that sticks to one that is saturated most of the time."""
-LENGTH, SETTLE = 1260.0, 60.0
-"""Length of a run [s] and the part that is left out."""
 SPACING = 0.1
 """Spacing of the series [s]; nothing moves faster than 8 rad/s."""
 LOW, HIGH, BANDS = 0.01, 8.0, 18
 """Bands in which the density is taken [rad/s], even in their logarithm."""
 FLOOR = 1e-3
 """Least part of a band's power that is remnant: what the estimate of a coherent motion leaves is no better known."""
-SEED = 20
 
 
-class Irregular(NamedTuple):
-    """One irregular motion of the tip, and what the winch did under it on a wire on which the tension stands."""
+class Run(NamedTuple):
+    """An irregular motion of the tip, and what the winch did under it on a wire on which the tension stands."""
 
-    T_z: float
-    sigma_v: float
-    tip: IrregularTip
+    motion: Irregular
     result: Result
 
 
-def irregular_runs(crane: Crane, duty: Duty, mode: Mode, *, threads: int = 2, progress: Progress | None = None) -> list[Irregular]:
-    """The twin under JONSWAP motions (gamma 2) of the tip, by `MEAN_PERIODS` and within them by `DEVIATIONS`; deviations from the one at
-    which the twin is first lost on are left out. Errors: LiftError where it is lost in the smallest one."""
-    motions = [(T, sigma, _motion(T, sigma, SEED + n)) for n, (T, sigma) in enumerate((T, s) for T in MEAN_PERIODS for s in DEVIATIONS)]
-    cases = [duty.scenario(crane, mode, tip, SETTLE, LENGTH) for _, _, tip in motions]
+def irregular_runs(
+    crane: Crane, duty: Duty, mode: Mode, motions: Sequence[Irregular], *, threads: int = 2, progress: Progress | None = None
+) -> list[Run]:
+    """The twin under irregular motions of the tip; deviations from the one at which the twin is first lost on are left out.
+    Errors: LiftError where it is lost in the smallest one."""
+    cases = [duty.scenario(crane, mode, motion.tip, SETTLED, motion.tip.repeat) for motion in motions]
     results = run_twin(soft(crane, duty), cases, SPACING, threads=threads, progress=progress)
-    runs = [Irregular(*motion, result) for motion, result in zip(motions, results, strict=True)]
-    end = min((run.sigma_v for run in runs if run.result.ending is not Ending.DONE), default=math.inf)
-    if not (kept := [run for run in runs if run.sigma_v < end]):
+    runs = [Run(motion, result) for motion, result in zip(motions, results, strict=True)]
+    end = min((run.motion.sigma_v for run in runs if run.result.ending is not Ending.DONE), default=math.inf)
+    if not (kept := [run for run in runs if run.motion.sigma_v < end]):
         raise LiftError(f"residual: {duty.about(crane, mode)}: the twin lost its numbers under the smallest irregular motion.")
     return kept
 
 
-def identify_remnant(runs: Sequence[Irregular], sines: Residual) -> Remnant:
+def identify_remnant(runs: Sequence[Run], sines: Residual) -> Remnant:
     """Remnant and gain beside the describing function of sines.
 
     The density is right to about a third in the lowest bands and a tenth in the others (one run of twenty minutes each; its random phases
     are the same every time), its sum over all to a tenth.
     """
-    T_z, sigma_v = (sorted({getattr(run, name) for run in runs}) for name in ("T_z", "sigma_v"))
+    T_z, sigma_v = (sorted({getattr(run.motion, name) for run in runs}) for name in ("T_z", "sigma_v"))
     edges = np.geomspace(LOW, HIGH, BANDS + 1)
     S = np.zeros((len(T_z), len(sigma_v), BANDS))
     gain = np.zeros(len(sigma_v), dtype=complex)
     for k, sigma in enumerate(sigma_v):
-        found = [_Spectra(run, sines) for run in runs if run.sigma_v == sigma]
+        found = [_Spectra(run, sines) for run in runs if run.motion.sigma_v == sigma]
         gain[k] = _gain(found)
         S[:, k] = [each.remnant(complex(gain[k]), edges) for each in found]
     return Remnant(np.array(T_z), np.array(sigma_v), np.sqrt(edges[1:] * edges[:-1]), S, gain)
 
 
-def _motion(T_z: float, sigma_v: float, seed: int) -> IrregularTip:
-    """A JONSWAP motion with this zero-crossing period and deviation of speed, fixed amplitudes, random phases."""
-    k = np.arange(1, int(LENGTH / 1.5))
-    omega = np.asarray(2.0 * math.pi / LENGTH * k, dtype=np.float64)
-    T_p = 1.3 * T_z
-    for _ in range(20):
-        S = Jonswap(1.0, T_p, 2.0).density(omega)
-        T_p *= T_z / (2.0 * math.pi * math.sqrt(S.sum() / (S @ omega**2)))
-    S *= sigma_v**2 / (S @ omega**2)
-    phases = np.random.default_rng(seed).random(len(k))
-    return IrregularTip(np.concatenate(([0.0], np.sqrt(2.0 * S) * np.exp(2j * math.pi * phases))), LENGTH)
-
-
 class _Spectra:
     """Of one run: power of tip and wire end and their cross power by frequency, and C of sines there; powers in m^2."""
 
-    def __init__(self, run: Irregular, sines: Residual) -> None:
-        self.omega, (e, z) = spectra(run.result, ("e_c", "s_tip"), SETTLE)
+    def __init__(self, run: Run, sines: Residual) -> None:
+        self.omega, (e, z) = spectra(run.result, ("e_c", "s_tip"), SETTLED)
         self.wire, self.tip = np.abs(e) ** 2, np.abs(z) ** 2
-        self.C = sines.gaussian(self.omega, run.sigma_v)
+        self.C = sines.gaussian(self.omega, run.motion.sigma_v)
         self.cross: ComplexArray = e * np.conj(z) * np.conj(self.C)
 
     def remnant(self, gain: complex, edges: FloatArray) -> FloatArray:

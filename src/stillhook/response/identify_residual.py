@@ -7,8 +7,10 @@ import hashlib
 import json
 import math
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
+from typing import NamedTuple
 from zipfile import BadZipFile
 
 import numpy as np
@@ -16,13 +18,13 @@ from numpy.typing import NDArray
 
 from stillhook.crane import Crane, content
 from stillhook.engine.build import cache_root, results_hash
-from stillhook.engine.lanes import VL
-from stillhook.engine.run import Ending, Progress, Result
+from stillhook.engine.run import Ending, Meter, Progress, Result
 from stillhook.errors import LiftError, StillhookError
+from stillhook.response.asked import FINE, QUICK, Asked, Irregular
 from stillhook.response.duty import Duty, fitted, run_twin, soft
 from stillhook.response.give import Give
 from stillhook.response.identify_give import identify_give
-from stillhook.response.identify_remnant import MEAN_PERIODS, identify_remnant, irregular_runs
+from stillhook.response.identify_remnant import identify_remnant, irregular_runs
 from stillhook.response.remnant import Remnant
 from stillhook.response.residual import HARMONICS, Residual
 from stillhook.scenario import Mode, mode_of
@@ -32,20 +34,21 @@ from stillhook.whole import whole_file
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
-PERIODS = tuple(float(x) for x in np.geomspace(2.5, 25.0, 8))
-"""Periods of the sines [s]: those of ship motion; C changes by a third or less from one to the next."""
-SPEEDS = tuple(float(x) for x in np.geomspace(0.004, 4.0, 2 * VL))
-"""Speed amplitudes of the sines [m/s], in whole blocks of runs side by side: from a winch that sticks to three times what most reach."""
 SETTLE, WAVES = 30.0, 4
 """Time after which a sine is taken as settled [s], ramp included; whole waves over which the answer is taken."""
 SPACING = 0.05
 """Spacing of the series that the answer is taken from [s], or the next shorter one that the PLC cycle allows."""
-OWN = ("duty.py", "give.py", "identify_give.py", "identify_residual.py", "identify_remnant.py", "remnant.py", "residual.py", "sums.py")
+OWN = (
+    "asked.py", "duty.py", "give.py", "identify_give.py", "identify_residual.py", "identify_remnant.py", "remnant.py", "residual.py",
+    "sums.py",
+)  # fmt: skip
 """Files that a table follows from beside crane, duty and `results_hash`."""
 
-TABLES = ("omega", "v", "C", "harmonics", "saturated")
+TABLES = ("omega", "v", "C", "harmonics", "saturated", "relieved", "p_a")
 REMNANT = ("T_z", "sigma_v", "omega", "S", "gain")
 GIVE = ("omega", "sigma_v", "Y")
+BATCHES = 3
+"""Times that the twin is run for one residual."""
 GIVE_PERIOD = 1
 """Which of the irregular motions' periods the give is taken from: 7 s, where ships move fastest."""
 
@@ -55,16 +58,16 @@ def identify_residual(
     duty: Duty,
     mode: Mode | str = Mode.SSC,
     *,
-    periods: Sequence[float] = PERIODS,
-    speeds: Sequence[float] = SPEEDS,
+    asked: Asked = FINE,
     threads: int = 2,
     cache: bool = True,
     progress: Progress | None = None,
+    motions: Sequence[Irregular] | None = None,
 ) -> Residual:
     """C of a winch in one mode under one duty, from runs of its twin; kept on disk under what it follows from.
 
-    periods [s] and speeds [m/s], both ascending, are those of the sines. cache: look for the same table made before, and keep this one;
-    it is found again only for the same crane (names and sources aside), duty, mode, grid and code. Making it takes
+    asked: motions of the tip; motions, those of `asked.motions()` where they are at hand. cache: look for the same table made before, and
+    keep this one; it is found again only for the same crane (names and sources aside), duty, mode, motions and code. Making it takes
     1 to 3 s once the kernels are compiled.
     Valid for the steady answer to sines: transients at a change of mode are not in it. Where a sine drives the twin out of its numbers,
     it and all faster ones of that period are taken from the last sound one, with the wire's end moving by all that the tip moves more.
@@ -75,17 +78,15 @@ def identify_residual(
     if mode is Mode.MANUAL:
         raise LiftError('residual: mode "manual" compensates nothing. Take Residual.constant(1.0), or a mode that compensates.')
     duty.check(crane)
-    file = cache_root() / "residuals" / f"{_key(crane, duty, mode, periods, speeds)}.npz"
+    file = cache_root() / "residuals" / f"{_key(crane, duty, mode, asked)}.npz"
     if cache and (found := _read(file)) is not None:
         return found
-    cases = [
-        duty.scenario(crane, mode, Sine.from_si(v * T / (2.0 * math.pi), T), SETTLE, SETTLE + WAVES * T) for T in periods for v in speeds
-    ]
-    sines = _table(
-        run_twin(soft(crane, duty), cases, SPACING, threads=threads, progress=progress), periods, speeds, duty.about(crane, mode)
-    )
-    runs = irregular_runs(crane, duty, mode, threads=threads, progress=progress)
-    some = [run for run in runs if run.T_z == MEAN_PERIODS[GIVE_PERIOD]]
+    pairs = [(T, v) for T in asked.periods for v in asked.speeds]
+    cases = [duty.scenario(crane, mode, Sine.from_si(v * T / (2.0 * math.pi), T), SETTLE, SETTLE + WAVES * T) for T, v in pairs]
+    results = run_twin(soft(crane, duty), cases, SPACING, threads=threads, progress=progress)
+    sines = _table(results, asked, duty.about(crane, mode))
+    runs = irregular_runs(crane, duty, mode, motions or asked.motions(), threads=threads, progress=progress)
+    some = [run for run in runs if run.motion.T_z == asked.mean_periods[GIVE_PERIOD]]
     give = identify_give(crane, duty, mode, some, threads=threads, progress=progress)
     made = replace(sines, remnant=identify_remnant(runs, sines), give=give)
     if cache:
@@ -93,26 +94,71 @@ def identify_residual(
     return made
 
 
-def _table(results: Sequence[Result], periods: Sequence[float], speeds: Sequence[float], about: str) -> Residual:
-    shape = (len(periods), len(speeds))
-    omega, v = 2.0 * math.pi / np.array(periods), np.array(speeds)
+class Winch(NamedTuple):
+    """A crane as its controller sets it, what it holds, and its mode."""
+
+    crane: Crane
+    duty: Duty
+    mode: Mode
+
+
+def identify_many(
+    winches: Sequence[Winch], *, asked: Asked = QUICK, threads: int = 2, cache: bool = True, progress: Progress | None = None
+) -> list[Residual]:
+    """Residuals of several winches and duties, one after the other on each of the threads; see `identify_residual`."""
+    meter, motions = Meter(len(winches), progress), asked.motions()
+
+    def one(winch: Winch) -> Residual:
+        reached = meter.part(1.0)
+        steps = _Steps(reached)
+        found = identify_residual(*winch, asked=asked, threads=1, cache=cache, progress=steps, motions=motions)
+        reached(1.0)
+        return found
+
+    with ThreadPoolExecutor(max(threads, 1)) as pool:
+        try:
+            return list(pool.map(one, winches))
+        except BaseException:
+            meter.stopped = True
+            raise
+
+
+class _Steps:
+    """Progress of the three batches of runs of a residual as one."""
+
+    def __init__(self, told: Progress) -> None:
+        self.told, self.batch, self.share = told, 0, 0.0
+
+    def __call__(self, share: float) -> None:
+        if share < self.share:
+            self.batch = min(self.batch + 1, BATCHES - 1)
+        self.share = share
+        self.told((self.batch + share) / (BATCHES + 0.01))
+
+
+def _table(results: Sequence[Result], asked: Asked, about: str) -> Residual:
+    shape = (len(asked.periods), len(asked.speeds))
+    omega, v = 2.0 * math.pi / np.array(asked.periods), np.array(asked.speeds)
     C, harmonics = np.full(shape, np.nan, dtype=complex), np.zeros((len(HARMONICS), *shape))
-    saturated = np.zeros(shape)
+    saturated, relieved, p_a = (np.zeros(shape) for _ in range(3))
     for n, result in enumerate(results):
-        i, j = divmod(n, len(speeds))
+        i, j = divmod(n, len(v))
         if result.ending is Ending.DONE and not (j and np.isnan(C[i, j - 1])):
             C[i, j], harmonics[:, i, j] = answer(result, omega[i])
-            saturated[i, j] = result.stats.saturation_cycles / max(result.stats.cycles - 1.0, 1.0)
+            st = result.stats
+            cycles = max(st.cycles - 1.0, 1.0)
+            saturated[i, j], relieved[i, j], p_a[i, j] = st.saturation_cycles / cycles, st.relief_cycles / cycles, st.p_a_max
         elif j:
             C[i, j] = np.nan
     if np.isnan(C[:, 0]).any():
-        T = periods[int(np.argmax(np.isnan(C[:, 0])))]
+        T = asked.periods[int(np.argmax(np.isnan(C[:, 0])))]
         raise LiftError(f"residual: {about}: the twin lost its numbers under the slowest sine of {T:g} s. Look at such a run by itself.")
     for i, j in zip(*np.nonzero(np.isnan(C)), strict=True):
         C[i, j] = 1.0 + (C[i, j - 1] - 1.0) * v[j - 1] / v[j]
         harmonics[:, i, j], saturated[i, j] = harmonics[:, i, j - 1] * v[j - 1] / v[j], 1.0
+        relieved[i, j], p_a[i, j] = relieved[i, j - 1], p_a[i, j - 1]
     up = slice(None, None, -1)  # periods ascend, frequencies ascend the other way
-    return Residual(omega[up], v, C[up], harmonics[:, up], saturated[up], about)
+    return Residual(omega[up], v, C[up], harmonics[:, up], saturated[up], about, relieved=relieved[up], p_a=p_a[up])
 
 
 def answer(result: Result, omega: float) -> tuple[complex, FloatArray]:
@@ -123,12 +169,12 @@ def answer(result: Result, omega: float) -> tuple[complex, FloatArray]:
     return complex(parts[0, 0] / parts[0, 1]), np.abs(parts[1:, 0] / parts[0, 1])
 
 
-def _key(crane: Crane, duty: Duty, mode: Mode, periods: Sequence[float], speeds: Sequence[float]) -> str:
+def _key(crane: Crane, duty: Duty, mode: Mode, asked: Asked) -> str:
     """Name of everything that a table follows from."""
     own = b"".join(Path(__file__).with_name(name).read_bytes() for name in OWN)
     what = {
         "code": results_hash(), "own": hashlib.sha256(own).hexdigest(), "crane": content(crane), "mode": mode.value, "F": duty.F,
-        "s_w": duty.s_w, "sensors": duty.sensors.model_dump(mode="json"), "periods": list(periods), "speeds": list(speeds),
+        "s_w": duty.s_w, "sensors": duty.sensors.model_dump(mode="json"), "asked": asked.to_dict(),
     }  # fmt: skip
     return hashlib.sha256(json.dumps(what, sort_keys=True).encode()).hexdigest()[:32]
 

@@ -198,22 +198,27 @@ def _judged(data: xarray.Dataset, what: Hung, residual: Residual, SWL: float) ->
 def saturation(residual: Residual, v: FloatArray, T: FloatArray) -> FloatArray:
     """Share of the time in which the pumps stand at their stop under sines of speed amplitudes v [m/s] and periods T [s], (n,); NaN where
     either is unknown."""
-    return _read(residual.omega, residual.v, residual.saturated, v, T)
+    return table_at(residual.omega, residual.v, residual.saturated, v, T)
 
 
 def saturation_share(residual: Residual, sigma_v: FloatArray, T: FloatArray) -> FloatArray:
     """Share of the time with the pumps at their stop under irregular motions of deviation sigma_v [m/s] and period T [s], (n,): waves taken
     as sines whose heights are Rayleigh distributed. NaN where either is unknown."""
+    return share_of_time(residual, residual.saturated, sigma_v, T)
+
+
+def share_of_time(residual: Residual, table: FloatArray, sigma_v: FloatArray, T: FloatArray) -> FloatArray:
+    """As `saturation_share`, of another table (m, k) of shares of time under the sines of a residual."""
     top = residual.v[-1]
     sigma = np.geomspace(top / 100.0, 2.0 * top, 60)
     chance = (np.arange(WAVES) + 0.5) / WAVES
     v = np.outer(sigma, np.sqrt(-2.0 * np.log(chance)))
     knots = np.concatenate(([0.0], residual.v))
-    mean = np.array([np.interp(v, knots, [0.0, *row]).mean(axis=1) for row in residual.saturated])
-    return _read(residual.omega, sigma, mean, sigma_v, T)
+    mean = np.array([np.interp(v, knots, [0.0, *row]).mean(axis=1) for row in table])
+    return table_at(residual.omega, sigma, mean, sigma_v, T)
 
 
-def _read(omega: FloatArray, speeds: FloatArray, table: FloatArray, v: FloatArray, T: FloatArray) -> FloatArray:
+def table_at(omega: FloatArray, speeds: FloatArray, table: FloatArray, v: FloatArray, T: FloatArray) -> FloatArray:
     """A table over frequency and speed at speeds v and periods T (n,): linear in speed and in log omega, 0 at rest, the ends hold."""
     knots = np.concatenate(([0.0], speeds))
     rows = np.array([np.interp(v, knots, [0.0, *row]) for row in table])

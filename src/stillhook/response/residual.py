@@ -42,7 +42,9 @@ class Residual:
     omega (m,) [rad/s] ascending; v (k,) speed amplitudes [m/s] ascending; C (m, k); harmonics (4, m, k): size of the wire's motion at 2 to
     5 times the frequency over the tip's height; saturated (m, k): share of the time in which the pumps stand at their stop [-]; about:
     winch, mode, load and wire in words; remnant: what irregular motions leave beside C, None for nothing;
-    give: how far the winch gives to a changing tension, None for not at all. All but `give` hold while the tension stands.
+    give: how far the winch gives to a changing tension, None for not at all; relieved (m, k): share of the time with a relief valve open
+    [-], p_a (m, k): highest pressure of the hoisting side [Pa], None where they are not known. All but `give` hold while the tension
+    stands.
     Errors: LiftError for other shapes.
     """
 
@@ -54,6 +56,8 @@ class Residual:
     about: str = ""
     remnant: Remnant | None = None
     give: Give | None = None
+    relieved: FloatArray | None = field(default=None, repr=False)
+    p_a: FloatArray | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
         shape = (len(self.omega), len(self.v))

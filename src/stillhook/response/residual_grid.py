@@ -88,6 +88,7 @@ def mixed(a: Residual, b: Residual, share: float) -> Residual:
     S = np.exp((1.0 - share) * np.log(m.S[:, :kept]) + share * np.log(n.S[:, :kept]))
     remnant = Remnant(m.T_z, m.sigma_v[:kept], m.omega, S, (1.0 - share) * m.gain[:kept] + share * n.gain[:kept])
     Y = (1.0 - share) * a.give.Y[:, :kept] + share * b.give.Y[:, :kept]
-    mixed = {name: (1.0 - share) * getattr(a, name) + share * getattr(b, name) for name in ("C", "harmonics", "saturated")}
+    known = [name for name in ("relieved", "p_a") if getattr(a, name) is not None and getattr(b, name) is not None]
+    tables = {name: (1.0 - share) * getattr(a, name) + share * getattr(b, name) for name in ("C", "harmonics", "saturated", *known)}
     about = f"between {a.about} and {b.about}"
-    return replace(a, **mixed, about=about, remnant=remnant, give=Give(a.give.omega, a.give.sigma_v[:kept], Y))
+    return replace(a, **tables, about=about, remnant=remnant, give=Give(a.give.omega, a.give.sigma_v[:kept], Y))
