@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from stillhook.engine.run import Progress
 from stillhook.plan.alternatives import Alternative
-from stillhook.plan.capacities import CAPACITIES
+from stillhook.plan.capacities import CAPACITIES, jerk
 from stillhook.plan.demand import Demand, Seas, Tier
 from stillhook.plan.extremes import largest_of_parts, share_beyond, speed_at_crossing
 from stillhook.plan.lift_plan import LiftPlan
@@ -140,6 +140,8 @@ def _phase(
         values["e_c_pp"] = 2.0 * _largest(asked, "u", "u_rate", level("e_c_pp"))
     if way is not None and alternative.twin:
         values |= _of_winch(plan, phase, alternative, asked, way, values["v_tip_max"])
+    if phase.kind in (PhaseKind.LIFT_OFF, PhaseKind.SEABED_LIFT_OFF):
+        values = _taken_up(plan, phase, values)
     if phase.kind is PhaseKind.LANDING:
         values["v_landed"] = speed_at_crossing(abs(V), asked[-1].s.load_rate, level("v_landed"))
     return values
@@ -188,6 +190,15 @@ def _of_tip(asked: Sequence[Part], phase: Phase, level: Levels) -> dict[str, Flo
     if phase.kind is PhaseKind.SEABED_LIFT_OFF:
         values["v_lift_off"] = _largest(asked, "u", "u_rate", level("v_lift_off"), of_rate=True)
     return values
+
+
+def _taken_up(plan: LiftPlan, phase: Phase, values: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
+    """The quantities with the jerk of taking up the load: at the hoisting speed, off the seabed at that and the wire end's own. On the deck
+    slings come taut anyway: they tell nothing there."""
+    F = jerk(plan, phase, 1.0) * ((phase.speed or 0.0) + values.get("v_lift_off", np.zeros(1)))
+    found = {**values, "F_top_max": values["F_top_max"] + F, "DAF": values["DAF"] + F / (plan.payload.mass * STANDARD_GRAVITY)}
+    slings = ("sling_ratio", "slack_chance") if phase.kind is PhaseKind.LIFT_OFF else ()
+    return {name: numbers for name, numbers in found.items() if name not in slings}
 
 
 def _of_winch(
