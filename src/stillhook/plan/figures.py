@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -35,7 +35,6 @@ from stillhook.plan.rosette import rosette
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-    from matplotlib.patches import Rectangle
 
 RESOLUTION = 150
 """Of pictures [dots per inch]."""
@@ -102,21 +101,20 @@ def limit_table(result: PlanResult, credit: Credit, alternatives: list[str]) -> 
 
 
 def _strip(ax: Axes, result: PlanResult, credit: Credit, name: str) -> None:
-    from matplotlib import colormaps
-
     here = result.data.sel(credit=credit, alternative=name)
-    highest = float(result.data.attrs["Hs_highest"])
+    highest, phases, rules = float(result.data.attrs["Hs_highest"]), here["governing_phase"].values, here["governing_rule"].values
     Hs = np.asarray(here["Hs_limit"].values, dtype=float)
-    scale = colormaps[COLOURS]
     part = np.clip(np.nan_to_num(Hs, nan=0.0, posinf=highest) / most_told(result), 0.0, 1.0)
+    edges = [np.arange(n + 1) - 0.5 for n in (Hs.shape[1], Hs.shape[0])]
+    ax.pcolormesh(*edges, _colours(Hs, part), edgecolors="white", linewidth=0.8)
+    style: dict[str, Any] = {"ha": "center", "va": "center", "in_layout": False}
     small = "xx-small" if Hs.shape[1] > 14 else "x-small"
     for i, k in np.ndindex(Hs.shape):
-        colour = UNTOLD if np.isnan(Hs[i, k]) else NOTHING if Hs[i, k] <= 0.0 else scale(0.85 * part[i, k])
         ink = "white" if part[i, k] > DARK else "black"
-        ax.add_patch(_cell(k, i, colour))
-        governs = _codes(result, str(here["governing_phase"].values[i, k]), str(here["governing_rule"].values[i, k]))
-        ax.text(k, i - (0.18 if governs else 0.0), height(float(Hs[i, k]), highest), ha="center", va="center", fontsize="small", color=ink)
-        ax.text(k, i + 0.25, governs, ha="center", va="center", fontsize=small, color=ink)
+        governs = _codes(result, str(phases[i, k]), str(rules[i, k]))
+        ax.text(k, i - (0.18 if governs else 0.0), height(float(Hs[i, k]), highest), fontsize="small", color=ink, **style)
+        if governs:
+            ax.text(k, i + 0.25, governs, fontsize=small, color=ink, **style)
     ax.set_xlim(-0.5, Hs.shape[1] - 0.5)
     ax.set_ylim(Hs.shape[0] - 0.5, -0.5)
     ax.set_xticks(range(Hs.shape[1]), [f"{T:g}" for T in result.data["period"].values], fontsize="small")
@@ -125,10 +123,15 @@ def _strip(ax: Axes, result: PlanResult, credit: Credit, name: str) -> None:
     ax.set_title(named(name), fontsize="small", loc="left", pad=3)
 
 
-def _cell(k: int, i: int, colour: object) -> Rectangle:
-    from matplotlib.patches import Rectangle
+def _colours(Hs: FloatArray, part: FloatArray) -> FloatArray:
+    """Colours of cells (heading, period, 4)."""
+    from matplotlib import colormaps
+    from matplotlib.colors import to_rgba
 
-    return Rectangle((k - 0.5, i - 0.5), 1.0, 1.0, facecolor=colour, edgecolor="white", lw=0.8)
+    found = colormaps[COLOURS](0.85 * part)
+    found[np.isnan(Hs)] = to_rgba(UNTOLD)
+    found[Hs <= 0.0] = to_rgba(NOTHING)
+    return np.asarray(found)
 
 
 def _codes(result: PlanResult, phase: str, rule: str) -> str:

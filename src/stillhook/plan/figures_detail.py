@@ -112,7 +112,7 @@ def sensitivity(block: xarray.Dataset, highest: float) -> Figure:
     for ax, name in zip(axes[0], shown, strict=False):
         base, low, high = (np.minimum(block[k].sel(alternative=name).values, highest) for k in ("Hs_base", "Hs_low", "Hs_high"))
         ax.plot(base, y, color="black", marker="|", ms=14, ls="none", label="as planned")
-        for ends, colour, marker, label in ((low, COLOURS[0], "<", "first value"), (high, COLOURS[1], ">", "second value")):
+        for ends, colour, marker, label in ((low, COLOURS[0], "o", "first value"), (high, COLOURS[1], "s", "second value")):
             ax.hlines(y, base, np.where(np.isnan(ends), base, ends), color=colour, lw=2.0)
             ax.plot(ends, y, color=colour, marker=marker, ms=5, ls="none", label=label)
         for i in np.flatnonzero(np.isnan(low) & np.isnan(high)):
