@@ -92,7 +92,7 @@ def rules() -> str:
     lead = (
         "What a lift plan is judged by, unless it names a rule file of its own: [change the rules](../how-to/change-the-rules.md). "
         "Standards are recalled, not quoted: check every clause against the edition that your operation is approved by. Level: the most "
-        "probable largest value of a phase (mpm), or what 90 % of such phases stay below (p90).\n\n"
+        "probable largest value of a phase (mpm), or what 90 % of such phases stay below (p90); mean: no largest value.\n\n"
         f"Capacities that a limit may name: {capacities}.\n\nNumbers of the closed form: {numbers}."
     )
     head = ("set", "key", "what", "quantity", "asked", "level", "phases", "standard, edition, clause", "note")

@@ -18,9 +18,19 @@ key = "slack-chance"
 title = "Chance of slack slings"
 quantity = "slack_chance"
 at_most = "1 %"
-level = "mpm"
 phases = ["splash-zone"]
 standard = "Company rule 7"
+"""
+
+ERROR = """
+[[rule]]
+key = "landing-error"
+title = "Error of the wire at touch-down"
+quantity = "e_c_pp"
+at_most = "0.3 m"
+level = "mpm"
+phases = ["landing"]
+standard = "Company rule 8"
 """
 
 
@@ -135,7 +145,10 @@ BAD = [
     (BASE + OWN.replace('at_most = "1 %"', "at_most = 0.1\nat_least = 0.2"), "give exactly one of at_most, at_least"),
     (BASE + OWN.replace('"splash-zone"', '"splash"'), "give a list of lift-off, in-air, splash-zone"),
     (BASE + OWN.replace('["splash-zone"]', '"splash-zone"'), "give a list of lift-off"),
-    (BASE + OWN.replace('"mpm"', '"P90"'), "not one of mpm, p90"),
+    (BASE + OWN.replace("phases", 'level = "p90"\nphases'), "slack_chance has no largest value. Leave level out."),
+    (BASE + ERROR.replace('"mpm"', '"P90"'), "not one of mpm, p90"),
+    (BASE + ERROR.replace('level = "mpm"\n', ""), 'rule "landing-error": level: missing'),
+    (BASE + ERROR.replace('"mpm"', '"p90"'), 'rule "control-error" asks e_c_pp at "mpm". Give both the same.'),
     (BASE + OWN.replace('title = "Chance of slack slings"', ""), 'rule "slack-chance": title: missing'),
     (BASE + OWN.replace('key = "slack-chance"', ""), "rule 1: key: missing"),
     (BASE + '[[rule]]\nkey = "landing-speed"\nat_most = 0.5\n', "0.5"),
@@ -175,7 +188,8 @@ def test_a_set_of_its_own_needs_no_base(tmp_path):
     found = rules(tmp_path, 'version = "1"\n' + settings + OWN)
     assert [r.key for r in found.rules] == ["slack-chance"]
     assert found.changes == ()
-    assert found.level("slack_chance") is Level.MPM
+    assert found.level("slack_chance") is Level.MEAN
+    assert found.level("DAF") is Level.MPM
 
 
 def phase(**limits):

@@ -34,6 +34,8 @@ SETTINGS: Mapping[str, tuple[str, str]] = {
     "duration_least": ("time", "shortest time that largest motions of the tip are told for"),
 }
 """Numbers of the simplified method (closed form): kind and meaning."""
+MEANS = ("F_top_static", "slack_chance", "saturation_share", "relief_share", "stroke_share")
+"""Quantities without a largest value: their level is the mean."""
 TOP = ("base", "name", "version", "source", "drop", "simplified", "rule")
 WORDS = ("standard", "edition", "clause", "note")
 ROW = ("key", "title", "quantity", "at_most", "at_least", "level", "phases", *WORDS)
@@ -65,8 +67,15 @@ def load_rules(name_or_path: str | Path) -> RuleSet:
         title = "Chance of slack slings"
         quantity = "slack_chance"
         at_most = "1 %"
-        level = "mpm"                 # or "p90", as the other rules of this quantity
         phases = ["splash-zone"]
+        standard = "Company rule"
+        [[rule]]
+        key = "landing-error"
+        title = "Error of the wire at touch-down"
+        quantity = "e_c_pp"
+        at_most = "0.3 m"
+        level = "mpm"                 # or "p90", as the other rules of this quantity; none for shares and chances
+        phases = ["landing"]
         standard = "Company rule"
         [simplified]                  # numbers of the closed form, see SETTINGS
         zeta_a = 0.9
@@ -176,7 +185,7 @@ def _row(row: Fields, old: Rule | None, label: str) -> Rule:
     """A rule as given, on top of the rule of the base with its key."""
     row.known(ROW)
     if old is None:
-        row.need("title", "quantity", "level", "phases", "standard")
+        row.need("title", "quantity", "phases", "standard")
     quantity = row.text("quantity", old.quantity if old else None)
     if quantity not in QUANTITIES:
         raise row.wrong("quantity", f"no rule can be about it{nearest(quantity, QUANTITIES)} Known: {', '.join(QUANTITIES)}.")
@@ -188,15 +197,26 @@ def _row(row: Fields, old: Rule | None, label: str) -> Rule:
     else:
         assert old is not None
         sense, limit, factor, written = old.sense, old.limit, old.factor, old.written
-    level = row.text("level", str(old.level) if old else None)
-    if level not in list(Level):
-        raise row.wrong("level", f"not one of {', '.join(Level)}: the most probable largest value, or what 90 % of such phases stay below.")
     new = Rule(
         key=row.text("key"), title=row.text("title", old.title if old else None), quantity=quantity, limit=limit, sense=sense,
-        level=Level(level), phases=_phases(row, old), factor=factor, written=written,
+        level=_level(row, quantity, old), phases=_phases(row, old), factor=factor, written=written,
         **{word: _word(row, word, getattr(old, word) if old else "") for word in WORDS},
     )  # fmt: skip
     return new if old is None else _sourced(row, new, old, label)
+
+
+def _level(row: Fields, quantity: str, old: Rule | None) -> Level:
+    """Which largest value counts; none where there is none."""
+    if quantity in MEANS:
+        if row.table.get("level", Level.MEAN) != Level.MEAN:
+            raise row.wrong("level", f"{quantity} has no largest value. Leave level out.")
+        return Level.MEAN
+    if "level" not in row and old is not None and old.quantity == quantity:
+        return old.level
+    level = row.text("level")
+    if level not in (Level.MPM, Level.P90):
+        raise row.wrong("level", "not one of mpm, p90: the most probable largest value, or what 90 % of such phases stay below.")
+    return Level(level)
 
 
 def _word(row: Fields, key: str, otherwise: str) -> str:

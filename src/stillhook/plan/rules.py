@@ -20,10 +20,12 @@ class Sense(StrEnum):
 
 
 class Level(StrEnum):
-    """Which largest value of the phase is held against the limit: the most probable one, or what 90 % of such phases stay below."""
+    """Which largest value of the phase is held against the limit: the most probable one, or what 90 % of such phases stay below; mean: what
+    has no largest value, such as a share of the time, a chance, or a tension at rest."""
 
     MPM = "mpm"
     P90 = "p90"
+    MEAN = "mean"
 
 
 @dataclass(frozen=True)
