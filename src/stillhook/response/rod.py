@@ -199,9 +199,7 @@ def transfers(omega: ArrayLike, rod: Rod, end: End, drag: ArrayLike = 0.0, give:
     wire paid out per tension [m/N], through which u comes as through `Rod.k_top`; all broadcast. A force up on the payload
     slackens the wire: top_F is negative at low frequencies.
     """
-    w, Sigma, Y = np.broadcast_arrays(
-        np.asarray(omega, dtype=np.float64), np.asarray(drag, dtype=np.float64), np.asarray(give, dtype=np.complex128)
-    )
+    w, Sigma, Y = np.asarray(omega, dtype=np.float64), np.asarray(drag, dtype=np.float64), np.asarray(give, dtype=np.complex128)
     EA = rod.EA * (1.0 + 1j * w * rod.beta)
     K = EA / rod.L
     p = w * rod.L * np.sqrt(rod.mu / EA)
