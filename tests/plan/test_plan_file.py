@@ -140,10 +140,17 @@ def test_the_time_of_the_operation_is_that_of_the_phases_where_none_is_given(tmp
     assert "T_POP" in plan.notes[0]
 
 
+def test_ideal_sensors_are_told_until_the_file_says_what_they_are(tmp_path: Path) -> None:
+    assert any("sensors are taken as ideal" in note for note in load_plan(written(tmp_path)).notes)
+    said = load_plan(written(tmp_path, ("[operation]", '[sensors]\ndelay = "50 ms"\n[operation]')))
+    assert said.sensors.delay == 0.05
+    assert not said.notes
+
+
 def test_motions_for_deep_water_are_doubted_in_shallow_water(tmp_path: Path) -> None:
-    assert not load_plan(written(tmp_path)).notes
+    assert not any("shallow" in note for note in load_plan(written(tmp_path)).notes)
     shallow = load_plan(written(tmp_path, ('"300 m"', '"60 m"'), ('"9 s"]', '"14 s"]')))
-    assert "shallow to waves of 14 s" in shallow.notes[0]
+    assert any("shallow to waves of 14 s" in note for note in shallow.notes)
 
 
 def test_a_boom_gives_the_tip_that_its_angles_say(tmp_path: Path) -> None:

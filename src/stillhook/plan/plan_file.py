@@ -119,7 +119,7 @@ def _plan(table: Mapping[str, Any], file: Path) -> LiftPlan:
         T_POP=T_POP,
         T_C=T_C,
         source=file.name,
-        notes=(*notes, *depth_notes(vessel, max(environment.Tp), depth)),
+        notes=(*notes, *_ideal(table, phases), *depth_notes(vessel, max(environment.Tp), depth)),
         **given,
     )
     _check_tips(plan, top)
@@ -186,6 +186,13 @@ def _operation(top: Fields, phases: tuple[Phase, ...]) -> tuple[float, float | N
     if phases_take > T_POP * (1.0 + ROUNDED):
         raise table.wrong("T_POP", f"the phases alone take {hours}. Give more, or leave it out.")
     return T_POP, T_C, ()
+
+
+def _ideal(table: Mapping[str, Any], phases: tuple[Phase, ...]) -> tuple[str, ...]:
+    """That the winch's signals are without delay and noise, where it compensates and nothing else is said."""
+    if "sensors" in table or not any(phase.compensated for phase in phases):
+        return ()
+    return ("sensors are taken as ideal, without delay and noise: give [sensors] with those of your crane",)
 
 
 def _environment(top: Fields) -> Environment:
