@@ -129,7 +129,7 @@ def test_every_alternative_sees_the_same_waves(plan):
 def test_the_largest_of_a_phase_of_many_runs_is_that_of_the_largest_of_each():
     """The largest values of 80 blocks of six runs tell the same as one run of each, extrapolated to six."""
     x = np.random.default_rng(7).gumbel(5.0, 0.4, size=(80, 6))
-    for level in Level:
+    for level in (Level.MPM, Level.P90):
         by_runs, by_blocks = largest(x[:, 0], level, 6.0), largest(x.max(axis=1), level)
         assert by_runs.value == pytest.approx(by_blocks.value, rel=0.05)  # 80 values each: some 2 % of scatter
         assert by_runs.low < by_blocks.value < by_runs.high
