@@ -33,6 +33,8 @@ DIRECTION_HELP = (
 COLUMN_HELP = 'Which heading is what: "Hs=waveheight", "wind=ws (kn)"; for Hs, Tp, Tz, wind, come_from, wind_from, current.'
 ORDER_HELP = "mdy, dmy or ymd, where the file's dates leave it open."
 SHIP_HELP = 'Where the bow points, clockwise from north, "315 deg", or "free" to turn to what suits best; for limits on beta.'
+TABLE_HELP = "Table of alpha factors: a name, or a TOML file of your own."
+PLAN_HELP = "Folder of a saved lift plan (stillhook plan --out): its OP_WF by period and direction is the limit, its T_R the time."
 WINDOW_HELP = "How long the operation needs the weather without a break."
 JSON_HELP = (
     'Print JSON in SI (times in s; in hours under "hours"). n_hours: records x step. operability: workable share of valid records. '
@@ -103,7 +105,7 @@ def alpha(
     hs: Annotated[str, typer.Option("--hs", help="Limiting significant wave height of the operation (OP_LIM).")],
     t_pop: Annotated[str, typer.Option("--t-pop", help="Planned operation period.")],
     t_c: Annotated[str | None, typer.Option("--t-c", help="Contingency time; without it T_R is twice T_POP.")] = None,
-    table: Annotated[str, typer.Option("--table", help="Table of alpha factors: a name, or a TOML file of your own.")] = "dnv-os-h101",
+    table: Annotated[str, typer.Option("--table", help=TABLE_HELP)] = "dnv-os-h101",
     json: Json = False,
 ) -> None:
     """Alpha factor, the wave height that a forecast must stay within, reference period, and whether the operation is weather restricted.
@@ -127,12 +129,15 @@ def alpha(
 @app.command("forecast")
 def forecast(
     file: Annotated[str, typer.Argument(help=FILE_HELP, metavar="FILE")],
-    limit: Limits,
-    t_pop: Annotated[str, typer.Option("--t-pop", help="Planned operation period.")],
+    limit: Annotated[list[str] | None, typer.Option("--limit", help=LIMIT_HELP)] = None,
+    t_pop: Annotated[str | None, typer.Option("--t-pop", help="Planned operation period.")] = None,
     t_c: Annotated[str | None, typer.Option("--t-c", help="Contingency time; without it T_R is twice T_POP.")] = None,
     start: Annotated[str | None, typer.Option(help="First start (UTC), 2026-05-01T06:00; default: the forecast's first record.")] = None,
     horizon: Annotated[str, typer.Option(help="Over which starts are looked for.")] = "72 h",
-    table: Annotated[str, typer.Option("--table", help="Table of alpha factors: a name, or a TOML file of your own.")] = "dnv-os-h101",
+    table: Annotated[str | None, typer.Option("--table", help=TABLE_HELP)] = None,
+    plan: Annotated[Path | None, typer.Option("--plan", help=PLAN_HELP)] = None,
+    alternative: Annotated[str | None, typer.Option(help="With --plan: the one whose go counts; default: the plan's own.")] = None,
+    uncredited: Annotated[bool, typer.Option("--twin", help="With --plan: limits as the twin tells them, not as credited.")] = False,
     ship: Ship = None,
     direction: Direction = None,
     column: Columns = None,
@@ -144,31 +149,36 @@ def forecast(
 ) -> None:
     """Go or no-go from a forecast: T_R from the start must stay within the limits, wave heights times alpha.
 
+    With --plan the limits are those of a saved lift plan, by period and direction, under each alternative side by side.
+
     Exit code 0 for go at the first start, 1 for no-go there (a later start may be told).
 
     Example: stillhook weather forecast forecast.csv --limit "Hs <= 2 m" --limit "wind <= 12 m/s" --t-pop "24 h" --t-c "12 h"
+
+    Example: stillhook weather forecast forecast.csv --plan plan --limit "wind <= 12 m/s"
     """
+    from stillhook.cli.tip_inputs import refuse
+    from stillhook.cli.weather_plan import by_limits, by_plan
     from stillhook.units import parse
-    from stillhook.weather.alpha import load_alpha_table
-    from stillhook.weather.forecast import check_forecast, numbers
     from stillhook.weather.limit_text import parse_limit
     from stillhook.whole import check_folder
 
-    limits = [parse_limit(text) for text in limit]
-    T_POP, T_C = parse(t_pop, "time", "--t-pop"), None if t_c is None else parse(t_c, "time", "--t-c")
-    heading, free = _heading(ship, limits)
+    limits = [parse_limit(text) for text in limit or ()]
+    when = (None if start is None else _begin(start), parse(horizon, "time", "--horizon"))
+    heading = _heading(ship, limits, plan is not None)
     if out is not None:
         check_folder(out, OUT_FILES)
-    reach, begin = parse(horizon, "time", "--horizon"), None if start is None else _begin(start)
-    found = _read(file, direction, column, time, date_order, step)
-    factors = load_alpha_table(table)
-    checked = check_forecast(found, limits, factors, T_POP, T_C, start=begin, horizon=reach, ship=heading, free=free)
-    answer: dict[str, Any] = {"file": found.source, "limits": [one.text for one in limits], "horizon": reach}
-    answer |= numbers(checked) | {"notes": [*checked.notes, *found.notes]}
-    if out is not None:
-        from stillhook.weather.figures import forecast_figure
 
-        _write(out, forecast_figure(found, limits, answer), answer)
+    def read() -> Weather:
+        return _read(file, direction, column, time, date_order, step)
+
+    if plan is not None:
+        refuse({"--t-pop": t_pop, "--t-c": t_c, "--table": table, "--out": out}, "is not asked with --plan. Leave it out.")
+        raise typer.Exit(by_plan(plan, read, limits, when, heading, alternative, twin=uncredited, json=json))
+    refuse({"--alternative": alternative, "--twin": uncredited or None}, "belongs to --plan. Give it as well.")
+    answer, figure = by_limits(read, limits, t_pop, t_c, table or "dnv-os-h101", when, heading, picture=out is not None)
+    if out is not None:
+        _write(out, figure, answer)
     if json:
         print_json(answer)
     else:
@@ -221,13 +231,13 @@ def _written(out: Path | None) -> None:
         print("written: " + ", ".join(str(out / name) for name in OUT_FILES))
 
 
-def _heading(ship: str | None, limits: Sequence[Limit]) -> tuple[float | None, bool]:
-    """Heading of the ship [rad], and whether it is free."""
+def _heading(ship: str | None, limits: Sequence[Limit], planned: bool = False) -> tuple[float | None, bool]:
+    """Heading of the ship [rad], and whether it is free; planned: a plan asks for it as well as limits on beta."""
     from stillhook.cli.tip_inputs import angle
     from stillhook.errors import WeatherError
     from stillhook.weather.limit_text import BETA
 
-    if ship is not None and not any(BETA in limit.columns for limit in limits):
+    if ship is not None and not planned and not any(BETA in limit.columns for limit in limits):
         raise WeatherError('--ship: no limit asks for beta. Leave it out, or write a limit such as "Hs <= 3 m for beta 150..210 deg".')
     if ship is None or ship.strip().lower() == "free":
         return None, ship is not None

@@ -1,0 +1,84 @@
+"""A forecast held against a plan: under each alternative, may the lift start now, and if not, when.
+
+A start is a go if for T_R from it on the forecast height stays within OP_WF of its period and direction (`LimitTable.at`), and every limit
+given beside it (wind, say) holds. Cells of the plan for which no OP_WF is told are never a go. With a free heading each record takes the
+heading of the table that is best for it; limits beside it that ask for beta need a heading that is held.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from stillhook.errors import WeatherError
+from stillhook.plan.result import Credit, PlanResult
+from stillhook.plan.table import LimitTable
+from stillhook.sea.directions import relative
+from stillhook.sea.weather import FloatArray, Weather
+from stillhook.units import show
+from stillhook.weather.forecast import Bound, bounds, rows_of, started, starts_of, why_not
+from stillhook.weather.limit_text import Limit, inside
+
+OP_WF = "Hs <= OP_WF of the plan"
+"""What the plan's own limit is called where a start names the limit that governs."""
+
+
+def plan_forecast(
+    result: PlanResult, weather: Weather, *, limits: Sequence[Limit] = (), credit: Credit = "credited",
+    start: np.datetime64 | None = None, horizon: float = 72.0 * 3600.0, ship: float | None = None,
+) -> dict[str, Any]:  # fmt: skip
+    """Go or no-go of every alternative of a plan, by name [SI]; start, horizon [s] and limits as in `stillhook.weather.forecast`.
+
+    ship: where the bow points, clockwise from north [rad]; None: free to turn. Errors: WeatherError where the forecast does not tell the
+    height, or no direction though a heading is held.
+    """
+    operation = result.facts["operation"]
+    T_R = float(operation["T_R"])
+    rows = rows_of(weather, start, horizon)
+    Hs, Tp, beta, notes = _seas(weather, ship)
+    more, known = inside(limits, weather, ship)
+    beside = bounds(weather, limits, ship)
+    found = []
+    for alternative in result.alternatives:
+        limit = _table(result, alternative.value, credit).at(Tp, beta)
+        valid = known & np.isfinite(Hs)
+        met = valid & more & (Hs <= limit) & (limit > 0.0)
+        starts = starts_of(weather, met, valid, (Bound(OP_WF, Hs, limit), *beside), rows, T_R)
+        restricted = bool(operation["weather_restricted"])
+        go = restricted and bool(starts[0].go)
+        first = next((s for s in starts if s.go), None) if restricted else None
+        why = "" if go else why_not(starts[0], T_R, weather) if restricted else "not weather restricted: no forecast lets it start"
+        when = None if first is None else started([first])[0]["time"]
+        one = {"alternative": alternative.value, "go": go, "first_start": when, "why": why}
+        found.append(one | {"n_starts": len(starts), "n_go": sum(s.go is True for s in starts), "starts": started(starts)})
+    return {
+        "plan": result.name, "file": weather.source, "credit": credit, "limits": [limit.text for limit in limits], "horizon": horizon,
+        "T_POP": operation["T_POP"], "T_R": T_R, "weather_restricted": operation["weather_restricted"],
+        "ship": "free" if ship is None else ship, "alternatives": found, "notes": [*notes, *weather.notes],
+    }  # fmt: skip
+
+
+def _table(result: PlanResult, alternative: str, credit: Credit) -> LimitTable:
+    """OP_WF of one alternative as it is read on board."""
+    data = result.data
+    op_wf = data["op_wf"].sel(credit=credit, alternative=alternative).transpose("heading", "period").values
+    tolerance, highest = float(data.attrs["heading_tolerance"]), float(data.attrs["Hs_highest"])
+    return LimitTable(np.nan_to_num(op_wf, nan=0.0), data["heading"].values, data["period"].values, tolerance, highest)
+
+
+def _seas(weather: Weather, ship: float | None) -> tuple[FloatArray, FloatArray, FloatArray | None, list[str]]:
+    """Heights [m], peak periods [s], directions from the bow [rad] or None, and notes."""
+    if "H_m0" not in weather.columns:
+        raise WeatherError(f"{weather.source}: no wave height. Give a forecast with a column of significant wave height.")
+    Hs, notes = weather.columns["H_m0"], []
+    if "T_p" not in weather.columns:
+        notes.append("no peak period in the forecast: the worst period of the table counts in every record")
+    Tp = weather.columns.get("T_p", np.full(len(Hs), np.nan))
+    if ship is None:
+        return Hs, Tp, None, [*notes, "vessel free to turn: each record at the best heading of the table"]
+    if "come_from" not in weather.columns:
+        said = next((note for note in weather.notes if "direction" in note), "Leave --ship out, or give a forecast with directions.")
+        raise WeatherError(f"{weather.source}: tells no direction of waves, and the heading is held at {show(ship, 'angle')}. {said}")
+    return Hs, Tp, relative(weather.columns["come_from"], ship), notes
