@@ -19,6 +19,7 @@ from stillhook.library.vessels import vessel_file
 from stillhook.lift.in_sea import InSea
 from stillhook.lift.lowering import Lowering
 from stillhook.lift.programme import Stage
+from stillhook.scenario import Sensors
 from stillhook.sea.irregular import COARSE
 from stillhook.sea.motion import Sine
 from stillhook.sea.parametric import Jonswap
@@ -130,11 +131,19 @@ def test_a_cluster_gives_the_same_bits(truth):
     assert seen[-1] == pytest.approx(1.0)
 
 
-def test_irregular_motions_go_into_the_lanes_with_the_bits_that_they_have_alone():
-    cases = [c.made() for c in CASES[:3]]
-    drives = [
-        Drive(CRANE, stand_in(CRANE, c, 0.0)) for c in [*cases, cases[0].model_copy(update={"tip": Sine(amplitude="1 m", period="9 s")})]
-    ]
+SENSED = (
+    {},
+    {"delay": "100 ms"},
+    {"delay": "0.25 s", "noise_s_tip": "10 mm", "step_v_tip": "0.01 m/s", "seed": 3},
+    {"delay": "0.1 s", "noise_F": "1 kN"},
+)
+
+
+@pytest.mark.parametrize("sensors", SENSED, ids=("ideal", "late", "late and rough", "with a rough load cell"))
+def test_motions_go_into_the_lanes_with_the_bits_that_they_have_alone(sensors):
+    cases = [c.made().model_copy(update={"sensors": Sensors(**sensors)}) for c in CASES[:3]]
+    cases.append(cases[0].model_copy(update={"tip": Sine(amplitude="1 m", period="9 s")}))
+    drives = [Drive(CRANE, stand_in(CRANE, c, 0.0)) for c in cases]
     for k, n in ((0, 1500), (700, 2300)):
         assert np.array_equal(filled(drives, k, n), np.stack([d.rows(k, n) for d in drives], axis=-1))
 

@@ -3,7 +3,7 @@
 import bisect
 import math
 from collections.abc import Iterator, Sequence
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -71,6 +71,8 @@ def filled(drives: Sequence["Drive"], k: int, n: int) -> Array:
     """Cycles k .. k + n - 1 of several drives side by side, (n, cols, lanes); motions that are one are sampled once."""
     out = room_for((n, drives[0].cols, len(drives)))
     done: dict[tuple[int, float], int] = {}
+    if drives[0].cols == TICK:
+        out[:, 2 * THIN :, :] = np.column_stack([drive.rest for drive in drives])
     for l, drive in enumerate(drives):
         key = (id(drive.case.tip), drive.case.ramp) if drive.cols == THIN else (id(drive), 0.0)
         if key in done:
@@ -109,9 +111,32 @@ class Drive:
         return thin if self.cols == THIN else self._full(t, k, n, thin)
 
     def fill(self, k: int, n: int, out: Array, lane: int) -> None:
-        """Cycles k .. k + n - 1 into one lane of out (n, cols, lanes)."""
-        if self.cols != THIN or not sampled(self.motion, k, n, self.t_cycle, out, lane):
-            out[:, :, lane] = self.rows(k, n)
+        """Cycles k .. k + n - 1 into one lane of out (n, cols, lanes), where `rest` stands already."""
+        if self.cols == THIN:
+            if not sampled(self.motion, k, n, self.t_cycle, out, lane):
+                out[:, :, lane] = self.rows(k, n)
+            return
+        tip = np.empty((n, THIN, 1))
+        if not sampled(self.motion, k, n, self.t_cycle, tip, 0):
+            tip[:, :, 0] = _tip(self.motion, k, n, self.t_cycle)
+        t, thin = np.arange(k, k + n, dtype=np.float64) * self.t_cycle, tip[:, :, 0]
+        if not self.steady:
+            out[:, :, lane] = self._full(t, k, n, thin)
+            return
+        out[:, :THIN, lane] = thin
+        out[:, THIN : 2 * THIN, lane] = self._measured(t, k, n, thin)
+
+    @cached_property
+    def steady(self) -> bool:
+        """Whether tip and its image alone change over the run."""
+        case, s = self.case, self.case.sensors
+        given = case.modes or case.operator.profile or case.operator.steps or case.power_loss or case.commands
+        return not given and s.noise_s_w == 0.0 and s.noise_F == 0.0
+
+    @cached_property
+    def rest(self) -> Array:
+        """What does not change then: the columns behind tip and image."""
+        return self.first_row()[2 * THIN :]
 
     def asked(self) -> Asked:
         """Extremes over the whole run, taken in pieces; in manual mode the tip asks for nothing."""
