@@ -102,7 +102,7 @@ def rules_of(rules: RuleSet, phase: Phase) -> tuple[Rule, ...]:
         where = f'phase "{phase.name}": limits: '
         if key not in own:
             known = {rule.key for rule in rules.rules}
-            what = f"the rule does not belong to {phase.kind}" if key in known else f"the rules {rules.label} have no such rule"
+            what = f"the rule does not belong to {phase.kind}" if key in known else f"rule set {rules.label} has no such rule"
             raise PlanError(f"{where}{came(key)[1:-1]}: {what}{nearest(key, own)} Allowed: {', '.join(own)}.")
         if text.strip().lower() == OFF:
             del own[key]
@@ -291,12 +291,14 @@ def _changes(base: RuleSet, kept: tuple[Rule, ...], settings: Mapping[str, float
     said += [f"{r.key} ({r.title}, {r.asked}) dropped" for key, r in old.items() if key not in new]
     said += [f"{r.key} ({r.title}, {r.asked}) added" for key, r in new.items() if key not in old]
     pairs = [(old[key], r) for key, r in new.items() if key in old]
-    said += [f"{b.key}: {_terms(b)} in place of {_terms(a)}" for a, b in pairs if _meaning(a) != _meaning(b)]
+    said += [f"{b.key}: {', '.join(_differences(a, b))}" for a, b in pairs if _meaning(a) != _meaning(b)]
     return tuple(said)
 
 
-def _terms(rule: Rule) -> str:
-    return f"{rule.quantity} {rule.asked} ({rule.level}) in {', '.join(rule.phases)}"
+def _differences(old: Rule, new: Rule) -> list[str]:
+    """What a rule asks otherwise than the one of the base."""
+    pairs = [[r.quantity, r.asked, str(r.level), ", ".join(r.phases)] for r in (new, old)]
+    return [f"{b} in place of {a}" for b, a in zip(*pairs, strict=True) if a != b]
 
 
 def _digested(rules: RuleSet) -> RuleSet:
