@@ -17,7 +17,7 @@ from stillhook.plan.lift_plan import LiftPlan
 from stillhook.plan.phases import IN_AIR, Phase
 from stillhook.plan.situations import natural_period, resonance_depth
 from stillhook.plan.winches import Way, ways
-from stillhook.response.deviations import Sigmas, sigmas
+from stillhook.response.deviations import sigmas
 from stillhook.response.forcing import Forcing
 from stillhook.response.hung import hung
 from stillhook.variables import attributes
@@ -37,16 +37,17 @@ def depth_profile(
 ) -> xarray.Dataset:
     """What a sea asks with the payload held for half an hour at each depth, from just covered to the seabed.
 
-    Over alternative and z [m], height of the payload's underside: `TOLD`, each winch compensating at every depth (none: on its brake), at
-    the level of the rule that asks for it; F_top_static [N] and T_0, natural period of the load on its wire [s], over z. attrs: Hs [m],
-    Tp [s], beta [rad], z_resonance, where T_0 is Tp (NaN: nowhere), held [s]. Errors: as `stillhook.plan.frequency.frequency`.
+    Over alternative and z [m], height of the payload's underside: `TOLD`, each winch compensating at every depth (none: on its brake; one
+    that may not be used: NaN), at the level of the rule that asks for it; F_top_static [N] and T_0, natural period of the load on its wire
+    [s], over z. attrs: Hs [m], Tp [s], beta [rad], z_resonance, where T_0 is Tp (NaN: nowhere), held [s].
+    Errors: as `stillhook.plan.frequency.frequency`.
     """
     at, winch = _water_phase(plan), _winch(plan, alternatives, progress)
     forcing, z = _forcing(plan, at, Hs, [Tp], beta), np.linspace(-plan.payload.reach(plan.rho), -plan.depth, PLACES)
     hangs = [hung(plan.crane, plan.hanging(float(x), plan.tip_of(at).z), float(x)) for x in z]
     columns = {name: np.full((len(alternatives), len(z)), np.nan) for name in TOLD}
     for i, alternative in enumerate(alternatives):
-        for k, what in enumerate(hangs):
+        for k, what in enumerate(hangs if alternative in winch else []):
             part = Part(what, HELD, 0.0, forcing, sigmas(forcing, what, winch[alternative].at(what.s_w)))
             found = of_load([part], quantiles(plan))
             for name in TOLD:
@@ -67,9 +68,11 @@ def efficiency(
     at, winch, periods = _water_phase(plan), _winch(plan, alternatives, progress), list(plan.environment.Tp)
     forcing, what = _forcing(plan, at, Hs, periods, beta), hung(plan.crane, plan.hanging(z, plan.tip_of(at).z), z)
     tip = forcing.deviation()
-    answered: list[Sigmas] = [sigmas(forcing, what, winch[a].at(what.s_w)) for a in alternatives]
-    rows = {"eta_wire": [1.0 - s.u / tip for s in answered], "eta_load": [1.0 - s.load / tip for s in answered]}
-    columns = {name: np.array(values) for name, values in rows.items()}
+    columns = {name: np.full((len(alternatives), len(periods)), np.nan) for name in ("eta_wire", "eta_load")}
+    for i, alternative in enumerate(alternatives):
+        if alternative in winch:
+            left = sigmas(forcing, what, winch[alternative].at(what.s_w))
+            columns["eta_wire"][i], columns["eta_load"][i] = 1.0 - left.u / tip, 1.0 - left.load / tip
     return _labelled(columns, {}, alternatives, "period", np.array(periods), {"Hs": Hs, "beta": beta, "z": z})
 
 

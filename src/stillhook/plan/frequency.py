@@ -30,6 +30,8 @@ FloatArray = NDArray[np.float64]
 Levels = Callable[[str], float]
 """Quantity -> probability that its largest value stays below what is told."""
 
+ALIKE = ("the winch does not follow the tip: the same under all alternatives",)
+UNUSABLE = ("the controller may not be used at this load and layer: the twin is not asked",)
 QUANTILES = {Level.MPM: MPM, Level.P90: P90}
 """Probability that a largest value stays below its level."""
 
@@ -76,25 +78,44 @@ def winches_of(
     plan: LiftPlan, phases: Looks, alternatives: Sequence[Alternative], progress: Progress | None = None, *, threads: int = 2
 ) -> Mapping[Alternative, Way]:
     """What the winch leaves under each alternative on the way of the phases in which it follows the tip; nothing where there is none."""
-    duties = [replace(s.hung.duty, sensors=plan.sensors) for phase, parts in phases if phase.compensated for s in parts]
-    return ways(plan.crane, alternatives, duties, threads=threads, progress=progress) if duties else {}
+    follows = [(phase, parts) for phase, parts in phases if phase.compensated]
+    duties = [replace(s.hung.duty, sensors=plan.sensors) for _, parts in follows for s in parts]
+    usable = [a for a in alternatives if any(may_be_used(plan, phase, a) for phase, _ in follows)]
+    return ways(plan.crane, usable, duties, threads=threads, progress=progress) if duties else {}
+
+
+def may_be_used(plan: LiftPlan, phase: Phase, alternative: Alternative) -> bool:
+    """Whether a controller has any steady speed at the load and layers of a phase; the twin is not asked of one that has none."""
+    top = CAPACITIES["v_top"].find(plan, phase, alternative) if alternative.twin else None
+    return top is None or top.value > 0.0
 
 
 def demands(
     plan: LiftPlan, alternatives: Sequence[Alternative], seas: Seas, phases: Looks, forcing: AtTip, winch: Mapping[Alternative, Way]
 ) -> list[Demand]:
     """As `frequency`, for seas whose forcing is known; the heights and periods of `seas` are only labels here."""
-    found = []
+    found: list[Demand] = []
     for phase, parts in phases:
         shared = None if phase.compensated else _phase(plan, phase, Alternative.NONE, parts, forcing, None)
         for alternative in alternatives:
-            values = shared or _phase(plan, phase, alternative, parts, forcing, winch[alternative])
-            found.append(Demand(phase.name, alternative, Tier.FREQUENCY, seas, values, notes=_notes(phase)))
+            if shared is not None:
+                demand = Demand(phase.name, alternative, Tier.FREQUENCY, seas, shared, notes=ALIKE)
+            elif alternative in winch:
+                values = _phase(plan, phase, alternative, parts, forcing, winch[alternative])
+                demand = Demand(phase.name, alternative, Tier.FREQUENCY, seas, values)
+            else:
+                values = _unusable(plan, phase, parts, forcing)
+                demand = Demand(phase.name, alternative, Tier.FREQUENCY, seas, values, notes=UNUSABLE)
+            found.append(demand)
     return found
 
 
-def _notes(phase: Phase) -> tuple[str, ...]:
-    return () if phase.compensated else ("the winch does not follow the tip: the same under all alternatives",)
+def _unusable(plan: LiftPlan, phase: Phase, parts: Sequence[Situation], forcing: AtTip) -> Mapping[str, FloatArray]:
+    """What the tip asks of a winch whose controller may not be used: nothing of the load is told."""
+    still = Sigmas(*np.full((len(Sigmas._fields), 1), np.nan))
+    asked = [Part(s.hung, s.time, 0.0, forcing[s.x, s.y], still) for s in parts]
+    told = _of_tip(asked, phase, quantiles(plan))
+    return {name: values for name, values in told.items() if name != "v_lift_off"}
 
 
 @dataclass(frozen=True, eq=False)
