@@ -60,6 +60,8 @@ def _data(certificate: bool) -> xarray.Dataset:
     Hs[:, :, 0, 4, 2, 0, 0] = 0.0
     counts = np.array(["", *TIERS])[[1, 1, 3, 2, 3, 3]]
     final = np.stack([Hs[:, TIERS.index(str(t)), :, p] for p, t in enumerate(counts)], axis=2)  # credit, alternative, phase, rule, ...
+    for p, t in enumerate(counts):  # what is credited is told by the tier that counts alone
+        Hs[1, [i for i, tier in enumerate(TIERS) if tier != t], :, p] = np.nan
     flat = np.where(np.isnan(final), np.inf, final).reshape(2, len(names), -1, len(HEADINGS), len(PERIODS))
     least, at = flat.min(axis=2), flat.argmin(axis=2)
     governs = np.isfinite(least)

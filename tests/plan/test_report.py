@@ -19,6 +19,7 @@ from stillhook.io.page import png
 from stillhook.plan import figures as drawing
 from stillhook.plan import report as writing
 from stillhook.plan.figure_parts import height, named
+from stillhook.plan.figures import closed_form as figures_of_closed
 from stillhook.plan.figures import differs, figures, limit_tables, pictures
 from stillhook.plan.figures_detail import depth, sensitivity
 from stillhook.plan.plan_files import load_plan_result, save_plan
@@ -176,6 +177,18 @@ def test_hashes_versions_and_seeds_are_told(result):
 
 def test_limits_beyond_the_table_none_and_untold_are_told_apart():
     assert [height(x, 4.0) for x in (math.inf, 0.0, math.nan, 2.345)] == ["> 4", "0", "-", "2.35"]
+
+
+def test_the_closed_form_stands_beside_what_counts(result):
+    section = next(s for s in sheet_of(result, ())["sections"] if "phase by phase" in s["title"])
+    rows = next(part for part in section["parts"] if part["kind"] == "table")["rows"]
+    lowering = {row[1]: row[3:] for row in rows if row[0] == "P4 lowering"}
+    assert set(lowering) == {"closed-form", "frequency", "time", "credited"}
+    own = result.data["Hs_rule"].sel(credit="twin", tier="closed-form", alternative="strong-ssc", phase="lowering")
+    assert float(lowering["closed-form"][3]) == pytest.approx(float(own.min(["rule", "heading"]).sel(period=8.0)), abs=0.005)
+    assert any(re.match(r"lowering: closed form [0-9.]+( to [0-9.]+)? of the limit", t) for t in texts(section["parts"]))
+    drawn = figures_of_closed(result)
+    assert np.isfinite(drawn).any()
 
 
 def test_ranges_of_limits_say_when_they_run_beyond_what_was_asked():

@@ -139,8 +139,8 @@ def _codes(result: PlanResult, phase: str, rule: str) -> str:
 
 
 def closed_form(result: PlanResult) -> FloatArray:
-    """Least limit over phases and rules by the closed form alone (alternative, heading, period) [m], as credited; NaN where none tells."""
-    found = np.asarray(result.data["Hs_rule"].sel(credit=CREDITED, tier=CLOSED).values, dtype=float)
+    """Least limit over phases and rules by the closed form alone (alternative, heading, period) [m]; NaN where none tells."""
+    found = np.asarray(result.data["Hs_rule"].sel(credit=TWIN, tier=CLOSED).values, dtype=float)
     flat = np.moveaxis(found, (1, 2), (0, 1)).reshape(-1, *found.shape[:1], *found.shape[3:])
     least = np.where(np.isnan(flat), np.inf, flat).min(axis=0)
     return np.asarray(np.where(np.isnan(flat).all(axis=0), np.nan, least))

@@ -47,7 +47,7 @@ def depth(block: xarray.Dataset) -> Figure:
         row[2].plot(block["sling_ratio"].sel(alternative=name), z, **style)
     row[0].plot(kN * np.broadcast_to(block["F_top_static"].values, z.shape), z, color=GREY, lw=1.0, ls="--", label="at rest")
     row[2].axvline(0.0, color=GREY, lw=0.8)
-    titles = ["tension at tip [kN]", "DAF [-]", "least sling tension\nover that at rest [-]"]
+    titles = ["tension at tip [kN]", "DAF [-]: sling tension\nover weight in air", "least sling tension\nover that at rest [-]"]
     if with_T:
         row[3].plot(np.broadcast_to(block["T_0"].values, z.shape), z, color="black", lw=1.3)
         row[3].axvline(float(block.attrs["Tp"]), color=GREY, lw=0.8, ls="--")

@@ -40,6 +40,8 @@ if TYPE_CHECKING:
 
 CENSORED = 0.02
 """Share of starts without a window from which on waiting is told to be longer."""
+NAMED = 3
+"""Phases and rules that are named as governing at most."""
 PERIODS, HEADINGS = 12, 4
 """Rows and columns of the first page's tables at most; the whole is in the section of limits."""
 
@@ -77,9 +79,9 @@ def _mostly(result: PlanResult, name: str, credit: Credit) -> str:
     counted = Counter((str(p), str(r)) for p, r in pairs if str(p))
     if not counted:
         return "Nothing governs below the highest sea that was asked."
-    (phase, rule), n = counted.most_common(1)[0]
-    others = f" and {len(counted) - 1} more" if len(counted) > 1 else ""
-    return f"Governing: {governs(phase, rule)} in {n} of {here['governing_phase'].size} cells{others}."
+    first = counted.most_common(NAMED)
+    said = ", ".join(f"{governs(*pair)} ({n} of {here['governing_phase'].size} cells)" for pair, n in first)
+    return f"Governing: {said}{' and others' if len(counted) > NAMED else ''}."
 
 
 def _twin(result: PlanResult, name: str) -> str:

@@ -45,7 +45,8 @@ def operation(result: PlanResult) -> list[Part]:
     why: dict[str, list[str]] = {}
     for p in told["phases"]:
         why.setdefault(p.get("why") or "", []).append(p["name"])
-    if lines := [f"{', '.join(phases)}: {said}" for said, phases in why.items() if said]:
+    whole = len(told["phases"])
+    if lines := [f"{'all phases' if len(phases) == whole else ', '.join(phases)}: {said}" for said, phases in why.items() if said]:
         parts += [sub("How each phase was answered"), bullets(lines)]
     op = told.get("operation")
     if op:

@@ -72,83 +72,85 @@ def _pair(result: PlanResult, phase: str, rule: str) -> str:
 
 
 def by_phase(result: PlanResult) -> list[Part]:
-    """Least limit of every phase by every tier for the leading alternative, and every rule's least limit."""
+    """Least limit of every phase by every tier for the leading alternative, and what is credited; every rule's least limit."""
     name, data = leading(result), result.data
     columns = few(data.sizes["period"], PERIODS)
     rows: list[list[str]] = []
     strong: list[int] = []
     for phase in names(data, "phase"):
-        for tier in names(data, "tier"):
-            Hs = _of_phase(result, CREDITED, tier, name, phase)
+        counts = data["counts"].sel(alternative=name, phase=phase).values
+        label = f"{phase_code(result, phase)} {phase}"
+        found = [(tier, _of_phase(result, TWIN, [tier], name, phase), counts == tier) for tier in names(data, "tier")]
+        found.append((CREDITED, _of_phase(result, CREDITED, names(data, "tier"), name, phase), np.zeros(0, dtype=bool)))
+        for by, Hs, at in found:
             if np.isnan(Hs).all():
                 continue
-            counts = (data["counts"].sel(alternative=name, phase=phase) == tier).values
-            if counts.any():
+            if by == CREDITED:
                 strong.append(len(rows))
-            seeds = int(data["n_seeds"].sel(alternative=name, phase=phase).values[counts].max()) if counts.any() else 0
-            least_ = least(np.where(np.isnan(Hs), np.inf, Hs))
-            cells = [height(float(least_[k]), highest(result)) for k in columns]
-            rows.append([f"{phase_code(result, phase)} {phase}", tier, str(seeds or ""), *cells])
+            seeds = int(data["n_seeds"].sel(alternative=name, phase=phase).values[at].max()) if at.any() else 0
+            told = least(np.where(np.isnan(Hs), np.inf, Hs))
+            rows.append([label, by, str(seeds or ""), *(height(float(told[k]), highest(result)) for k in columns)])
     head = ("phase", "by", "seeds", *(f"{data['period'].values[k]:g} s" for k in columns))
-    return [
-        text(f"Least limit over the rules [m] at the worst heading, with {named(name)}, credited. Bold: tiers that count."),
-        table(head, rows, wide=[0], numbers=range(2, len(head)), strong_rows=strong, small=True),
-        sub("Least limit of every rule over all cells, by each tier"),
-        *_by_rule(result, name),
-    ]
+    said = f"Least limit over the rules [m] at the worst heading, with {named(name)}: as each tier finds it, and as credited (bold)."
+    parts = [text(said), table(head, rows, wide=[0], numbers=range(2, len(head)), strong_rows=strong, small=True)]
+    return [*parts, sub("Least limit of every rule over all cells, by each tier and credited"), *_by_rule(result, name)]
 
 
-def _of_phase(result: PlanResult, credit: Credit, tier: str, name: str, phase: str) -> FloatArray:
-    """Least limit over the rules (heading, period) [m]."""
-    Hs = np.asarray(result.data["Hs_rule"].sel(credit=credit, tier=tier, alternative=name, phase=phase).values, dtype=float)
+def _of_phase(result: PlanResult, credit: Credit, tiers: Sequence[str], name: str, phase: str) -> FloatArray:
+    """Least limit over some tiers and the rules (heading, period) [m]; NaN where none tells."""
+    found = result.data["Hs_rule"].sel(credit=credit, tier=list(tiers), alternative=name, phase=phase).values
+    Hs = np.asarray(found, dtype=float).reshape(-1, *found.shape[-2:])
     return np.asarray(np.where(np.isnan(Hs).all(axis=0), np.nan, np.where(np.isnan(Hs), np.inf, Hs).min(axis=0)))
 
 
 def _by_rule(result: PlanResult, name: str) -> list[Part]:
-    """Rules that limit anything, with their least limits by every tier; the others in a sentence."""
-    data, tiers = result.data, names(result.data, "tier")
+    """Rules that limit anything, with their least limits by every tier and as credited; the others in a sentence."""
+    data, tiers, top = result.data, names(result.data, "tier"), highest(result)
+    here = data["Hs_rule"].sel(alternative=name)
     rows, rest = [], []
     for phase in names(data, "phase"):
         for rule in names(data, "rule"):
-            Hs = np.asarray(data["Hs_rule"].sel(credit=CREDITED, alternative=name, phase=phase, rule=rule).values, dtype=float)
-            if np.isnan(Hs).all():
-                continue
+            own, credited = (here.sel(credit=c, phase=phase, rule=rule).values for c in (TWIN, CREDITED))
             code = f"{phase_code(result, phase)} {rule_code(result, rule)}"
-            told = np.where(np.isnan(Hs), np.inf, Hs)
-            if np.isposinf(told).all():
+            final = np.where(np.isnan(credited), np.inf, credited).min(axis=0)
+            if np.isnan(own).all() and np.isnan(credited).all():
+                continue
+            if np.isposinf(final).all() and not np.isfinite(own).any():
                 rest.append(code)
                 continue
-            cells = [height(float(told[t].min()), highest(result)) if not np.isnan(Hs[t]).all() else "-" for t in range(len(tiers))]
-            last = max(t for t in range(len(tiers)) if not np.isnan(Hs[t]).all())
-            i, k = np.unravel_index(int(told[last].argmin()), told[last].shape)
-            at = f"{data['period'].values[k]:g} s, {degrees(data['heading'].values[i])}" if np.isfinite(told[last].min()) else ""
-            rows.append([code, governs(phase, rule), *cells, at])
-    inside = f"Inside up to {number(highest(result), 3)} m in every cell: {', '.join(rest)}."
-    found = table(("", "phase: rule", *tiers, "least at"), rows, wide=[1], numbers=range(2, 2 + len(tiers)), small=True)
+            cells = [_lowest(own[t], top) for t in range(len(tiers))]
+            i, k = np.unravel_index(int(final.argmin()), final.shape)
+            at = f"{data['period'].values[k]:g} s, {degrees(data['heading'].values[i])}" if np.isfinite(final.min()) else ""
+            rows.append([code, governs(phase, rule), *cells, _lowest(credited, top), at])
+    inside = f"Inside up to {number(top, 3)} m wherever they are told: {', '.join(rest)}."
+    last = 2 + len(tiers)
+    found = table(
+        ("", "phase: rule", *tiers, "credited", "least at"), rows, wide=[1], numbers=range(2, last + 1), strong=[last], small=True
+    )
     return [found, *([text(inside)] if rest else [])]
 
 
+def _lowest(Hs: FloatArray, top: float) -> str:
+    """Least of limits as text; "-" where none is told."""
+    return "-" if np.isnan(Hs).all() else height(float(np.nanmin(Hs)), top)
+
+
 def closed_form_beside(result: PlanResult) -> list[Part]:
-    """Where the closed form stands against what counts, in the phases where another tier counts."""
-    name, lines = leading(result), []
-    for phase in names(result.data, "phase") if CLOSED in names(result.data, "tier") else []:
-        closed, final = _of_phase(result, CREDITED, CLOSED, name, phase), _final(result, name, phase)
+    """Where the closed form stands against what is credited, in the phases where another tier counts."""
+    name, lines, tiers = leading(result), [], names(result.data, "tier")
+    for phase in names(result.data, "phase") if CLOSED in tiers else []:
+        closed, final = _of_phase(result, TWIN, [CLOSED], name, phase), _of_phase(result, CREDITED, tiers, name, phase)
         other = (result.data["counts"].sel(alternative=name, phase=phase) != CLOSED).values & ~np.isnan(closed)
         both = other & np.isfinite(closed) & np.isfinite(final) & (final > 0.0)
         if both.any():
-            ends = sorted({f"{x:.2f}" for x in (closed[both] / final[both]) for x in (x.min(), x.max())})
-            lines.append(f"{phase}: closed form {' to '.join((ends[0], ends[-1]) if len(ends) > 1 else ends)} of the limit that counts")
-        if over := int((other & (closed < final) & np.isposinf(final)).sum()):
-            lines.append(f"{phase}: closed form limits {over} of {closed.size} cells in which the better tier does not")
+            ratio = closed[both] / final[both]
+            ends = sorted({f"{x:.2f}" for x in (ratio.min(), ratio.max())})
+            lines.append(f"{phase}: closed form {' to '.join(ends)} of the limit that is credited")
+        if below := int((other & (closed < final) & np.isposinf(final)).sum()):
+            lines.append(f"{phase}: closed form limits {below} of {closed.size} cells in which the better tier does not")
+        if above := int((other & np.isposinf(closed) & np.isfinite(final)).sum()):
+            lines.append(f"{phase}: closed form sees no limit in {above} of {closed.size} cells in which the better tier does")
     return [sub("Closed form beside"), bullets(lines)] if lines else []
-
-
-def _final(result: PlanResult, name: str, phase: str) -> FloatArray:
-    best = np.full((result.data.sizes["heading"], result.data.sizes["period"]), np.nan)
-    for tier in names(result.data, "tier"):
-        Hs = _of_phase(result, CREDITED, tier, name, phase)
-        best = np.where(np.isnan(Hs), best, Hs)
-    return np.asarray(best)
 
 
 def weather(result: PlanResult) -> list[Part]:

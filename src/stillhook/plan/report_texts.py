@@ -52,13 +52,10 @@ PERSISTENCE = (
     "the statistics: where there are many, true waiting is longer. Vessel days are mean waiting and T_R together."
 )
 UNSAFE = (
-    "Fatigue and temperature of the wire in long compensation at one place, its breaking strength and rotation.",
-    "Stability and ballast of the vessel; clashing of the load with the hull.",
     "Limited flooding of the payload is not modelled: weight in water is too large at first, and slack slings at the surface are "
     "underrated.",
     "Water draining from the payload on recovery is not modelled: the load is too light. Add the trapped water by hand.",
     "Waves beside the vessel: diffraction and shelter are not modelled, the incident wave is used.",
-    "Forces of the soil at touch-down are a spring and a damper; skirts, suction and lift-off friction are as stated by hand.",
     "Human action, tugger handling, remotely operated vehicles, visibility, survey limits and simultaneous operations have limits of "
     "their own that may govern.",
 )
