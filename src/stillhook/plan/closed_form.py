@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from stillhook.certified import CAP
 from stillhook.engine.lift_programme import hanging, payload_weight, wire_strength
 from stillhook.lift import simplified as sm
+from stillhook.lift.programme import StageMode
 from stillhook.physics.scalar import G
 from stillhook.plan.alternatives import Alternative
 from stillhook.plan.capacities import jerk, static_tension
@@ -141,6 +142,8 @@ def _notes(plan: LiftPlan, phase: Phase, seas: Seas, alternative: Alternative) -
         notes.append(f"the simplified method is for T_z from 8.9 sqrt(Hs/g) to 13 s: {out} of {len(seas)} seas are outside")
     if alternative.twin and phase.compensated:
         notes.append(f"no closed form knows a twin: told as {CAP:.0%} of the tip's motion taken")
+    if phase.winch is StageMode.SPLASH:
+        notes.append("splash mode of the winch is not credited: told as a winch that holds still")
     if phase.kind is PhaseKind.LIFT_OFF:
         notes.append("the payload stands on the vessel's own deck, below the tip: both move alike")
     if phase.kind in (PhaseKind.LOWERING, PhaseKind.DEEP, PhaseKind.LANDING):
