@@ -17,7 +17,7 @@ from stillhook.response.rod import natural_periods
 FloatArray = NDArray[np.float64]
 
 EVERY = 150.0
-"""Largest way between two heights at which is looked [m]: over it the load's natural period changes by less than a tenth below 600 m."""
+"""Largest way between two heights at which is looked [m]: over it the load's natural period changes by a tenth at 600 m, and less below."""
 NEAR = 20.0
 """Way within which a height is taken for another one [m]."""
 EXACT = 0.01
