@@ -16,7 +16,7 @@ from stillhook import Scenario, load_crane, simulate
 from stillhook.crane import Crane
 from stillhook.engine import drive as drive_module
 from stillhook.engine import run as run_module
-from stillhook.engine.build import cache_root, driver, kernel_hash
+from stillhook.engine.build import KERNEL_MODULES, cache_root, driver, kernel_hash
 from stillhook.engine.drive import Drive
 from stillhook.engine.lanes import VL, flatten, size, unflatten
 from stillhook.engine.pack import pack
@@ -426,6 +426,8 @@ def test_kernels_are_kept_under_a_hash_of_every_source(tmp_path, monkeypatch):
     sources = tmp_path / "stillhook"
     for folder in ("physics", "control", "plants", "engine"):
         (sources / folder).mkdir(parents=True)
+    for name in KERNEL_MODULES:
+        (sources / "engine" / f"{name}.py").write_text("")
     file = sources / "physics" / "motor.py"
     monkeypatch.setattr("stillhook.engine.build.PACKAGE", sources)
     hashes = set()
