@@ -12,7 +12,7 @@ from stillhook.engine.lower_many import lower_many
 from stillhook.physics.scalar import G
 from stillhook.plan.alternatives import Alternative
 from stillhook.plan.capacities import CAPACITIES, at_rest, calm, jerk, static_tension
-from stillhook.plan.closed_form import closed_form, valid, way
+from stillhook.plan.closed_form import closed_form, remarks, valid, way
 from stillhook.plan.credit import inside
 from stillhook.plan.demand import Seas
 from stillhook.plan.frequency import frequency
@@ -81,6 +81,13 @@ def test_the_method_is_valid_between_the_steepest_waves_and_long_ones(plan):
     seas = Seas(np.array([0.0, 2.0, 6.0, 2.0, 2.0]), np.array([5.0, 9.0, 6.0, 4.0, 25.0]), np.full(5, HEAD))
     assert valid(plan, seas).tolist() == [True, True, False, False, False]
     assert any("3 of 5 seas are outside" in n for n in closed_form(plan, of_kind(plan, PhaseKind.SPLASH), seas).notes)
+
+
+def test_what_a_reader_should_know_is_told_once_with_the_phases_that_it_is_of(plan):
+    lines = remarks(plan, SEAS)
+    assert len(lines) == len(set(lines))
+    assert any(line.startswith("closed form, lower water, deep, landing: no closed form knows a twin") for line in lines)
+    assert not any("knows a twin" in line for line in remarks(replace(plan, alternatives=(Alternative.NONE,)), SEAS))
 
 
 def test_the_way_ends_where_the_statics_of_a_lowering_are(plan):

@@ -135,6 +135,16 @@ def valid(plan: LiftPlan, seas: Seas) -> NDArray[np.bool_]:
     return np.asarray((seas.Hs == 0.0) | inside)
 
 
+def remarks(plan: LiftPlan, seas: Seas) -> tuple[str, ...]:
+    """What a reader of the closed form should know, a line for each remark with the phases that it is of."""
+    phases: dict[str, list[str]] = {}
+    for phase in plan.phases:
+        notes = [note for alternative in plan.alternatives for note in _notes(plan, phase, seas, alternative)]
+        for note in dict.fromkeys(notes):
+            phases.setdefault(note, []).append(phase.name)
+    return tuple(f"closed form, {', '.join(names)}: {note}" for note, names in phases.items())
+
+
 def _notes(plan: LiftPlan, phase: Phase, seas: Seas, alternative: Alternative) -> tuple[str, ...]:
     notes = []
     out = int(np.count_nonzero(~valid(plan, seas)))
@@ -152,6 +162,7 @@ def _notes(plan: LiftPlan, phase: Phase, seas: Seas, alternative: Alternative) -
 
 
 _KEPT: WeakKeyDictionary[LiftPlan, WeakKeyDictionary[Seas, dict[object, Any]]] = WeakKeyDictionary()
+_PERIODS: WeakKeyDictionary[LiftPlan, dict[tuple[float, float], float]] = WeakKeyDictionary()
 _WAYS: WeakKeyDictionary[LiftPlan, dict[object, Way]] = WeakKeyDictionary()
 
 
@@ -171,12 +182,12 @@ def tip_motion(plan: LiftPlan, phase: Phase, seas: Seas) -> Tip:
 
 
 def wave_periods(plan: LiftPlan, seas: Seas) -> FloatArray:
-    """Zero-crossing period of the waves T_m02 [s], (n,), that of a small sea for a calm; remembered as long as plan and seas live."""
-    kept = _kept(plan, seas)
-    if "periods" not in kept:
-        pairs, rows = np.unique(np.column_stack((np.maximum(seas.Hs, CALM), seas.Tp)), axis=0, return_inverse=True)
-        kept["periods"] = np.array([plan.environment.spectrum(float(H), float(T)).T_m02 for H, T in pairs])[rows.ravel()]
-    return np.asarray(kept["periods"])
+    """Zero-crossing period of the waves T_m02 [s], (n,), that of a small sea for a calm; remembered as long as the plan lives."""
+    known = _PERIODS.setdefault(plan, {})
+    pairs = list(zip(np.maximum(seas.Hs, CALM).tolist(), seas.Tp.tolist(), strict=True))
+    for H, T in set(pairs) - known.keys():
+        known[H, T] = plan.environment.spectrum(H, T).T_m02
+    return np.array([known[pair] for pair in pairs])
 
 
 def _tip(plan: LiftPlan, seas: Seas, x: float, y: float) -> Tip:

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from stillhook.certified import CAP
+from stillhook.plan import closed_form
 from stillhook.plan.alternatives import Alternative
 from stillhook.plan.answer import Answered
 from stillhook.plan.facts import SAYS, described
@@ -73,13 +74,16 @@ def operation(plan: LiftPlan, of: Answered, forecast: Forecast) -> dict[str, Any
 def remarks(plan: LiftPlan, of: Answered, forecast: Forecast, value: WeatherValue | None) -> list[str]:
     """Lines that a reader of the answer must know."""
     found = []
+    found += list(plan.notes)
     for phases, alternatives in _grouped(untold(of.own)).items():
         found.append(f"NOT JUDGED in some cells, for no tier that was run tells it: {', '.join(phases)} ({', '.join(alternatives)})")
     if np.isposinf(of.Hs).any():
         highest = max(plan.environment.Hs)
         found.append(f"a limit above {highest:g} m, the highest sea that was asked, is told as such and used as {highest:g} m")
     if forecast.why:
-        found.append(f"forecast factor: {forecast.why[0]} Such cells count as not workable in the weather.")
+        lowest = f"{forecast.table.Hs[0]:g} m"
+        kind = "so that such limits can be compared in the weather, the factor of"
+        found.append(f"forecast factor: {forecast.why} Here, {kind} {lowest} is taken, which flatters them: gains over them are at least those")
     if not forecast.restricted:
         found.append("not weather restricted: waiting is not reckoned; plan for extremes of the season, or divide the operation")
     if plan.weather is None:
@@ -89,7 +93,7 @@ def remarks(plan: LiftPlan, of: Answered, forecast: Forecast, value: WeatherValu
     found.append(f"tables are read so: {table.described()}")
     if value is not None:
         found += [*value.notes, *_short(value)]
-    return found
+    return [*found, *closed_form.remarks(plan, env.table())]
 
 
 def _short(value: WeatherValue) -> list[str]:
