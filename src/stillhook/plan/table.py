@@ -179,8 +179,8 @@ class LimitTable:
 
         The worst of the headings within the tolerance and of the two periods on either side of Tp (the one row where Tp is a row); below
         the lowest period the first row holds; above the highest, and beyond the tolerance from every heading, the limit is 0. Tp NaN: the
-        worst of all periods. beta None: the vessel turns to the heading that is best for the period, and keeps it within the tolerance; NaN:
-        0, nobody knows. What is not told in the table is 0.
+        worst of all periods. beta None: the vessel turns to the heading that is best for the period, and keeps it within the tolerance;
+        NaN: 0, nobody knows. What is not told in the table is 0.
         """
         by_heading = self._by_heading(np.asarray(Tp, dtype=float))
         if beta is None:
