@@ -13,7 +13,7 @@ from stillhook._lazy import attached
 from stillhook._version import __version__
 
 if TYPE_CHECKING:
-    from stillhook import analysis, identify, metrics, response, validate
+    from stillhook import analysis, identify, metrics, plan, response, validate
     from stillhook.analysis.compare import compare
     from stillhook.crane import Crane
     from stillhook.engine.lower import lower
@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from stillhook.library.load import cranes, load_crane
     from stillhook.library.payloads import read_payload
     from stillhook.lift.lowering import Lowering
+    from stillhook.plan.plan_file import load_plan
     from stillhook.scenario import Mode, Scenario
     from stillhook.sea.motion import Profile, Sine, Still
     from stillhook.sea.recorded import Recorded
@@ -47,10 +48,12 @@ _HOMES = {
     "identify": "",
     "load_crane": "library",
     "load_lift": "io.lift_file",
+    "load_plan": "plan.plan_file",
     "load_run": "io.results",
     "lower": "engine.lower",
     "metrics": "",
     "parse_sea": "sea.sea_text",
+    "plan": "",
     "read_payload": "library.payloads",
     "read_tip_motion": "io.motion_file",
     "read_vessel": "io.vessel_file",
@@ -76,10 +79,12 @@ __all__ = [
     "identify",
     "load_crane",
     "load_lift",
+    "load_plan",
     "load_run",
     "lower",
     "metrics",
     "parse_sea",
+    "plan",
     "read_payload",
     "read_tip_motion",
     "read_vessel",

@@ -98,10 +98,19 @@ def test_vessel_days_are_the_wait_and_the_reference_period(plan, season):
     assert float(year["vessel_days"]) == pytest.approx(0.5)  # no wait, and T_R of 12 h
 
 
-def test_limits_below_the_table_of_forecast_factors_are_never_workable_and_it_is_said_why(plan, season):
+def test_limits_below_the_table_of_forecast_factors_get_none_but_are_compared_by_the_lowest_one(plan, season):
     _, block, forecast = valued(plan, season, dict.fromkeys(LIMITS, 0.9))
     assert np.isnan(forecast.alpha).all()
-    assert "case by case" in forecast.why[0]
+    assert np.isnan(forecast.op_wf).all()
+    assert "case by case" in forecast.why
+    expected = float((season.columns["H_m0"] <= 0.65 * 0.9).mean())
+    assert (block["operability"].sel(month=0) == expected).all()
+
+
+def test_a_limit_of_nought_is_never_workable(plan, season):
+    still = replace(season, columns={**season.columns, "H_m0": np.zeros(HOURS)})
+    _, block, forecast = valued(plan, still, dict.fromkeys(LIMITS, 0.0))
+    assert (forecast.op_wf == 0.0).all()
     assert (block["operability"].sel(month=0) == 0.0).all()
     assert np.isnan(block["vessel_days"].sel(month=0)).all()
 

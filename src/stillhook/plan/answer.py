@@ -135,6 +135,25 @@ def seeds_of(axes: Axes, demands: Iterable[Demand]) -> NDArray[np.int64]:
     return found
 
 
+def rows_of(of: Answered, forecast: Forecast, Hs_highest: float) -> list[dict[str, Any]]:
+    """The table as rows for JSON, which knows no inf: every cell with its verdict, which is limited, above (the highest sea that was
+    asked), never or not told."""
+    axes, rows = of.axes, []
+    for c, credit in enumerate(CREDITS):
+        g = of.governs[credit]
+        for i in np.ndindex(g.Hs.shape):
+            Hs, governs = float(g.Hs[i]), g.phase[i] >= 0
+            verdict = "not told" if np.isnan(Hs) else "above" if Hs > Hs_highest else "never" if Hs == 0.0 else "limited"
+            rows.append({
+                "credit": credit, "alternative": axes.alternatives[i[0]].value, "beta": axes.headings[i[1]], "T_p": axes.periods[i[2]],
+                "Hs_limit": Hs, "Hs_limit_low": float(g.low[i]), "Hs_limit_high": float(g.high[i]), "verdict": verdict,
+                "alpha": float(forecast.alpha[(c, *i)]), "op_wf": float(forecast.op_wf[(c, *i)]),
+                "governing_phase": axes.phases[g.phase[i]] if governs else "", "governing_rule": axes.rules[g.rule[i]] if governs else "",
+                "governing_tier": TIERS[g.tier[i]].value if governs else "",
+            })  # fmt: skip
+    return rows
+
+
 def summary_of(of: Answered, shown: Alternative, weather: xarray.Dataset | None) -> dict[str, Any]:
     """What a reader asks first of each alternative: its limits as modelled and as credited, what governs most cells, and its weather."""
     axes, out = of.axes, {}

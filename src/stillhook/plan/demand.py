@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,6 +36,10 @@ class Seas:
 
     def columns(self) -> list[tuple[float, float, NDArray[np.intp]]]:
         """Every (Tp, beta) that there is, with the rows of its seas by rising Hs."""
+        return self._columns
+
+    @cached_property
+    def _columns(self) -> list[tuple[float, float, NDArray[np.intp]]]:
         pairs = sorted({(float(T), float(b)) for T, b in zip(self.Tp, self.beta, strict=True)})
         found = []
         for T, b in pairs:

@@ -14,7 +14,7 @@ from stillhook.errors import PlanError
 from stillhook.io.weather_file import SENSES, read_weather
 from stillhook.library.files import nearest
 from stillhook.plan.alternatives import Alternative
-from stillhook.plan.answer import Answered, dataset_of, demand_block, seeds_of, summary_of
+from stillhook.plan.answer import Answered, dataset_of, demand_block, rows_of, seeds_of, summary_of
 from stillhook.plan.capacities import calm
 from stillhook.plan.closed_form import closed_form
 from stillhook.plan.credited_table import certified_in, credited_of
@@ -90,6 +90,7 @@ def plan(
     facts = facts_of(asked, by, [t.value for t in UP_TO[last]])
     facts |= facts_found(asked, of, forecast, value, twin)
     facts["summary"] = summary_of(of, of.shown(), blocks.get("weather"))
+    facts["limits"] = rows_of(of, forecast, max(asked.environment.Hs))
     facts["runs"] |= {"wall": time.perf_counter() - begun}
     told.at(1.0)
     return PlanResult(dataset_of(asked, of, forecast), facts, blocks)

@@ -82,8 +82,8 @@ def remarks(plan: LiftPlan, of: Answered, forecast: Forecast, value: WeatherValu
         found.append(f"a limit above {highest:g} m, the highest sea that was asked, is told as such and used as {highest:g} m")
     if forecast.why:
         lowest = f"{forecast.table.Hs[0]:g} m"
-        kind = "so that such limits can be compared in the weather, the factor of"
-        found.append(f"forecast factor: {forecast.why} Here, {kind} {lowest} is taken, which flatters them: gains over them are at least those")
+        meanwhile = f"so that such limits can be compared in the weather, the factor of {lowest} is taken, which flatters them"
+        found.append(f"forecast factor: {forecast.why} Here, {meanwhile}: what is gained over them is at least what is told")
     if not forecast.restricted:
         found.append("not weather restricted: waiting is not reckoned; plan for extremes of the season, or divide the operation")
     if plan.weather is None:

@@ -1,7 +1,8 @@
 """What limits are worth in weather: how often one can work, how long one waits, and what each alternative gains over the others.
 
 The operation needs a window of T_R in which the sea stays under OP_WF, the limit lowered by alpha because forecasts err. A record is
-workable where its height is at most OP_WF of its period and direction (`LimitTable.at`).
+workable where its height is at most OP_WF of its period and direction (`LimitTable.at`). Below the lowest height of the table of alpha no
+factor is told (case by case); so that such limits can be compared at all, the lowest one is taken here, which flatters them.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ from stillhook.sea.parametric import Jonswap, pierson_moskowitz
 from stillhook.sea.weather import Weather
 from stillhook.units import show
 from stillhook.variables import attributes
-from stillhook.weather.alpha import Alpha, AlphaTable, alpha_of
+from stillhook.weather.alpha import AlphaTable, alpha_of, alphas
 from stillhook.weather.persistence import SLACK, Persistence, persistence, waits, windows_of
 
 if TYPE_CHECKING:
@@ -49,14 +50,16 @@ PEAKED = 3.3
 
 @dataclass(frozen=True, eq=False)
 class Forecast:
-    """Forecast factors of every cell (credit, alternative, heading, period): alpha [1], op_wf [m], NaN where the table tells none; T_R [s];
-    restricted, whether the operation is weather restricted; why: what the table says of cells that it leaves open."""
+    """Forecast factors of every cell (credit, alternative, heading, period): alpha [1], op_wf [m], NaN where the table tells none; used
+    [m], op_wf with the factor of the table's lowest height below that height; T_R [s]; restricted, whether the operation is weather
+    restricted; why: what the table says of cells that it leaves open."""
 
     alpha: FloatArray = field(repr=False)
     op_wf: FloatArray = field(repr=False)
+    used: FloatArray = field(repr=False)
     T_R: float
     restricted: bool
-    why: tuple[str, ...]
+    why: str
     table: AlphaTable = field(repr=False)
 
 
@@ -64,12 +67,12 @@ def forecast_limits(plan: LiftPlan, table: AlphaTable, limits: Mapping[Credit, G
     """alpha and OP_WF of every limit; one above the highest sea that was asked is taken as that height."""
     Hs = np.stack([np.minimum(limits[credit].Hs, Hs_highest) for credit in CREDITS])
     operation = alpha_of(table, Hs_highest, plan.T_POP, plan.T_C)
-    known: dict[float, Alpha] = {float(h): alpha_of(table, float(h), plan.T_POP, plan.T_C) for h in np.unique(Hs[Hs > 0.0])}
-    factor = {h: math.nan if each.alpha is None else each.alpha for h, each in known.items()}
-    alpha = np.array([factor.get(float(h), math.nan) for h in Hs.ravel()]).reshape(Hs.shape)
-    why = tuple(dict.fromkeys(each.why for each in known.values() if each.alpha is None and each.why))
-    never = np.where(Hs == 0.0, 0.0, np.nan)
-    return Forecast(alpha, np.where(np.isnan(alpha), never, alpha * Hs), operation.T_R, operation.weather_restricted, why[:1], table)
+    alpha = np.where(Hs > 0.0, alphas(table, Hs, plan.T_POP), np.nan)
+    open_ = Hs[(Hs > 0.0) & np.isnan(alpha)]
+    why = alpha_of(table, float(open_.max()), plan.T_POP, plan.T_C).why if len(open_) else ""
+    used = Hs * alphas(table, np.maximum(Hs, table.Hs[0]), plan.T_POP)
+    op_wf = np.where(Hs == 0.0, 0.0, alpha * Hs)
+    return Forecast(alpha, op_wf, used, operation.T_R, operation.weather_restricted, why, table)
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,7 +98,7 @@ def weather_value(plan: LiftPlan, axes: Axes, forecast: Forecast, weather: Weath
     waited: dict[tuple[Credit, Alternative], FloatArray] = {}
     for c, credit in enumerate(CREDITS):
         for a, alternative in enumerate(axes.alternatives):
-            op_wf = np.nan_to_num(forecast.op_wf[c, a], nan=0.0)
+            op_wf = np.nan_to_num(forecast.used[c, a], nan=0.0)
             table = LimitTable(op_wf, np.array(axes.headings), np.array(axes.periods), plan.environment.heading_tolerance, Hs_highest)
             limit = np.min([table.at(Tp, seas.beta) for Tp in seas.periods], axis=0)
             good = np.asarray((seas.Hs <= limit) & (limit > 0.0))

@@ -1,0 +1,151 @@
+"""`stillhook plan` and `stillhook demo` as a user meets them: answers, exit codes, and mistakes in one line."""
+
+import json
+
+import pytest
+
+from stillhook.cli import run
+from stillhook.plan import plan_files
+
+PLAN = """\
+name = "Manifold to 300 m"
+crane = "nov-250t"
+vessel = "construction-vessel-130m"
+payload = "manifold-60t"
+alternatives = ["none", "cap-80"]
+
+[tip]
+at = "x=-15 m, y=-24 m, z=36 m"
+
+[water]
+depth = "300 m"
+
+[environment]
+Hs = ["HIGHS"]
+Tp = ["6 s", "9 s"]
+headings = ["180 deg"]
+
+[operation]
+T_POP = "4 h"
+
+[[phase]]
+name = "splash"
+kind = "splash-zone"
+start = "5 m"
+
+[[phase]]
+name = "deep"
+kind = "deep"
+start = "-25 m"
+"""
+
+
+def a_plan(folder, *, Hs='1 m", "2 m", "4 m', more=""):
+    path = folder / "lift.toml"
+    path.write_text(PLAN.replace("HIGHS", Hs) + more, encoding="utf-8")
+    return str(path)
+
+
+@pytest.fixture(autouse=True)
+def _a_short_report(monkeypatch):
+    """The report has tests of its own: here its files stand for it."""
+
+    def written(result, folder):
+        for name in ("report.pdf", "report.html"):
+            (folder / name).write_text(result.name)
+
+    monkeypatch.setattr(plan_files, "write_report", written)
+
+
+def refused(capsys, *arguments):
+    """The one line in which a command is refused."""
+    assert run(["plan", *arguments]) == 2
+    err = capsys.readouterr().err
+    assert err.startswith("error: ")
+    assert err.count("\n") == 1
+    return err
+
+
+def test_a_plan_prints_limits_of_every_heading_and_leaves_report_and_numbers(tmp_path, capsys):
+    out = tmp_path / "out"
+    assert run(["plan", a_plan(tmp_path), "--tier", "closed-form", "--out", str(out)]) == 0
+    text = capsys.readouterr().out
+    assert "limiting Hs [m], waves travelling 180 deg from the bow" in text
+    assert "check against your edition" in text
+    assert sorted(p.name for p in out.iterdir()) == ["plan.json", "plan.nc", "report.html", "report.pdf"]
+
+
+def test_json_tells_facts_by_name_and_limits_cell_by_cell(tmp_path, capsys):
+    assert run(["plan", a_plan(tmp_path), "--tier", "closed-form", "--json"]) == 0
+    answer = json.loads(capsys.readouterr().out)
+    assert answer["name"] == "Manifold to 300 m"
+    assert answer["operation"]["T_R"] == 8 * 3600.0
+    cells = [c for c in answer["limits"] if (c["credit"], c["alternative"]) == ("credited", "cap-80")]
+    assert [(c["T_p"], round(c["beta"], 4)) for c in cells] == [(6.0, 3.1416), (9.0, 3.1416)]
+    assert {c["verdict"] for c in answer["limits"]} <= {"limited", "above", "never", "not told"}
+    for c in cells:
+        assert (c["Hs_limit"] is None) == (c["verdict"] in ("above", "not told"))
+
+
+def test_a_table_whose_seas_are_all_too_high_is_answered_with_no(tmp_path, capsys):
+    assert run(["plan", a_plan(tmp_path, Hs='8 m", "9 m'), "--tier", "closed-form"]) == 1
+    capsys.readouterr()
+
+
+def test_check_says_what_a_plan_asks_and_runs_nothing(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr("stillhook.plan.planning.plan", None)
+    assert run(["plan", a_plan(tmp_path), "--check"]) == 0
+    assert "T_R 8 h" in capsys.readouterr().out
+
+
+def test_the_example_is_copied_to_be_edited_and_planned(tmp_path, capsys):
+    assert run(["plan", "example", str(tmp_path / "mine")]) == 0
+    assert "template-to-1500m.toml --check" in capsys.readouterr().out
+    assert run(["plan", str(tmp_path / "mine" / "template-to-1500m.toml"), "--check"]) == 0
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["no-such-lift"], "the library has"),
+        (["no-such-lift.toml"], "no-such-lift.toml"),
+        (["template-to-1500m", "elsewhere"], 'a folder stands after "example" only'),
+        (["template-to-1500m", "--tier", "tmie"], 'tier "tmie": is none. Give one of closed-form, frequency, time'),
+        (["template-to-1500m", "--quick", "--alpha", "nobody"], "no such table of alpha factors"),
+        (["template-to-1500m", "--threads", "0"], "--threads"),
+        (["template-to-1500m", "--quick", "--scheduler", "nowhere"], "--scheduler"),
+    ],
+)
+def test_mistakes_are_refused_in_one_line(arguments, said, capsys):
+    assert said in refused(capsys, *arguments)
+
+
+def test_a_folder_that_cannot_be_written_to_is_refused_before_anything_runs(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr("stillhook.plan.planning.plan", None)
+    (tmp_path / "out").write_text("a file")
+    assert "out" in refused(capsys, a_plan(tmp_path), "--out", str(tmp_path / "out"))
+
+
+def test_nothing_is_left_half_written_where_a_plan_is_stopped(tmp_path, capsys, monkeypatch):
+    def stopped(*arguments, **options):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("stillhook.plan.planning.plan", stopped)
+    out = tmp_path / "out"
+    assert run(["plan", a_plan(tmp_path), "--out", str(out)]) == 130
+    assert not out.exists()
+    assert "no file was left half-written" in capsys.readouterr().err
+
+
+def test_demo_plans_the_example_and_knows_what_it_can_show(capsys, monkeypatch):
+    asked = {}
+
+    def planned(lift, **options):
+        asked["name"] = lift.name
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("stillhook.plan.planning.plan", planned)
+    assert run(["demo"]) == 130
+    assert asked["name"] == "Template of 120 t to 1,500 m"
+    assert run(["demo", "motion"]) == 2
+    assert "Give plan or motions" in capsys.readouterr().err
