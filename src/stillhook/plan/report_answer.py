@@ -174,11 +174,13 @@ def _limits(result: PlanResult, name: str) -> list[Part]:
 
 
 def _interval(result: PlanResult, name: str, i: int, k: int) -> str:
-    """The 95 % interval of a credited limit; empty where there is none."""
+    """The 95 % interval of a credited limit, "from" its lower end where the upper one is above all that was run; empty where there is none."""
     here = result.data.sel(credit=CREDITED, alternative=name).isel(heading=i, period=k)
     ends = [float(here[key]) for key in ("Hs_limit_low", "Hs_limit_high")]
-    told = [height(x, highest(result)) for x in ends]
-    return f"{told[0]} to {told[1]}" if not any(map(math.isnan, ends)) else ""
+    if any(map(math.isnan, ends)):
+        return ""
+    low, high = (height(x, highest(result)) for x in ends)
+    return f"{low} to {high}" if ends[1] <= highest(result) else f"from {low}"
 
 
 def _what(result: PlanResult, credit: Credit, name: str, i: int, k: int) -> str:
@@ -234,6 +236,5 @@ def _conditions(result: PlanResult) -> list[Part]:
         ("seas", f"{waves}{peak}, {spread}; {below}"),
         ("credit", str(crane.get("twin", "-"))),
     ]  # fmt: skip
-    if "speed" in crane:
-        rows.append(("winch", str(crane["speed"])))
+    rows += [("note", str(note)) for note in told.get("notes", ())]
     return [text("Conditions. Wind, current and what the last section names are not part of these limits."), facts(rows)]

@@ -223,10 +223,13 @@ def _file(name: str) -> str:
 
 RUNS = {
     "n": "runs in the time domain", "n_unique": "of these computed (alike in several alternatives: once)", "n_failed": "failed runs",
-    "seeds_first": "first seed", "seeds_least": "least seeds a cell", "seeds_most": "most seeds a cell", "step": "time step [s]",
+    "n_cells": "cells of phase, winch and sea", "seeds_per_cell": "seeds a cell, least and most", "seeds_first": "first seed",
+    "seeds_least": "least seeds a cell", "seeds_most": "most seeds a cell", "step": "time step [s]", "simulated": "simulated time",
 }  # fmt: skip
 
 
+TIMES = ("simulated",)
+"""Numbers of the runs that are times [s]."""
 OF_THE_MACHINE = ("wall", "store", "threads")
 """What is no part of the answer: another machine has others, and the document must not."""
 
@@ -236,14 +239,15 @@ def _runs(runs: Mapping[str, Any]) -> Iterable[tuple[str, str]]:
     for key, value in runs.items():
         if key in OF_THE_MACHINE or isinstance(value, bool) or value is None or isinstance(value, dict):
             continue
-        said = (
-            ", ".join(str(x) for x in value)
-            if isinstance(value, list)
-            else number(float(value), 6)
-            if isinstance(value, int | float)
-            else str(value)
-        )
-        yield RUNS.get(key, key.replace("_", " ")), said
+        yield RUNS.get(key, key.replace("_", " ")), _said(key, value)
+
+
+def _said(key: str, value: Any) -> str:
+    if isinstance(value, list):
+        return " to ".join(str(x) for x in value)
+    if not isinstance(value, int | float):
+        return str(value)
+    return hours(value) if key in TIMES else number(float(value), 6)
 
 
 def not_covered(result: PlanResult) -> list[Part]:
