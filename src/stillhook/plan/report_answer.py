@@ -174,7 +174,7 @@ def _limits(result: PlanResult, name: str) -> list[Part]:
 
 
 def _interval(result: PlanResult, name: str, i: int, k: int) -> str:
-    """The 95 % interval of a credited limit, "from" its lower end where the upper one is above all that was run; empty where there is none."""
+    """The 95 % interval of a credited limit, "from" its lower end where no upper one was reached; empty where there is none."""
     here = result.data.sel(credit=CREDITED, alternative=name).isel(heading=i, period=k)
     ends = [float(here[key]) for key in ("Hs_limit_low", "Hs_limit_high")]
     if any(map(math.isnan, ends)):
