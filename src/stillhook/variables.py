@@ -8,6 +8,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import NamedTuple
 
+from stillhook.weather_rows import ROWS
+
 WINDOW = 30.0
 """Moving window of the peak-to-peak error [s]. Source: Moslatt 2020 paper F table 2."""
 
@@ -427,6 +429,8 @@ PLAN = (
     _v("F_top_max", "max F_top", "N", "force", "", "largest tension at the crane tip in a phase: payload, hook and wire, motion included"),
     _v("T_0", "T_0", "s", "time", "", "first natural period of what hangs on its wire, top held"),
     _v("eta_wire", "eta_w", "1", "", "", "part of the tip's motion that the winch takes at the wire's upper end, 1 - sigma_u/sigma_tip"),
+    _v("utilisation", "", "1", "", "", "largest part that is used of any limit; 1: at the limit, inf: of a limit that allows nothing"),
+    _v("workable_record", "", "", "", "", "1 where a lift can be done in a record of weather, else 0"),
     _v("Hs_base", "H_s", "m", "length", "", "limiting wave height of a phase with everything as planned"),
     _v("Hs_low", "H_s", "m", "length", "", "the same with one number of the plan lower"),
     _v("Hs_high", "H_s", "m", "length", "", "the same with one number of the plan higher"),
@@ -456,49 +460,7 @@ PLAN = (
     _v("alternative", "", "", "", "", "way to reckon the winch: none, cap-80, ns, hs, ssc, strong-ssc"),
 )  # fmt: skip
 
-WEATHER = (
-    _v("n_hours", "n", "h", "", "", "hours that the records of a weather series cover: records times step; gaps are not covered"),
-    _v("operability", "", "1", "", "", "share of the valid records that are inside all limits; limits are inclusive"),
-    _v("start_share", "", "1", "", "", "share of all records in which an operation of the window's length can start at once"),
-    _v("n_windows", "", "1", "", "", "windows: longest unbroken runs of workable records; gaps and records with missing values break them"),
-    _v("window", "", "s", "time", "", "length that a window must have: the time that the operation needs without a break"),
-    _v("window_mean", "", "s", "time", "", "mean length of all windows; a record counts one step"),
-    _v("window_max", "", "s", "time", "", "length of the longest window"),
-    _v("n_windows_long_enough", "", "1", "", "", "windows of the asked length or longer"),
-    _v("wait_mean", "", "s", "time", "", "mean wait from every record (workable or not) to the first at or after it from which a window of the asked length is left: 0 where it starts one, by the clock over gaps; starts without a later one are left out"),
-    _v("wait_p50", "", "s", "time", "", "wait that half of the starts stay below (linear between neighbours)"),
-    _v("wait_p90", "", "s", "time", "", "wait that 90 % of the starts stay below (linear between neighbours)"),
-    _v("wait_max", "", "s", "time", "", "longest wait"),
-    _v("n_censored", "", "1", "", "", "starts without a later window that is long enough before the series ends: left out of the waits"),
-    _v("n_gaps", "", "1", "", "", "places where records are further apart than the step"),
-    _v("month", "", "1", "", "", "calendar month, 1 to 12, all years together: of the record, of the start of the wait, of the begin of the window"),
-    _v("months", "", "", "", "", "the same month by month (UTC)"),
-    _v("step", "", "s", "time", "", "what a record stands for: the usual time from one to the next"),
-    _v("ship", "", "rad", "angle", "clockwise from true north", "where the bow points; null where no limit asks for it, free where the ship turns to what suits best"),
-    _v("alpha", "alpha", "1", "", "", "factor on a limiting wave height for errors of the forecast; null where the table gives none", "DNV-OS-H101"),
-    _v("hs", "OP_LIM", "m", "length", "", "limiting significant wave height of an operation", "DNV-OS-H101"),
-    _v("op_wf", "OP_WF", "m", "length", "", "height that a forecast must stay within: alpha OP_LIM", "DNV-OS-H101"),
-    _v("T_phases", "", "s", "time", "", "time that the phases of a plan take together"),
-    _v("T_POP", "T_POP", "s", "time", "", "planned operation period", "DNV-OS-H101"),
-    _v("T_C", "T_C", "s", "time", "", "contingency time; T_POP where it is not assessed", "DNV-OS-H101"),
-    _v("T_R", "T_R", "s", "time", "", "operation reference period T_POP + T_C", "DNV-OS-H101"),
-    _v("weather_restricted", "", "", "", "", "whether the operation may be planned by a forecast: T_POP below 72 h and T_R below 96 h", "DNV-OS-H101"),
-    _v("wind", "U", "m/s", "wind_speed", "", "mean wind speed of a record"),
-    _v("wind_from", "", "rad", "angle", "clockwise from true north", "where the wind comes from"),
-    _v("current", "", "m/s", "speed", "", "speed of the current"),
-    _v("hours", "", "h", "", "", "the times of a weather answer in hours"),
-    _v("table", "", "", "", "", "standard, edition, clause and file that numbers are from"),
-    _v("why", "", "", "", "", "why an answer is not given, or is no"),
-    _v("go", "", "", "", "", "whether the operation may start at the first time that was asked: every record of T_R is forecast and within its limits"),
-    _v("first_start", "", "", "", "", "first time at which it may start (UTC), null where there is none in the horizon"),
-    _v("horizon", "", "s", "time", "", "time over which starts are looked for"),
-    _v("n_starts", "", "1", "", "", "starts that were looked at, one a record"),
-    _v("by_heading", "", "", "", "", "operability with the bow held on each heading"),
-    _v("absent", "", "s", "time", "", "time within the gaps of a series"),
-    _v("columns", "", "", "", "", "column by column of a weather file: missing values, least, mean, 90 % and largest, or mean direction"),
-    _v("n_go", "", "1", "", "", "starts of which every record of T_R is forecast and within its limits"),
-    _v("starts", "", "", "", "", "start by start: time, go, what governs and by how much; null where the forecast does not cover T_R"),
-)  # fmt: skip
+WEATHER = tuple(Variable(*row) for row in ROWS)
 
 PHYSICAL: Mapping[str, Variable] = {v.name: v for v in SERIES + SUMMARY + QUANTITIES}
 """What a log may hold under its own name. The names of ANSWERS are everyday words (load, speed, first), which a log may use for anything."""
