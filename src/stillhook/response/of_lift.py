@@ -23,6 +23,7 @@ from stillhook.response.road import road
 from stillhook.response.rod import natural_periods
 from stillhook.scenario import Mode, mode_of
 from stillhook.sea.measured import SpectrumSeries
+from stillhook.sea.rao import Rao
 from stillhook.sea.spectrum import Sea
 from stillhook.sea.states import SeaStates
 from stillhook.units import show
@@ -141,7 +142,11 @@ def forcing_of(waves: Waves, file: LiftFile) -> Forcing:
     """What the waves do at the lift's crane tip and load."""
     assert file.vessel is not None
     assert file.at is not None
-    vessel, x, y = file.vessel, file.at.x, file.at.y
+    return forcing_of_waves(waves, file.vessel, file.at.x, file.at.y)
+
+
+def forcing_of_waves(waves: Waves, vessel: Rao, x: float, y: float) -> Forcing:
+    """What the waves do at a crane tip x, y from the vessel's reference point [m], and at the load under it."""
     if isinstance(waves.of, Sea):
         return forcing_of_seas(waves.of, vessel, x, y)
     if isinstance(waves.of, SeaStates):
