@@ -11,7 +11,7 @@ import typer
 from stillhook.cli.cluster import Scheduler, client_of
 from stillhook.cli.cranes import Json
 from stillhook.cli.running_text import wrapped
-from stillhook.cli.show import print_json, print_table, progress_bar
+from stillhook.cli.show import print_json, print_table, progress_bar, say
 
 if TYPE_CHECKING:
     from stillhook.plan.result import PlanResult
@@ -82,6 +82,7 @@ def run(
     asked: Any, tier: str, alpha: str | None, out: Path | None, store: Path | None, scheduler: str | None, threads: int
 ) -> PlanResult:
     """The plan's answer, its files written where they were asked for."""
+    from stillhook.plan.demand import Tier
     from stillhook.plan.plan_files import OUT_FILES, write_answer
     from stillhook.plan.planning import plan as planned
     from stillhook.plan.planning import tier_of
@@ -92,6 +93,11 @@ def run(
     if out is not None:
         check_folder(out, OUT_FILES)
         store = out / "runs" if store is None else store
+    if last is Tier.TIME:
+        from stillhook.plan.twin_tier import expected
+
+        kept = f"; what is done is kept in {store}, and a plan that is stopped goes on from there" if store is not None else ""
+        say(f"{expected(asked)}{kept}")
     with client_of(scheduler) as client, progress_bar(f"{asked.name}: planning") as bar:
         found = planned(asked, tier=last, store=store, client=client, threads=threads, progress=bar, **given)
     if out is not None:

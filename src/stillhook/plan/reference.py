@@ -10,13 +10,14 @@ import numpy as np
 
 from stillhook.engine.run import Progress
 from stillhook.plan.answer import Answered
-from stillhook.plan.demand import Demand
+from stillhook.plan.demand import Demand, Tier
 from stillhook.plan.depth_profile import depth_profile, efficiency
 from stillhook.plan.lift_plan import LiftPlan
 from stillhook.plan.limits import Limits
 from stillhook.plan.parts import Parts
 from stillhook.plan.result import CREDITS
 from stillhook.plan.sensitivity import sensitivity
+from stillhook.plan.table import TIERS
 
 if TYPE_CHECKING:
     import xarray
@@ -65,7 +66,29 @@ def reference_blocks(
         return {}
     found = {"depth": depth_profile(plan, alternatives, at.Hs, at.Tp, at.beta, told(0.0, 0.3))}
     found["efficiency"] = efficiency(plan, alternatives, at.Hs, at.beta, at.z, told(0.3, 0.5))
-    found["sensitivity"] = sensitivity(plan, alternatives, at.Tp, at.beta, at.phase, limits, told(0.5, 1.0))
+    where = sensitive_at(plan, of)
+    if where is not None:
+        ask = (of.shown(),)
+        found["sensitivity"] = sensitivity(plan, alternatives, where.Tp, where.beta, where.phase, limits, told(0.5, 1.0), ask=ask)
     return found
 
 
+class Sensitive(NamedTuple):
+    """A phase in a period Tp [s] and direction beta [rad]."""
+
+    phase: str
+    Tp: float
+    beta: float
+
+
+def sensitive_at(plan: LiftPlan, of: Answered) -> Sensitive | None:
+    """Where the frequency road limits the leading alternative most, in a compensated phase if it limits it in one; None where nowhere."""
+    axes = of.axes
+    Hs = of.found.Hs[TIERS.index(Tier.FREQUENCY), axes.alternatives.index(of.shown())]
+    least = np.where(np.isfinite(Hs) & (Hs > 0.0), Hs, np.inf).min(axis=1)  # phase, heading, period
+    own = np.array([phase.compensated for phase in plan.phases])[:, None, None]
+    for among in (np.where(own, least, np.inf), least):
+        if np.isfinite(among).any():
+            phase, heading, period = np.unravel_index(int(among.argmin()), among.shape)
+            return Sensitive(axes.phases[phase], axes.periods[period], axes.headings[heading])
+    return None
