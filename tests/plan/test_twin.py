@@ -18,7 +18,7 @@ from stillhook.plan.rules import Level
 from stillhook.plan.seeds import chance, largest, mean
 from stillhook.plan.twin_cells import Ask, Cells, Deal, worst_heights
 from stillhook.plan.twin_numbers import FAILED_MOST, quantities
-from stillhook.plan.twin_run import BLOCK, COUNTED, KINDS, SETTLE, Spot, Winch, course_of, in_sea, lowering_of, machine_of, winch_of
+from stillhook.plan.twin_run import BLOCK, KINDS, Spot, Winch, course_of, in_sea, lowering_of, machine_of, winch_of
 from stillhook.plan.twin_tier import expected, refine
 from stillhook.scenario import Mode
 
@@ -61,7 +61,7 @@ def test_in_a_compensated_phase_none_stands_and_the_cap_leaves_a_fifth(plan):
     assert winch_of(deep, Alternative.NONE) == Winch()
     assert winch_of(deep, Alternative.CAP).left == pytest.approx(0.2)
     assert len({winch_of(deep, a) for a in Alternative}) == len(Alternative)
-    modes = {a: calm_of(plan, deep, winch_of(deep, a))[1].programme[COUNTED].mode for a in Alternative}
+    modes = {a: calm_of(plan, deep, winch_of(deep, a))[1].programme[1].mode for a in Alternative}
     assert modes[Alternative.NONE] is modes[Alternative.CAP] is StageMode.MANUAL
     assert modes[Alternative.SSC] is StageMode.AHC
 
@@ -77,8 +77,9 @@ def test_a_piece_of_a_long_way_lies_on_the_way_and_about_its_worst_place(plan):
     phase = next(p for p in plan.phases if p.kind is PhaseKind.LOWERING and p.compensated)
     for z in (phase.start, 0.5 * (phase.start + phase.end), phase.end):
         course = course_of(plan, phase, Winch(controller=Alternative.SSC), z, 600.0)
-        settle, counted = course.programme
-        top = course.z_0 - settle.lower * SETTLE
+        *settle, counted = course.programme
+        assert course.counts == len(settle)
+        top = course.z_0 - sum(stage.lower * stage.time for stage in settle)
         bottom = top - counted.lower * course.counted
         assert phase.start >= course.z_0 >= top > bottom >= phase.end - 1e-6
         assert top + 1e-6 >= z >= bottom - 1e-6
@@ -91,7 +92,7 @@ def test_a_payload_comes_up_where_its_phase_goes_up(plan):
     up = down.model_copy(update={"start": down.end, "end": down.start})
     course = course_of(plan, up, Winch())
     assert course.z_0 == down.end
-    assert course.programme[COUNTED].lower == -down.speed
+    assert course.programme[1].lower == -down.speed
     assert course.z_top == down.start
 
 

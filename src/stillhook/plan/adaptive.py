@@ -25,12 +25,16 @@ class Search:
     most_seeds: int = 60
     width: float = 0.12
     near: float = 0.06
-    cells: int = 5
+    cells: int = 6
     growth: tuple[float, float] = (0.7, 2.5)
 
 
 LEAST_STEP, MOST_STEP = 1.08, 2.0
 """Factors between which the height grows where no sea was beyond yet."""
+BEHIND = 1.04
+"""Where the next height is placed behind a crossing that is foreseen, over it: a cell that is beyond ends a search, one inside does not."""
+STEEP, LEAST_PART = 1.5, 0.5
+"""A cell that is so far beyond says little about the crossing: it is then not looked for below this part of the way to that cell."""
 USUAL_GROWTH = 1.3
 """Exponent of growth before two seas tell it: motions grow with the height, drag with its square."""
 FINE, COARSE, TURN = 0.025, 0.05, 1.0
@@ -99,12 +103,14 @@ def _higher(Hs: FloatArray, u: FloatArray, highest: float, search: Search) -> fl
     if not rise > 0.0:
         return min(MOST_STEP * top, highest)
     factor = ((1.0 - u[0]) / rise) ** (1.0 / _growth(Hs, u, len(Hs) - 1, search))
-    return top * float(np.clip(1.02 * factor, LEAST_STEP, MOST_STEP))
+    return top * float(np.clip(BEHIND * factor, LEAST_STEP, MOST_STEP))
 
 
 def _between(Hs: FloatArray, u: FloatArray, k: int, search: Search) -> float | None:
     """Between a cell inside and one beyond."""
     at = crossing(Hs, u, search)
+    if u[k] > STEEP:
+        at = max(at, LEAST_PART * float(Hs[k]) + (1.0 - LEAST_PART) * float(Hs[k - 1]))
     beside = [float(h) for h in (Hs[k - 1], Hs[k]) if h > 0.0]
     if min(abs(at - h) for h in beside) <= search.near * at:
         return None

@@ -101,7 +101,8 @@ class Cells:
             cranes += [crane] * len(made)
             sizes.append(len(made))
         data = lower_many(cranes, cases, store=self.deal.store, client=self.deal.client, threads=self.deal.threads, progress=progress)
-        numbers = kept(data)
+        counts = [self._course_of(ask).counts for ask, size in zip(missing.values(), sizes, strict=True) for _ in range(size)]
+        numbers = kept(data, counts)
         self.n_failed += int(np.sum(~np.isfinite(numbers["duration"])))
         start = 0
         for ask, size in zip(missing.values(), sizes, strict=True):

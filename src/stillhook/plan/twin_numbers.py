@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -15,7 +15,7 @@ from stillhook.plan.capacities import places
 from stillhook.plan.lift_plan import LiftPlan
 from stillhook.plan.phases import Phase, PhaseKind
 from stillhook.plan.seeds import BEYOND, Estimate, chance, largest, mean, single
-from stillhook.plan.twin_run import COUNTED, Course, Winch
+from stillhook.plan.twin_run import Course, Winch
 
 if TYPE_CHECKING:
     import xarray
@@ -39,9 +39,10 @@ WINCH = ("p_a_max", "saturation_share", "relief_share", "stroke_share", "v_w_dem
 """Quantities of the winch while it compensates: none and the flat cap have none of the twin's."""
 
 
-def kept(data: xarray.Dataset) -> dict[str, FloatArray]:
-    """Numbers of every run of a Dataset of lowerings over "case"."""
-    found = {name: data[f"stage_{name}"].values[:, COUNTED] for name in OF_STAGE}
+def kept(data: xarray.Dataset, counts: Sequence[int]) -> dict[str, FloatArray]:
+    """Numbers of every run of a Dataset of lowerings over "case"; counts: number of the stage that counts in each."""
+    each = np.arange(len(counts)), np.array(counts)
+    found = {name: data[f"stage_{name}"].values[each] for name in OF_STAGE}
     return found | {"v_landed": data["v_landed"].values}
 
 

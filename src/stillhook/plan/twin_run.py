@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -19,7 +20,9 @@ from stillhook.physics.scalar import G
 from stillhook.plan.alternatives import Alternative
 from stillhook.plan.lift_plan import LiftPlan
 from stillhook.plan.phases import Phase, PhaseKind
+from stillhook.plan.situations import natural_period
 from stillhook.plan.winches import controlled
+from stillhook.response.hung import hung
 from stillhook.scenario import Mode
 from stillhook.sea.long_wave import wavenumber
 from stillhook.sea.realisation import Amplitudes
@@ -29,9 +32,10 @@ from stillhook.sea.wave_field import decay
 KINDS = (PhaseKind.IN_AIR, PhaseKind.SPLASH, PhaseKind.LOWERING, PhaseKind.DEEP, PhaseKind.LANDING)
 """Phases that the twin runs. Lift-off, set-down and lift-off from the seabed need a ground under the load at the start, which no lowering
 has: they are told by the other tiers."""
-SETTLE = 45.0
-"""Time before the part that counts [s]: the sea grows for 10 s, compensation begins as the tip turns, and the load comes to its swing."""
-BLOCK = 300.0
+SETTLE = 60.0
+"""Time before the part that counts [s]: the sea grows for 10 s, compensation begins as the tip turns, and the load comes to its swing (its
+drag at limiting motions damps it by 3 %, at 6 s within 30 s)."""
+BLOCK = 240.0
 """Longest part that counts [s]; a longer phase is many of these."""
 ROOM = 12.0
 """Time beyond the part that counts as planned [s]: compensation may begin later than planned, by the half of a long period."""
@@ -39,15 +43,14 @@ FAINT = 0.01
 """Part of the water's vertical motion at the surface (standard deviations) at whose depth the waves are left out."""
 TOUCH_ROOM = 30.0
 """Time beyond a landing as planned [s]: the load may swing, or the winch wait."""
-APPROACH_TIME, APPROACH = 40.0, 4.0
-"""A landing is run from so much time [s], and so much height [m], above the seabed, or from the start of its phase where this is lower."""
-THROUGH = 1.0
-"""Without compensation a landing counts down to this height, and is lowered on until it would be as much below the seabed [m]: the load
-that swings touches in between, and its tensions and motions are those of before."""
+APPROACH = 90.0
+"""Of a landing the last time above the seabed is run [s], or the whole of its phase where this is shorter."""
+HANGS, THROUGH = 3.0, 1.0
+"""Without compensation a landing hangs at this height above the seabed at the most [m] while its tensions and motion count, and is then
+lowered until it would be so far below it [m]. (In manual mode the winch slips behind the joystick by its leakage: a load that is lowered
+would seem to move by that.)"""
 HELD = 0.5
 """Tension that landing mode keeps after touch-down, beside the hook's weight, as part of the payload's weight in water (assumed)."""
-COUNTED = 1
-"""Number of the stage that counts: before it everything settles."""
 
 
 class Winch(NamedTuple):
@@ -61,13 +64,14 @@ class Winch(NamedTuple):
 @dataclass(frozen=True)
 class Course:
     """What is run of a phase once. z_0 height of the underside at the start [m]; programme; duration of the run, counted the part that
-    tells [s]; times such parts that the phase holds, and swings those in which the load swings as here; z_top highest place of
-    the underside while it counts [m]."""
+    tells [s], which is stage number `counts`; times such parts that the phase holds, and swings those in which the load swings as here;
+    z_top highest place of the underside while it counts [m]."""
 
     z_0: float
     programme: tuple[Stage, ...]
     duration: float
     counted: float
+    counts: int
     times: float
     swings: float
     z_top: float
@@ -107,7 +111,9 @@ def course_of(plan: LiftPlan, phase: Phase, winch: Winch, z: float | None = None
         return _landing(plan, phase, mode, start)
     if phase.kind is PhaseKind.SPLASH:
         return _passage(phase, mode, start, end)
-    return _part(phase, mode, (start, end), end if z is None else z, about)
+    if start == end:
+        return _standing(phase, mode, start)
+    return _part(plan, phase, mode, (start, end), end if z is None else z, about)
 
 
 def _mode(phase: Phase, winch: Winch) -> StageMode:
@@ -119,23 +125,51 @@ def _stage(mode: StageMode, v: float, **ends: str | bool) -> Stage:
     return Stage(mode=mode, lower=f"{v!r} m/s", **ends)
 
 
-def _part(phase: Phase, mode: StageMode, ends: tuple[float, float], z: float, about: float | None) -> Course:
-    """A piece of a way, or of a time at one height."""
-    (start, end), v = ends, phase.speed or 0.0
+def _standing(phase: Phase, mode: StageMode, z: float) -> Course:
+    """A time at one height."""
     lasts = phase.duration or BLOCK
-    if start == end or v == 0.0:
-        counted = min(BLOCK, lasts)
-        stages = (_stage(mode, 0.0, time=f"{SETTLE!r} s"), _stage(mode, 0.0, time=f"{counted!r} s"))
-        return Course(start, stages, SETTLE + counted + ROOM, counted, lasts / counted, lasts / counted, start)
-    way = abs(end - start)
+    counted = min(BLOCK, lasts)
+    stages = (_stage(mode, 0.0, time=f"{SETTLE!r} s"), _stage(mode, 0.0, time=f"{counted!r} s"))
+    return Course(z, stages, SETTLE + counted + ROOM, counted, 1, lasts / counted, lasts / counted, z)
+
+
+def _part(plan: LiftPlan, phase: Phase, mode: StageMode, ends: tuple[float, float], z: float, about: float | None) -> Course:
+    """A piece of a way."""
+    (start, end), v = ends, _speed(phase)
+    way, down = abs(end - start), math.copysign(1.0, start - end)
     counted = min(BLOCK, way / v)
     before = min(max(abs(z - start) - 0.5 * v * counted, 0.0), max(way - v * counted, 0.0))
-    lead, down = min(before, v * SETTLE), math.copysign(1.0, start - end)
-    stages = (_stage(mode, down * lead / SETTLE, time=f"{SETTLE!r} s"), _stage(mode, down * v, time=f"{counted!r} s"))
     at = start - down * before
-    times = max(lasts / counted, 1.0)
+    ahead = _ahead(plan, mode, at, down * v, before)
+    stages = (*ahead, _stage(mode, down * v, time=f"{counted!r} s"))
+    times = max((phase.duration or counted) / counted, 1.0)
     swings = times if about is None else min(max(about / counted, 1.0), times)
-    return Course(at + down * lead, stages, SETTLE + counted + ROOM, counted, times, swings, max(at, at - down * v * counted))
+    z_0, bottom = at + _covered(ahead), at - down * v * counted
+    return Course(z_0, stages, SETTLE + counted + ROOM, counted, len(ahead), times, swings, max(at, bottom))
+
+
+def _ahead(plan: LiftPlan, mode: StageMode, z: float, v: float, room: float) -> tuple[Stage, ...]:
+    """Stages of `SETTLE` before the part that counts, which begins at z and moves at v, lowering positive; room: way before z [m].
+
+    The joystick is pushed in two halves, half a natural period of the load apart, so that what swings later is not its start: on the real
+    way that has died away long before.
+    """
+    half = _half(plan, z)
+    moves = min(max(room / abs(v) + 0.5 * half, 0.0), SETTLE)
+    if moves <= half:
+        return (_stage(mode, 0.0, time=f"{SETTLE!r} s"),)
+    parts = ((SETTLE - moves, 0.0), (half, 0.5 * v), (moves - half, v))
+    return tuple(_stage(mode, speed, time=f"{time!r} s") for time, speed in parts if time > 0.0)
+
+
+def _half(plan: LiftPlan, z: float) -> float:
+    """Half a natural period of the load on its wire [s]."""
+    return 0.5 * min(natural_period(hung(plan.crane, plan.hanging(z), z)), SETTLE)
+
+
+def _covered(stages: Sequence[Stage]) -> float:
+    """Way down of stages that end by time [m]."""
+    return sum(stage.lower * (stage.time or 0.0) for stage in stages)
 
 
 def _passage(phase: Phase, mode: StageMode, start: float, end: float) -> Course:
@@ -144,26 +178,34 @@ def _passage(phase: Phase, mode: StageMode, start: float, end: float) -> Course:
     counted = abs(end - start) / v
     down = math.copysign(v, start - end)
     stages = (_stage(mode, 0.0, time=f"{SETTLE!r} s"), _stage(mode, down, depth=f"{-end!r} m"))
-    return Course(start, stages, SETTLE + 1.1 * counted + ROOM, counted, 1.0, 1.0, max(start, end))
+    return Course(start, stages, SETTLE + 1.1 * counted + ROOM, counted, 1, 1.0, 1.0, max(start, end))
 
 
 def _landing(plan: LiftPlan, phase: Phase, mode: StageMode, start: float) -> Course:
-    """The last metres, and the touch-down. Without compensation the joystick stays down through it."""
-    v = _speed(phase)
-    height = min(start + plan.depth, max(APPROACH, APPROACH_TIME * v) + THROUGH)
-    counted = height / v
-    settle = _stage(StageMode.AHC if mode is not StageMode.MANUAL else mode, 0.0, time=f"{SETTLE!r} s")
-    if mode is StageMode.LANDING:
-        hold = HELD * payload_weight(plan.hanging(start), -math.inf) + plan.crane.hook_mass * G
-        last: tuple[Stage, ...] = (Stage(mode=mode, lower=f"{v!r} m/s", hold=f"{hold!r} N", time="1 s"),)
-    elif mode is StageMode.AHC:
-        last = (_stage(mode, v, landed=True),)
-    else:
-        low = min(THROUGH, 0.5 * height)
-        last = (_stage(mode, v, time=f"{(height - low) / v!r} s"), _stage(mode, v, time=f"{(low + THROUGH) / v!r} s"))
-        counted = (height + THROUGH) / v
-    z_0 = height - plan.depth
-    return Course(z_0, (settle, *last), SETTLE + counted + TOUCH_ROOM, counted, 1.0, 1.0, z_0)
+    """The last metres, and the touch-down. Without compensation the load first hangs, which counts, and is then put down by hand."""
+    v, high = _speed(phase), start + plan.depth
+    if mode is StageMode.MANUAL:
+        height, counted = min(high, HANGS), APPROACH
+        z = height - plan.depth
+        before = (_stage(mode, 0.0, time=f"{SETTLE!r} s"),)
+        half = _half(plan, z)
+        down = (height + THROUGH) / v
+        last = (_stage(mode, 0.0, time=f"{counted!r} s"), _stage(mode, 0.5 * v, time=f"{half!r} s"), _stage(mode, v, time=f"{down!r} s"))
+        return _landed(phase, z, before, last, SETTLE + counted + half + down, counted)
+    height = min(high, APPROACH * v)
+    z, counted = height - plan.depth, height / v
+    before = _ahead(plan, StageMode.AHC, z, v, high - height)
+    if mode is StageMode.AHC:
+        return _landed(phase, z, before, (_stage(mode, v, landed=True),), SETTLE + counted, counted)
+    hold = HELD * payload_weight(plan.hanging(start), -math.inf) + plan.crane.hook_mass * G
+    land = Stage(mode=mode, lower=f"{v!r} m/s", hold=f"{hold!r} N", time="1 s")
+    return _landed(phase, z, before, (land,), SETTLE + counted, counted)
+
+
+def _landed(phase: Phase, z: float, before: tuple[Stage, ...], last: tuple[Stage, ...], lasts: float, counted: float) -> Course:
+    """The course of a landing whose counted stage begins at z and is the first of `last`."""
+    times = max((phase.duration or counted) / counted, 1.0)
+    return Course(z + _covered(before), (*before, *last), lasts + TOUCH_ROOM, counted, len(before), times, times, z)
 
 
 def _speed(phase: Phase) -> float:
@@ -206,7 +248,7 @@ def in_sea(plan: LiftPlan, phase: Phase, winch: Winch, course: Course, calm: Low
 
 def in_waves(plan: LiftPlan, sea: Sea, course: Course) -> bool:
     """Whether the water moves the payload while it counts: never in air, and not where it has `FAINT` of its motion at the surface."""
-    stage = course.programme[COUNTED]
+    stage = course.programme[course.counts]
     goes_under = stage.end == "depth" and stage.depth is not None and stage.depth > 0.0
     if course.z_top >= 0.0:
         return goes_under or course.z_0 < 0.0

@@ -31,8 +31,11 @@ Column = tuple[float, float]
 TRUST: Mapping[Tier, float] = {Tier.FREQUENCY: 1.25, Tier.CLOSED_FORM: 1.0}
 """A phase may limit a lift at its predicted height over this: the frequency road may be so much too kind; a closed form,
 which stands for the splash zone, is on the safe side there."""
-HOPE: Mapping[Tier, float] = {Tier.FREQUENCY: 1.0, Tier.CLOSED_FORM: 1.75}
-"""Where a limit is looked for first, over the predicted height: that of the splash zone is on the safe side by about so much."""
+HOPE: Mapping[Tier, float] = {Tier.FREQUENCY: 1.05, Tier.CLOSED_FORM: 1.8}
+"""Where a limit is looked for first, over the predicted height: a little behind it, for a cell that is beyond ends a search; the closed
+form of the splash zone is on the safe side by about so much (docs/explanation/limits-by-runs.md)."""
+ENOUGH = 1.1
+"""A phase that is inside up to this over a limit that is known of another one does not govern, and is not looked at any higher."""
 
 
 @dataclass(eq=False)
@@ -120,7 +123,7 @@ class Work:
             return [calm]
         Hs = self.heights(line)
         u = self.used(line, Hs)
-        highest = max(self.plan.environment.Hs)
+        highest = min(max(self.plan.environment.Hs), ENOUGH * self.least(line.alternative, line.column))
         wanted = next_height(Hs, u, line.guess, highest, self.search)
         if wanted is not None:
             return [Ask(line.phase.name, line.winch, line.spot(wanted), self.search.seeds)]
@@ -178,8 +181,13 @@ class Work:
         return max(used, key=lambda key: used[key], default="")
 
     def used(self, line: Line, Hs: FloatArray) -> FloatArray:
-        """Largest utilisation of each cell; NaN where no rule is told."""
-        return np.array([max(_used(self.rules(line), self.numbers(line, float(h))).values(), default=math.nan) for h in Hs])
+        """Largest utilisation of each cell; NaN where no rule is told. In a calm that of the rule that governs the highest sea, from which
+        it grows there, unless the calm itself is beyond."""
+        rows = [_used(self.rules(line), self.numbers(line, float(h))) for h in Hs]
+        most = np.array([max(row.values(), default=math.nan) for row in rows])
+        if most[0] < 1.0 and len(rows) > 1 and rows[-1]:
+            most[0] = rows[0].get(max(rows[-1], key=lambda key: rows[-1][key]), most[0])
+        return most
 
     def _told(self, asks: int) -> Progress | None:
         """Progress of a round as part of all: as much again is taken to come while lines are open, so that it never goes back."""
