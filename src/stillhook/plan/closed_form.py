@@ -23,9 +23,9 @@ from stillhook.physics.scalar import G
 from stillhook.plan.alternatives import Alternative
 from stillhook.plan.capacities import jerk, static_tension
 from stillhook.plan.demand import Demand, Seas, Tier
+from stillhook.plan.frequency import forcing_at
 from stillhook.plan.lift_plan import LiftPlan
 from stillhook.plan.phases import IN_AIR, Phase, PhaseKind
-from stillhook.response.forcing import forcing_of_seas
 from stillhook.response.statistics import most_probable_maximum, zero_crossing_period
 
 FloatArray = NDArray[np.float64]
@@ -191,13 +191,8 @@ def wave_periods(plan: LiftPlan, seas: Seas) -> FloatArray:
 
 
 def _tip(plan: LiftPlan, seas: Seas, x: float, y: float) -> Tip:
-    rows = np.flatnonzero(seas.Hs > 0.0)
-    found = np.zeros((3, len(seas)))
-    if len(rows):
-        each = [plan.environment.sea(float(seas.Hs[i]), float(seas.Tp[i]), float(seas.beta[i])) for i in rows]
-        forcing = forcing_of_seas(each, plan.vessel, x, y)
-        found[:, rows] = [forcing.deviation(order) for order in range(3)]
-    return Tip(wave_periods(plan, seas), *found)
+    forcing = forcing_at(plan, seas, x, y)
+    return Tip(wave_periods(plan, seas), *(forcing.deviation(order) for order in range(3)))
 
 
 def way(plan: LiftPlan, phase: Phase) -> Way:

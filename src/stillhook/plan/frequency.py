@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import NDArray
@@ -69,9 +70,15 @@ def forcings(plan: LiftPlan, seas: Seas, phases: Looks) -> AtTip:
 
 
 def forcing_at(plan: LiftPlan, seas: Seas, x: float, y: float) -> Forcing:
-    """What the seas of a table do at a crane tip x, y from the vessel's reference point [m]."""
-    each = [plan.environment.sea(*(float(v) for v in row)) for row in zip(seas.Hs, seas.Tp, seas.beta, strict=True)]
-    return forcing_of_seas(each, plan.vessel, x, y)
+    """What the seas of a table do at a crane tip x, y from the vessel's reference point [m]; remembered as long as plan and seas live."""
+    known = _AT_TIP.setdefault(plan, WeakKeyDictionary()).setdefault(seas, {})
+    if (x, y) not in known:
+        each = [plan.environment.sea(*(float(v) for v in row)) for row in zip(seas.Hs, seas.Tp, seas.beta, strict=True)]
+        known[x, y] = forcing_of_seas(each, plan.vessel, x, y)
+    return known[x, y]
+
+
+_AT_TIP: WeakKeyDictionary[LiftPlan, WeakKeyDictionary[Seas, dict[tuple[float, float], Forcing]]] = WeakKeyDictionary()
 
 
 def winches_of(
