@@ -98,7 +98,7 @@ class TestPersistence:
             (("--limit", "beta 0..90 deg", "--window", "6 h", "--direction", "going-to"), "--ship: missing"),
             (("--limit", "Hs <= 1 m", "--window", "6 h", "--direction", "from"), 'is not one of coming-from'),
             (("--limit", "Hs <= 1 m", "--window", "6 h", "--column", "Hs=height"), "no column \"height\""),
-            (("--limit", "Hs <= 1 m", "--window", "6 h", "--column", "waves=Hs"), "write a name and a heading"),
+            (("--limit", "Hs <= 1 m", "--window", "6 h", "--column", "waves=Hs"), "is not one of Hs, Tp"), (("--limit", "Hs <= 1 m", "--window", "6 h", "--column", "Hs"), "write a name and a heading"),
             (("--limit", "Hs <= 1 m", "--window", "6 h", "--time", "when"), "--time \"when\": no such column"),
             (("--limit", "Hs <= 1 m", "--window", "6 h", "--date-order", "dym"), "is not one of ymd, mdy, dmy"),
             (("--limit", "Hs <= 1 m", "--window", "6 h", "--step", "0 h"), "is not above 0 s"),

@@ -252,22 +252,19 @@ def _read(
     from stillhook.io.weather_file import SENSES, read_weather
     from stillhook.library.files import nearest
     from stillhook.units import came, parse
-    from stillhook.weather.limit_text import SPELT
+    from stillhook.weather.mapped import mapped
 
     if direction is not None and direction not in SENSES:
         raise WeatherError(f"--direction {came(direction)}: is not one of {', '.join(SENSES)}{nearest(direction, SENSES)}")
-    named = {}
+    named: dict[str, str] = {}
     for text in column or ():
         name, sign, heading = text.partition("=")
-        key = SPELT.get(name.strip().lower())
-        if not sign or key in (None, "beta") or not heading.strip():
-            raise WeatherError(f'--column {came(text)}: write a name and a heading, "Hs=waveheight"; names: {", ".join(NAMED)}.')
-        named[str(key)] = heading.strip()
+        if not sign or not heading.strip():
+            raise WeatherError(f'--column {came(text)}: write a name and a heading, "Hs=waveheight".')
+        named |= mapped({name: heading}, "--column")
     every = None if step is None else parse(step, "time", "--step")
     if every is not None and every <= 0.0:
         raise WeatherError(f"--step {came(step)}: is not above 0 s.")
     sense = None if direction is None else SENSES[direction]
     return read_weather(file, sense=sense, columns_as=named, time_column=time, date_order=date_order, step=every)
 
-
-NAMED = ("Hs", "Tp", "Tz", "wind", "come_from", "wind_from", "current")

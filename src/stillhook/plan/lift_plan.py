@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
@@ -62,11 +63,15 @@ class Environment(Record):
 @dataclass(frozen=True)
 class WeatherUse:
     """Weather that waiting is reckoned on. file: a name of the library or a path; ship: where the bow points, clockwise from north [rad],
-    or None where it is free to turn to the best heading; sense: what the file's directions mean, None where the file says so itself."""
+    or None where it is free to turn to the best heading; sense: what the file's directions mean, None where the file says so itself;
+    columns, time, date_order: how the file is to be read where it does not say (`stillhook.io.weather_file.read_weather`)."""
 
     file: str
     ship: float | None = None
     sense: str | None = None
+    columns: Mapping[str, str] = field(default_factory=dict)
+    time: str | None = None
+    date_order: str | None = None
 
 
 @dataclass(frozen=True, eq=False)

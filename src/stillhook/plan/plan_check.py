@@ -7,13 +7,13 @@ from typing import Any
 
 import numpy as np
 
-from stillhook.io.weather_file import SENSES, read_weather
 from stillhook.plan.alternatives import Alternative
 from stillhook.plan.capacities import static_tension
 from stillhook.plan.lift_plan import LiftPlan, WeatherUse
 from stillhook.plan.limited import limited
 from stillhook.plan.phases import Phase
 from stillhook.plan.situations import resonance_depth, situations
+from stillhook.plan.weather_use import weather_used
 from stillhook.sea.steepness import steepest, steepness
 from stillhook.weather.alpha import load_alpha_table, reference_period
 
@@ -50,7 +50,7 @@ def checked(plan: LiftPlan) -> dict[str, Any]:
 
 def _weather(use: WeatherUse) -> dict[str, Any]:
     """How many records, from when to when, what they know, and what the reader had to say: errors of the file come before any run."""
-    weather = read_weather(use.file, sense=None if use.sense is None else SENSES[use.sense])
+    weather = weather_used(use)
     first, last = (str(np.datetime_as_string(weather.time[i], unit="m")) for i in (0, -1))
     return {
         "file": use.file,

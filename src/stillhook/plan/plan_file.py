@@ -18,6 +18,7 @@ from stillhook.io.fields import Fields, described
 from stillhook.io.lift_file import parts_of, payload_of, water_of
 from stillhook.io.lift_place import boom_of, depth_notes, still_place
 from stillhook.io.weather_file import SENSES
+from stillhook.io.weather_times import ORDERS
 from stillhook.library import load_crane
 from stillhook.library.files import nearest, shelf, toml_text
 from stillhook.library.weather import weather_file
@@ -31,6 +32,7 @@ from stillhook.plan.sea_range import spelled
 from stillhook.sea.rao import Rao
 from stillhook.sea.tip import TipPoint
 from stillhook.units import came, number, show
+from stillhook.weather.mapped import mapped
 
 SHELF = "plans"
 TOP = (
@@ -38,7 +40,7 @@ TOP = (
     "environment", "operation", "weather", "phase",
 )  # fmt: skip
 OPERATION = ("T_POP", "T_C")
-WEATHER = ("file", "ship", "sense")
+WEATHER = ("file", "ship", "sense", "columns", "time", "date_order")
 RULES = "offshore-lift"
 LONGEST_NAME = 80
 ROUNDED = 1e-3
@@ -236,7 +238,18 @@ def _weather(top: Fields, folder: Path) -> WeatherUse | None:
     sense = table.text("sense") if "sense" in table else None
     if sense is not None and sense not in SENSES:
         raise table.wrong("sense", f"is not one of {', '.join(SENSES)}{nearest(sense, SENSES)}")
-    return WeatherUse(file, table.quantity("ship", "angle"), sense)
+    headings = table.table.get("columns", {})
+    if not isinstance(headings, dict):
+        raise table.wrong("columns", 'give a table such as { Hs = "wave height (cm)" }.')
+    try:
+        columns = mapped(headings, "weather.columns")
+    except WeatherError as e:
+        raise PlanError(str(e)) from None
+    order = table.text("date_order") if "date_order" in table else None
+    if order is not None and order not in ORDERS:
+        raise table.wrong("date_order", f"is not one of {', '.join(ORDERS)}.")
+    time = table.text("time") if "time" in table else None
+    return WeatherUse(file, table.quantity("ship", "angle"), sense, columns, time, order)
 
 
 def _check_tips(plan: LiftPlan, top: Fields) -> None:

@@ -11,8 +11,6 @@ import numpy as np
 
 from stillhook.engine.run import Progress
 from stillhook.errors import PlanError
-from stillhook.io.weather_file import SENSES, read_weather
-from stillhook.library.files import nearest
 from stillhook.plan.alternatives import Alternative
 from stillhook.plan.answer import Answered, dataset_of, demand_block, rows_of, seeds_of, summary_of
 from stillhook.plan.capacities import calm
@@ -32,6 +30,7 @@ from stillhook.plan.result import CREDITS, PlanResult
 from stillhook.plan.rules import Limited
 from stillhook.plan.table import Axes, chosen, gathered, governed
 from stillhook.plan.twin_tier import refine
+from stillhook.plan.weather_use import weather_used
 from stillhook.plan.weather_value import forecast_limits, weather_block, weather_value
 from stillhook.sea.weather import Weather
 from stillhook.units import came
@@ -121,7 +120,4 @@ def weather_of(asked: LiftPlan, given: Weather | None) -> Weather | None:
     """The weather that was given, else that of the plan."""
     if given is not None or asked.weather is None:
         return given
-    said = asked.weather.sense
-    if said is not None and said not in SENSES:
-        raise PlanError(f"weather.sense = {came(said)}: is not one of {', '.join(SENSES)}{nearest(said, tuple(SENSES))}")
-    return read_weather(asked.weather.file, sense=None if said is None else SENSES[said])
+    return weather_used(asked.weather)

@@ -1,0 +1,25 @@
+"""Headings of a weather file that a user names: "Hs" = "my height (cm)"."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from stillhook.errors import WeatherError
+from stillhook.library.files import nearest
+from stillhook.units import came
+from stillhook.weather.limit_text import BETA, SPELT
+
+NAMED = ("Hs", "Tp", "Tz", "wind", "come_from", "wind_from", "current")
+
+
+def mapped(headings: Mapping[str, str], where: str) -> dict[str, str]:
+    """Names as users write them -> headings, as `stillhook.io.weather_file.read_weather` wants them. Errors: WeatherError."""
+    found = {}
+    for name, heading in headings.items():
+        key = SPELT.get(name.strip().lower())
+        if key is None or key == BETA:
+            raise WeatherError(f"{where} {came(name)}: is not one of {', '.join(NAMED)}{nearest(name, NAMED)}")
+        if not isinstance(heading, str) or not heading.strip():
+            raise WeatherError(f"{where} {name} = {came(heading)}: write a heading of the file, with its unit in brackets if it has none.")
+        found[key] = heading.strip()
+    return found
