@@ -253,7 +253,8 @@ def test_every_figure_that_a_report_can_show_is_drawn(result, stems):
 
 def test_many_headings_are_parted_over_several_pictures(result):
     data = result.data.isel(heading=[0] * 12, period=[0, 5]).assign_coords(heading=np.radians(np.arange(0.0, 360.0, 30.0)))
-    assert [len(f.axes) for f in limit_tables(replace(result, data=data), "credited").values()] == [1] * 6
+    many = limit_tables(replace(result, data=data), "credited")
+    assert [[ax.get_title(loc="left") for ax in f.axes] for f in many.values()] == [["none"], ["80 % cap, HS, SSC, strong SSC"], ["NS"]]
     few = limit_tables(result, "twin")
     assert [ax.get_title(loc="left") for ax in few["limits-twin"].axes] == [named(n) for n in ("hs", "ssc", "strong-ssc")]
 
@@ -266,6 +267,21 @@ def test_the_smallest_of_plans_has_a_report(result, cut):
     facts = {**small.facts, "alternatives": [a for a in small.facts["alternatives"] if a["name"] in names]}
     found = pdf(replace(small, facts=facts), dots(("limits-over-period", "limits-credited", "rosette")))
     assert found.startswith(b"%PDF")
+
+
+def test_of_many_headings_the_first_page_tells_the_best_and_the_worst(result):
+    data = result.data.isel(heading=[0, 1, 2, 2, 2]).assign_coords(heading=np.radians([150.0, 165.0, 180.0, 195.0, 210.0]))
+    table = next(part for part in sheet_of(replace(result, data=data), ())["answer"]["parts"] if part["kind"] == "table")
+    assert table["header"][:3] == ["Tp", "best heading", "worst heading"]
+    Hs = data["Hs_limit"].sel(credit="credited", alternative="strong-ssc").values
+    assert table["rows"][0][1:3] == [f"{Hs[:, 0].max():.2f} (180°)", f"{Hs[:, 0].min():.2f} (150°)"]
+
+
+def test_limits_without_a_twin_are_not_said_to_be_its_own(result):
+    plain = replace(result, data=result.data.sel(alternative=["none"]))
+    assert "No twin is part of this limit." in headline(plain)["said"]
+    closed = replace(result, facts={**result.facts, "tiers": ["closed-form"]})
+    assert headline(closed)["said"][1].startswith("The twin was not asked")
 
 
 def test_a_plan_without_weather_says_that_waiting_is_not_reckoned():

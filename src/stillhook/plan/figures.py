@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -18,7 +19,6 @@ from stillhook.plan.figure_parts import (
     FloatArray,
     canvas,
     degrees,
-    few,
     height,
     key_below,
     most_told,
@@ -72,9 +72,19 @@ def limit_tables(result: PlanResult, credit: Credit) -> dict[str, Figure]:
     wanted = names(result.data)
     if credit == TWIN:
         wanted = [name for name in wanted if differs(result, name)]
-    each = max(1, ROWS // result.data.sizes["heading"])
-    parts = [wanted[i : i + each] for i in range(0, len(wanted), each)]
+    strips, each = alike(result, credit, wanted), max(1, ROWS // result.data.sizes["heading"])
+    parts = [strips[i : i + each] for i in range(0, len(strips), each)]
     return {f"limits-{credit}{f'-{i + 1}' if len(parts) > 1 else ''}": limit_table(result, credit, part) for i, part in enumerate(parts)}
+
+
+def alike(result: PlanResult, credit: Credit, alternatives: Sequence[str]) -> list[list[str]]:
+    """Alternatives whose tables are the same, limit by limit and by what governs, side by side."""
+    found: dict[bytes, list[str]] = {}
+    for name in alternatives:
+        here = result.data.sel(credit=credit, alternative=name)
+        texts = [here[key].values.astype("<U200").tobytes() for key in ("governing_phase", "governing_rule")]
+        found.setdefault(b"".join([np.round(here["Hs_limit"].values, 2).tobytes(), *texts]), []).append(name)
+    return list(found.values())
 
 
 def differs(result: PlanResult, alternative: str) -> bool:
@@ -84,16 +94,17 @@ def differs(result: PlanResult, alternative: str) -> bool:
     return not bool(np.allclose(a, b, rtol=0.0, atol=SAME, equal_nan=True))
 
 
-def limit_table(result: PlanResult, credit: Credit, alternatives: list[str]) -> Figure:
-    """A strip of cells for every alternative: rows are headings, columns periods; in each the limit, and below it what governs."""
+def limit_table(result: PlanResult, credit: Credit, strips: Sequence[Sequence[str]]) -> Figure:
+    """A strip of cells for alternatives that are alike: rows are headings, columns periods; in each the limit, below it what governs."""
     from matplotlib.figure import Figure  # heavy: only where pictures are wanted
 
     data = result.data
-    rows, strips = data.sizes["heading"], len(alternatives)
-    figure = Figure(figsize=(WIDTH, FRAME + strips * (PANEL + ROW * rows)), layout="constrained")
-    axes = figure.subplots(strips, 1, squeeze=False)[:, 0]
-    for ax, name in zip(axes, alternatives, strict=True):
-        _strip(ax, result, credit, name)
+    rows = data.sizes["heading"]
+    figure = Figure(figsize=(WIDTH, FRAME + len(strips) * (PANEL + ROW * rows)), layout="constrained")
+    axes = figure.subplots(len(strips), 1, squeeze=False)[:, 0]
+    for ax, labels in zip(axes, strips, strict=True):
+        _strip(ax, result, credit, labels[0])
+        ax.set_title(", ".join(named(name) for name in labels), fontsize="small", loc="left", pad=3)
     axes[-1].set_xlabel("peak period Tp [s]", fontsize="small")
     said = "credited" if credit == CREDITED else "as the twin computes, before credit"
     figure.suptitle(f"Limiting significant wave height Hs [m], {said}", fontsize="medium")
@@ -120,7 +131,6 @@ def _strip(ax: Axes, result: PlanResult, credit: Credit, name: str) -> None:
     ax.set_xticks(range(Hs.shape[1]), [f"{T:g}" for T in result.data["period"].values], fontsize="small")
     ax.set_yticks(range(Hs.shape[0]), [degrees(b) for b in result.data["heading"].values], fontsize="small")
     ax.tick_params(length=0)
-    ax.set_title(named(name), fontsize="small", loc="left", pad=3)
 
 
 def _colours(Hs: FloatArray, part: FloatArray) -> FloatArray:
@@ -146,10 +156,21 @@ def closed_form(result: PlanResult) -> FloatArray:
     return np.asarray(np.where(np.isnan(flat).all(axis=0), np.nan, least))
 
 
+def telling(result: PlanResult) -> list[int]:
+    """Headings that are drawn side by side: all of a few; of many the one with the least limits in the mean, the one with the largest, and
+    that nearest to a head sea."""
+    beta = result.data["heading"].values
+    if len(beta) <= PANELS:
+        return list(range(len(beta)))
+    top = float(result.data.attrs["Hs_highest"])
+    mean = np.nan_to_num(result.data["Hs_limit"].sel(credit=CREDITED).values, nan=0.0, posinf=top).mean(axis=(0, 2))
+    return sorted({int(mean.argmin()), int(mean.argmax()), int(np.abs(beta - np.pi).argmin())})
+
+
 def curves(result: PlanResult) -> Figure:
     """Limiting height over peak period, a panel a heading, all alternatives: credited drawn out, by the twin dashed, closed form dotted."""
     data, highest = result.data, float(result.data.attrs["Hs_highest"])
-    chosen = few(data.sizes["heading"], PANELS)
+    chosen = telling(result)
     figure, axes = canvas(1, len(chosen), 4.1, sharey=True)
     T, closed = data["period"].values, closed_form(result)
     for ax, i in zip(axes[0], chosen, strict=True):

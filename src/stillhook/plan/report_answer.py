@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stillhook.plan.figure_parts import CREDITED, TWIN, degrees, few, height, named, names
+from stillhook.plan.figure_parts import CREDITED, TWIN, FloatArray, degrees, few, height, named, names
 from stillhook.plan.figures import differs
 from stillhook.plan.figures_weather import OVER
 from stillhook.plan.report_parts import (
@@ -38,6 +38,8 @@ from stillhook.units import number, show
 if TYPE_CHECKING:
     import xarray
 
+RUN = ("frequency", "time")
+"""Tiers that ask the twin."""
 CENSORED = 0.02
 """Share of starts without a window from which on waiting is told to be longer."""
 NAMED = 3
@@ -85,9 +87,14 @@ def _mostly(result: PlanResult, name: str, credit: Credit) -> str:
 
 
 def _twin(result: PlanResult, name: str) -> str:
+    if not any(a.value == name and a.twin for a in result.alternatives):
+        return "No twin is part of this limit."
+    if not set(result.facts.get("tiers", RUN)) & set(RUN):
+        return "The twin was not asked: these are limits of the closed form, with a flat 80 % of compensation."
     if not differs(result, name):
-        covered = float(np.nanmean(result.data["inside"].sel(alternative=name).values))
-        why = "the crane's certificate covers" if covered > 0.0 else "credit takes nothing from"
+        followed = [p["name"] for p in result.facts["phases"] if p.get("compensated")]
+        share = result.data["inside"].sel(alternative=name, phase=followed).values
+        why = "the crane's certificate covers" if share.size and np.nanmean(share) > 0.0 else "credit takes nothing from"
         return f"By the twin: the same limits ({why} what governs)."
     held = (result.facts.get("crane") or {}).get("certificate")
     why = "the crane's certificate does not cover it" if held else "the crane has no certificate of validation"
@@ -115,7 +122,7 @@ def _operation(result: PlanResult, name: str) -> str:
     if told.size:
         ends = "" if told.min() == told.max() else f" to {told.max():.2f}"
         said += f" alpha {told.min():.2f}{ends}: forecast limit OP_WF Hs {between(op_wf[np.isfinite(alpha)], math.inf)}."
-    untold = int(np.isnan(alpha).sum())
+    untold = int(np.isnan(alpha).sum()) if op.get("weather_restricted") else 0
     return said + (f" In {untold} of {alpha.size} cells the table tells no alpha: there no forecast limit holds." if untold else "")
 
 
@@ -154,10 +161,7 @@ def _limits(result: PlanResult, name: str) -> list[Part]:
     rows = few(data.sizes["period"], PERIODS)
     at, at_twin = worst_heading(credited), worst_heading(twin)
     columns = [("Tp", NUMBER, [f"{data['period'].values[k]:g} s" for k in rows])]
-    columns += [
-        (degrees(data["heading"].values[i]), NUMBER, [height(float(credited[i, k]), top) for k in rows])
-        for i in few(data.sizes["heading"], HEADINGS)
-    ]
+    columns += _by_heading(result, credited, rows)
     strong = range(1, len(columns))
     intervals = [_interval(result, name, at[k], k) for k in rows]
     columns += [("95 %", NUMBER, intervals)] if any(intervals) else []
@@ -171,6 +175,18 @@ def _limits(result: PlanResult, name: str) -> list[Part]:
     kinds = {kind: [i for i, column in enumerate(columns) if column[1] == kind] for kind in (NUMBER, WIDE)}
     body = zip(*(column[2] for column in columns), strict=True)
     return [sub(said), table([c[0] for c in columns], body, wide=kinds[WIDE], numbers=kinds[NUMBER], strong=strong, small=True)]
+
+
+def _by_heading(result: PlanResult, Hs: FloatArray, rows: list[int]) -> list[tuple[str, str, list[str]]]:
+    """A column for every heading; of many headings the best and the worst of each period, each with its heading."""
+    beta, top = result.data["heading"].values, highest(result)
+    if len(beta) <= HEADINGS:
+        return [(degrees(beta[i]), NUMBER, [height(float(Hs[i, k]), top) for k in rows]) for i in range(len(beta))]
+    best = [int(i) for i in np.where(np.isnan(Hs), -1.0, Hs).argmax(axis=0)]
+    return [
+        (title, NUMBER, [f"{height(float(Hs[at[k], k]), top)} ({degrees(beta[at[k]])})" for k in rows])
+        for title, at in (("best heading", best), ("worst heading", worst_heading(Hs)))
+    ]
 
 
 def _interval(result: PlanResult, name: str, i: int, k: int) -> str:

@@ -50,7 +50,7 @@ def operation(result: PlanResult) -> list[Part]:
         parts += [sub("How each phase was answered"), bullets(lines)]
     op = told.get("operation")
     if op:
-        parts += [sub("Planned time and forecast"), facts(_operation(op)), text(say.ALPHA)]
+        parts += [sub("Planned time and forecast"), facts(_operation(op)), *([text(say.ALPHA)] if op.get("weather_restricted") else [])]
         parts += [bullets(op["notes"])] if op.get("notes") else []
     return parts
 
@@ -177,7 +177,7 @@ def seas(result: PlanResult) -> list[Part]:
 def models(result: PlanResult) -> list[Part]:
     """How each tier answers, and the vessel and payload that all of them share."""
     told = result.facts
-    used = names(result.data, "tier")
+    used = [t for t in names(result.data, "tier") if t in told.get("tiers", say.TIERS)]
     parts = [facts((t, say.TIERS[t]) for t in used if t in say.TIERS), text(say.COUNTS), text(say.EXTREMES)]
     payload, vessel, crane = told.get("payload", {}), told.get("vessel", {}), told.get("crane", {})
     mass = show(payload["mass"], "mass", 4) if "mass" in payload else "-"
@@ -189,7 +189,7 @@ def models(result: PlanResult) -> list[Part]:
     ])]  # fmt: skip
     if payload.get("rows"):
         rows = [[str(row[0]), _plain(str(row[1])), *(str(c) for c in row[2:])] for row in payload["rows"]]
-        parts.append(table(("payload", "value", "kind", "source"), rows, wide=[1], wider=[3], small=True))
+        parts.append(table(("payload", "value", "kind", "source"), rows, wide=[0], wider=[3], small=True))
     return parts
 
 

@@ -31,7 +31,7 @@ COUNTS = (
     "The limit of a rule is that of the tier that knows most: time domain where it was run, else frequency domain, else closed form. "
     "The limit of a cell is the least over phases and rules."
 )
-LEVELS: Mapping[str, str] = {"mpm": "most probable largest", "p90": "90 % fractile of the largest", "mean": "-"}
+LEVELS: Mapping[str, str] = {"mpm": "most probable largest", "p90": "90 % fractile of the largest", "mean": "mean"}
 EXTREMES = (
     "Largest values are those of the duration of the phase, at the level that each rule names. In the time domain the largest value "
     "of each seed is fitted by a Gumbel distribution by maximum likelihood; seeds are added until the 95 % interval of demand over "

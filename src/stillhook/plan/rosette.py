@@ -35,9 +35,13 @@ def rosette(result: PlanResult) -> Figure:
     chosen = _periods(data.sizes["period"])
     come = from_bow(data["heading"].values)
     order = np.argsort(come)
-    figure = Figure(figsize=(WIDTH, 3.1 if np.ptp(come) < WHOLE else 4.6), layout="constrained")
-    axes = figure.subplots(1, len(chosen), subplot_kw={"projection": "polar"}, squeeze=False)[0]
-    for ax, k in zip(axes, chosen, strict=True):
+    sector = bool(np.ptp(come) < WHOLE)
+    across = len(chosen) if sector or len(chosen) < 3 else 2
+    figure = Figure(figsize=(WIDTH, 3.1 if sector else 0.8 + 3.4 * -(-len(chosen) // across)), layout="constrained")
+    axes = figure.subplots(-(-len(chosen) // across), across, subplot_kw={"projection": "polar"}, squeeze=False).ravel()
+    for ax in axes[len(chosen) :]:
+        ax.set_visible(False)
+    for ax, k in zip(axes, chosen, strict=False):
         _panel(ax, result, k, come[order], order)
     key_below(figure, list(axes))
     figure.suptitle("Limiting Hs [m] by where the waves come from (bow at 0°, starboard positive), credited", fontsize="medium")
