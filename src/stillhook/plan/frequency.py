@@ -209,7 +209,7 @@ def _of_tip(asked: Sequence[Part], phase: Phase, level: Levels) -> dict[str, Flo
     z, v, a = (np.array([p.forcing.deviation(order) for p in asked]) for order in range(3))
     N_z, N_v = (np.array([p.cycles(x[i], y[i]) for i, p in enumerate(asked)]) for x, y in ((z, v), (v, a)))
     speed = abs(_way_speed(phase))
-    followed = largest_of_parts(0.0, v, N_v, level("v_w_demand")) if phase.compensated else np.zeros(v.shape[1])
+    followed = largest_of_parts(0.0, v, N_v, level("v_w_demand")) if phase.compensated else 0.0 * v[0]
     values = {
         "v_tip_max": largest_of_parts(0.0, v, N_v, level("v_tip_max")),
         "s_tip_pp": 2.0 * largest_of_parts(0.0, z, N_z, level("s_tip_pp")),
