@@ -154,7 +154,7 @@ class LiftBlock:
         self.starts = np.full((self.n_stages + 1, lanes), np.nan)
         self.first = np.array(flatten(blank()) + flatten(blank_lift_stats()))
         rows = self.drive.n_ticks // every + 1 if every else 0
-        self.out = np.full((rows, self.d.NS, lanes), np.nan)
+        self.out = np.empty((rows, self.d.NS, lanes))
         self.failed: dict[int, float] = {}
         self.A = aligned(np.array(self._records()).T)
         self.B = aligned(np.stack([self._rows(r) for r in self.lanes], axis=-1))

@@ -162,7 +162,7 @@ class Block:
         self.n_win = round(WINDOW / self.drive.t_cycle) + 1
         self.W = aligned(blank_window(self.n_win, lanes))
         rows = self.drive.n_ticks // every + 1 if every else 0
-        self.out = np.full((rows, size(Signals), lanes), np.nan)
+        self.out = np.empty((rows, size(Signals), lanes))
         self.failed: dict[int, float] = {}
         self.A = aligned(np.array([self._record(*lane) for lane in self.lanes]).T)
         self.d.at_rest(self.A.reshape(-1))

@@ -92,12 +92,18 @@ def _integral(n: int, N: float, gamma: float, end: float) -> float:
     base = 0.25 * math.pow(B, -p) * (math.gamma(p) if math.isinf(end) else _upper_gamma(p, B * end**-4.0))
     if gamma == 1.0:
         return base
-    node, weight = np.polynomial.legendre.leggauss(80)
+    node, weight = _gauss()
     raised = 0.0
     for a, b in ((1.0 - REACH * SIGMA_BELOW, 1.0), (1.0, 1.0 + REACH * SIGMA_ABOVE)):
         x = (a + b) / 2.0 + (b - a) / 2.0 * node
         raised += (b - a) / 2.0 * float(np.sum(weight * x**n * _shape(x, N) * np.expm1(math.log(gamma) * _enhancement(x))))
     return base + raised
+
+
+@functools.cache
+def _gauss() -> tuple[FloatArray, FloatArray]:
+    """Nodes and weights of the 80-point rule on -1 .. 1."""
+    return np.polynomial.legendre.leggauss(80)
 
 
 def _upper_gamma(p: float, z: float) -> float:
