@@ -272,6 +272,9 @@ def test_phases_far_from_governing_are_not_run_and_interrupted_work_goes_on(narr
         for name, values in a.values.items():
             np.testing.assert_array_equal(values, b.values[name])
     assert set(first.blocks) == {"landing", "convergence"}
+    for key, Hs in none.Hs.items():
+        if math.isfinite(Hs[0]) and key in none.low:
+            assert none.low[key][0] <= Hs[0] <= none.high[key][0] < 2.0 * Hs[0]
     speeds = first.blocks["landing"]["v_landed"]
     assert speeds.sel(alternative="none").std() > speeds.sel(alternative="ssc").std()
 

@@ -4,17 +4,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stillhook.engine.run import Progress
 from stillhook.plan.adaptive import Search
 from stillhook.plan.alternatives import Alternative
 from stillhook.plan.demand import Demand, Seas, Tier
 from stillhook.plan.lift_plan import LiftPlan
-from stillhook.plan.limits import Limits, limits_of
+from stillhook.plan.limits import Limits, limits_of, utilisation
 from stillhook.plan.phases import Phase
 from stillhook.plan.seeds import Estimate
 from stillhook.plan.twin_blocks import blocks
@@ -24,6 +25,8 @@ from stillhook.plan.twin_search import TRUST, Work
 
 if TYPE_CHECKING:
     import xarray
+
+FloatArray = NDArray[np.float64]
 
 USUAL_CELLS = 2.5
 """Cells that a limit takes on the mean, for what is told before."""
@@ -77,8 +80,30 @@ def _result(work: Work) -> TwinTier:
     pairs = {(line.phase.name, line.alternative): line.phase for line in work.lines if line.started}
     demands = [_demand(work, phase, alternative) for (_, alternative), phase in pairs.items()]
     highest = max(work.plan.environment.Hs)
-    limits = [limits_of(d, work.limited[d.phase, d.alternative], most=highest) for d in demands]
+    limits = [_with_ends(limits_of(d, work.limited[d.phase, d.alternative], most=highest), d, work) for d in demands]
     return TwinTier(tuple(demands), tuple(limits), _runs(work.cells), {p.name: _why(work, p) for p in work.plan.phases}, blocks(work))
+
+
+def _with_ends(limits: Limits, demand: Demand, work: Work) -> Limits:
+    """Limits whose upper ends are known: where the highest cell is beyond and the good end of its interval is not, the end follows from
+    there by growth with the height. Up to the highest sea that was asked; beyond it stays inf."""
+    rules = {r.rule.key: r for r in work.limited[demand.phase, demand.alternative]}
+    high = {key: ends.copy() for key, ends in limits.high.items()}
+    for key, ends in high.items():
+        quantity = rules[key].rule.quantity
+        sides = [utilisation(rules[key], table[quantity]) for table in (demand.low, demand.high)]
+        best = np.fmin(*sides)
+        for i, (_, _, rows) in enumerate(demand.seas.columns()):
+            if math.isfinite(limits.Hs[key][i]) and math.isinf(ends[i]):
+                ends[i] = _grown(demand.seas.Hs[rows], best[rows], max(work.plan.environment.Hs))
+    return replace(limits, high=high)
+
+
+def _grown(Hs: FloatArray, u: FloatArray, most: float) -> float:
+    """Height at which a utilisation reaches 1, that grows with the height over the calm's as it did up to the last cell [m]."""
+    rise = u[-1] - u[0]
+    found = float(Hs[-1] * (1.0 - u[0]) / rise) if rise > 0.0 else math.inf
+    return found if found <= most else math.inf
 
 
 def _demand(work: Work, phase: Phase, alternative: Alternative) -> Demand:
