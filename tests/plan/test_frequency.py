@@ -192,3 +192,12 @@ def test_fewer_places_stand_for_the_same_time(plan):
     for _, parts in looked_at(plan):
         assert sum(p.time for p in thinned(parts)) == pytest.approx(sum(p.time for p in parts))
         assert {thinned(parts)[0].z, thinned(parts)[-1].z} == {parts[0].z, parts[-1].z}
+
+
+def test_the_twin_is_not_asked_of_a_controller_that_the_load_is_too_heavy_for(plan):
+    heavy = replace(plan, payload=plan.payload.model_copy(update={"mass": 235e3}), phases=(plan.phase("deep"),))
+    one = Seas(np.ones(1), np.full(1, 8.0), np.full(1, math.pi))
+    none, ssc = frequency(heavy, (NONE, SSC), one)
+    assert "may not be used" in ssc.notes[0]
+    assert "F_top_max" not in ssc.values
+    assert ssc.values["v_tip_max"] == pytest.approx(none.values["v_tip_max"])

@@ -47,7 +47,7 @@ def depth_profile(
     hangs = [hung(plan.crane, plan.hanging(float(x), plan.tip_of(at).z), float(x)) for x in z]
     columns = {name: np.full((len(alternatives), len(z)), np.nan) for name in TOLD}
     for i, alternative in enumerate(alternatives):
-        for k, what in enumerate(hangs if alternative in winch else []):
+        for k, what in enumerate(hangs if winch[alternative].known else []):
             part = Part(what, HELD, 0.0, forcing, sigmas(forcing, what, winch[alternative].at(what.s_w)))
             found = of_load([part], quantiles(plan))
             for name in TOLD:
@@ -70,7 +70,7 @@ def efficiency(
     tip = forcing.deviation()
     columns = {name: np.full((len(alternatives), len(periods)), np.nan) for name in ("eta_wire", "eta_load")}
     for i, alternative in enumerate(alternatives):
-        if alternative in winch:
+        if winch[alternative].known:
             left = sigmas(forcing, what, winch[alternative].at(what.s_w))
             columns["eta_wire"][i], columns["eta_load"][i] = 1.0 - left.u / tip, 1.0 - left.load / tip
     return _labelled(columns, {}, alternatives, "period", np.array(periods), {"Hs": Hs, "beta": beta, "z": z})

@@ -32,7 +32,7 @@ Levels = Callable[[str], float]
 """Quantity -> probability that its largest value stays below what is told."""
 
 ALIKE = ("the winch does not follow the tip: the same under all alternatives",)
-UNUSABLE = ("the controller may not be used at this load and layer: the twin is not asked",)
+UNUSABLE = "the controller may not be used at this load and layer: the twin is not asked"
 QUANTILES = {Level.MPM: MPM, Level.P90: P90}
 """Probability that a largest value stays below its level."""
 
@@ -88,7 +88,8 @@ def winches_of(
     follows = [(phase, parts) for phase, parts in phases if phase.compensated]
     duties = [replace(s.hung.duty, sensors=plan.sensors) for _, parts in follows for s in parts]
     usable = [a for a in alternatives if any(may_be_used(plan, phase, a) for phase, _ in follows)]
-    return ways(plan.crane, usable, duties, threads=threads, progress=progress) if duties else {}
+    unusable = {a: Way((), (), UNUSABLE) for a in alternatives if a not in usable}
+    return {**unusable, **ways(plan.crane, usable, duties, threads=threads, progress=progress)} if duties else {}
 
 
 def may_be_used(plan: LiftPlan, phase: Phase, alternative: Alternative) -> bool:
@@ -107,12 +108,12 @@ def demands(
         for alternative in alternatives:
             if shared is not None:
                 demand = Demand(phase.name, alternative, Tier.FREQUENCY, seas, shared, notes=ALIKE)
-            elif alternative in winch:
+            elif winch[alternative].known:
                 values = _phase(plan, phase, alternative, parts, forcing, winch[alternative])
                 demand = Demand(phase.name, alternative, Tier.FREQUENCY, seas, values)
             else:
                 values = _unusable(plan, phase, parts, forcing)
-                demand = Demand(phase.name, alternative, Tier.FREQUENCY, seas, values, notes=UNUSABLE)
+                demand = Demand(phase.name, alternative, Tier.FREQUENCY, seas, values, notes=(winch[alternative].why,))
             found.append(demand)
     return found
 

@@ -12,6 +12,7 @@ from stillhook.analysis.controllers import Controller, controller
 from stillhook.certified import CAP
 from stillhook.crane import Crane
 from stillhook.engine.run import Progress
+from stillhook.errors import StillhookError
 from stillhook.plan.alternatives import Alternative
 from stillhook.response.duty import Duty
 from stillhook.response.identify_residual import Winch, identify_many
@@ -36,10 +37,17 @@ def controlled(crane: Crane, alternative: Alternative, sensors: Sensors) -> tupl
 
 @dataclass(frozen=True, eq=False)
 class Way:
-    """Residuals of one alternative at lengths of wire s_w (k,) [m], ascending, along the way down; between them they are mixed."""
+    """Residuals of one alternative at lengths of wire s_w (k,) [m], ascending, along the way down; between them they are mixed. why: for
+    what reason there are none."""
 
     s_w: tuple[float, ...]
     tables: tuple[Residual, ...] = field(repr=False)
+    why: str = ""
+
+    @property
+    def known(self) -> bool:
+        """Whether there are any."""
+        return bool(self.tables)
 
     def at(self, s_w: float) -> Residual:
         """The residual with s_w of wire out [m]; beyond the ends the nearest holds."""
@@ -98,5 +106,8 @@ def ways(
     made = identify_many(asked, threads=threads, progress=progress)
     found = {Alternative.NONE: Way((0.0,), (BRAKE,)), Alternative.CAP: Way((0.0,), (FLAT,))}
     for i, alternative in enumerate(twins):
-        found[alternative] = Way(tuple(duty.s_w for duty in chosen), tuple(made[i :: len(twins)]))
+        own = made[i :: len(twins)]
+        why = next((str(problem) for problem in own if isinstance(problem, StillhookError)), "")
+        tables = tuple(table for table in own if isinstance(table, Residual))
+        found[alternative] = Way((), (), why) if why else Way(tuple(duty.s_w for duty in chosen), tables)
     return found

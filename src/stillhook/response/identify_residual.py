@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from stillhook.crane import Crane, content
 from stillhook.engine.build import cache_root, results_hash
 from stillhook.engine.run import Ending, Meter, Progress, Result
-from stillhook.errors import LiftError, StillhookError
+from stillhook.errors import LiftError, ScenarioError, StillhookError
 from stillhook.response.asked import FINE, QUICK, Asked, Irregular
 from stillhook.response.duty import Duty, fitted, run_twin, soft
 from stillhook.response.give import Give
@@ -104,16 +104,19 @@ class Winch(NamedTuple):
 
 def identify_many(
     winches: Sequence[Winch], *, asked: Asked = QUICK, threads: int = 2, cache: bool = True, progress: Progress | None = None
-) -> list[Residual]:
-    """Residuals of several winches and duties, one after the other on each of the threads; see `identify_residual`."""
+) -> list[Residual | StillhookError]:
+    """Residuals of several winches and duties, one after the other on each of the threads; see `identify_residual`. Of a winch that cannot
+    be asked, what was wrong."""
     meter, motions = Meter(len(winches), progress), asked.motions()
 
-    def one(winch: Winch) -> Residual:
+    def one(winch: Winch) -> Residual | StillhookError:
         reached = meter.part(1.0)
-        steps = _Steps(reached)
-        found = identify_residual(*winch, asked=asked, threads=1, cache=cache, progress=steps, motions=motions)
-        reached(1.0)
-        return found
+        try:
+            return identify_residual(*winch, asked=asked, threads=1, cache=cache, progress=_Steps(reached), motions=motions)
+        except (LiftError, ScenarioError) as problem:
+            return problem
+        finally:
+            reached(1.0)
 
     with ThreadPoolExecutor(max(threads, 1)) as pool:
         try:
