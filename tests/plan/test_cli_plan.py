@@ -108,6 +108,7 @@ def test_the_example_is_copied_to_be_edited_and_planned(tmp_path, capsys):
     ("arguments", "said"),
     [
         (["no-such-lift"], "the library has"),
+        (["example"], "no folder for the copy"),
         (["no-such-lift.toml"], "no-such-lift.toml"),
         (["template-to-1500m", "elsewhere"], 'a folder stands after "example" only'),
         (["template-to-1500m", "--tier", "tmie"], 'tier "tmie": is none. Give one of closed-form, frequency, time'),

@@ -51,12 +51,14 @@ def plan(
 
     Example: stillhook plan example my-lift
     """
-    if lift == EXAMPLE and folder is not None:
-        _copy(folder)
-        return
     from stillhook.errors import PlanError
     from stillhook.plan.plan_file import load_plan
 
+    if lift == EXAMPLE:
+        if folder is None:
+            raise PlanError('plan example: no folder for the copy. Give one, such as "my-lift".')
+        _copy(folder)
+        return
     if folder is not None:
         raise PlanError(f'{folder}: what is it? One plan is run at a time; a folder stands after "example" only. Use --out for results.')
     asked = load_plan(lift)
@@ -114,7 +116,8 @@ def show(found: PlanResult, out: Path | None, *, json: bool) -> None:
     wrapped(f"{facts['name']}: {facts['crane']['name']}, {facts['payload']['name']}, {facts['place']['text']}")
     for heading in found.data["heading"].values:
         _print_heading(found, float(heading))
-    print("credited: the alternative in that column where its twin may be credited, else no more than the flat 80 %")
+    for told, names in _told(facts["alternatives"]).items():
+        wrapped(f"{', '.join(names)}: {told}")
     if "weather" in found:
         _print_weather(found)
     op = facts["operation"]
@@ -128,6 +131,14 @@ def show(found: PlanResult, out: Path | None, *, json: bool) -> None:
         from stillhook.plan.plan_files import OUT_FILES
 
         print("written: " + ", ".join(str(out / name) for name in OUT_FILES if (out / name).is_file()))
+
+
+def _told(alternatives: list[dict[str, Any]]) -> dict[str, list[str]]:
+    """Why alternatives are credited as they are, with those that it holds for."""
+    out: dict[str, list[str]] = {}
+    for each in alternatives:
+        out.setdefault(each["tells"], []).append(each["name"])
+    return out
 
 
 def _forecast(op: dict[str, Any]) -> str:
