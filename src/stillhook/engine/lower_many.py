@@ -147,9 +147,7 @@ def _cut(cases: Sequence[Case], missing: Sequence[int], workers: int) -> list[li
     groups: dict[tuple[Any, ...], list[int]] = {}
     for i in missing:
         case, lift = cases[i], _lift(cases[i])
-        water: float | tuple[float, ...] = waves_step(lift.waves)
-        if isinstance(case, InSea) and case.water:
-            water = tuple(t.spectrum.omega_cut for t in case.sea.trains)
+        water = case.spacing if isinstance(case, InSea) else waves_step(lift.waves)
         groups.setdefault((lift.duration, lift.wire.nodes, water, _stages(case)), []).append(i)
     for group in groups.values():
         alike = {i: c.motion if isinstance(c := cases[i], InSea) else b"" for i in group}

@@ -12,9 +12,9 @@ from stillhook.lift.lowering import Lowering
 from stillhook.sea.irregular import COARSE
 from stillhook.sea.motion import Still
 from stillhook.sea.rao import Rao
-from stillhook.sea.realisation import Amplitudes, realise, tip_motion
+from stillhook.sea.realisation import Amplitudes, band, realise, tip_motion
 from stillhook.sea.spectrum import Sea
-from stillhook.sea.wave_field import wave_field
+from stillhook.sea.wave_field import samples, wave_field
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,6 +47,12 @@ class InSea:
         trains = [{"spectrum": t.spectrum.to_dict(), "beta": t.beta, "spread": t.spread} for t in self.sea.trains]
         place = [self.lift.duration, self.lift.depth, self.seed, self.x, self.y, self.water, self.left, self.amplitudes]
         return hashlib.sha256(json.dumps([trains, place], sort_keys=True).encode() + self.rao.digest).digest()
+
+    @cached_property
+    def spacing(self) -> float:
+        """Spacing of the water's samples [s], 0 without water: equal in runs that can go side by side."""
+        repeat = self.lift.duration
+        return repeat / samples(repeat, band(self.sea, repeat)[1]) if self.water else 0.0
 
     def made(self) -> Lowering:
         """The lowering, with `realise`, `tip_motion` and `wave_field` of the seed. Errors: SeaError for a sea without waves."""

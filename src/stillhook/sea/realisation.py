@@ -102,7 +102,7 @@ def realise(
     if not depth > 0.0:
         raise SeaError(f"depth {depth:g} m is not more than 0 m. Leave it out for deep water.")
     d_omega = 2.0 * math.pi / repeat
-    first, last = _band(sea, d_omega)
+    first, last = band(sea, repeat)
     harmonic = np.arange(first, last + 1)
     beta: list[float] = []
     a: list[ComplexArray] = []
@@ -183,8 +183,9 @@ def _amplitudes(value: Amplitudes | str) -> Amplitudes:
         raise SeaError(f'amplitudes = "{value}": it is not one of {", ".join(Amplitudes)}.') from None
 
 
-def _band(sea: Sea, d_omega: float) -> tuple[int, int]:
-    """First and last harmonic that the sea is realised on."""
+def band(sea: Sea, repeat: float) -> tuple[int, int]:
+    """First and last harmonic of `repeat` [s] that the sea is realised on. Errors: SeaError for a repeat too short or too long."""
+    d_omega = 2.0 * math.pi / repeat
     lowest, highest = math.inf, 0.0
     for train in sea.trains:
         spectrum = train.spectrum

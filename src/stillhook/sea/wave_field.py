@@ -28,8 +28,7 @@ def wave_field(waves: Realisation, x: float, y: float) -> WaveField:
     Linear theory, with the waves undisturbed by the ship. Coherent with `realisation.tip_motion` of the same waves: a load hangs at the
     tip's (x, y). The lowest level stands still: there the water has less than 0.1 % of the speed at the surface, or it is the bed.
     """
-    n = math.ceil(waves.repeat / min(COARSEST, TURN / float(waves.omega[-1])))
-    n = max(n, 2 * int(waves.harmonic[-1]) + 2)
+    n = samples(waves.repeat, int(waves.harmonic[-1]))
     surface = waves.elevation(x, y)
     z = -Z_0 * np.expm1(D_S * np.arange(_levels(waves)))
     speed = 1j * waves.omega * surface * decay(waves.wave_number, z, waves.depth)
@@ -37,6 +36,12 @@ def wave_field(waves: Realisation, x: float, y: float) -> WaveField:
     parts = {"eta": surface, "eta_dot": 1j * waves.omega * surface, "w": speed, "a": 1j * waves.omega * speed}
     series = {name: _series(waves, c, n) for name, c in parts.items()}
     return WaveField(dt=waves.repeat / n, **series, z_0=Z_0, ds=D_S, source=waves.source)
+
+
+def samples(repeat: float, last: int) -> int:
+    """Samples of the water over one repeat [s] of waves up to the harmonic `last`."""
+    n = math.ceil(repeat / min(COARSEST, TURN / float(2.0 * math.pi / repeat * last)))
+    return max(n, 2 * last + 2)
 
 
 def decay(k: FloatArray, z: FloatArray, depth: float) -> FloatArray:
