@@ -33,7 +33,7 @@ def waves_of(
             raise SeaError(f"--sea {came(str(sea))}: no such file. Give a file of measured waves (NDBC), or waves in words with --wave.")
         if record is not None:
             return Waves(sea_of(str(sea), heading, spread, record, ship))
-        return _measured(sea, heading, spread, ship)
+        return waves_of_file(sea, heading, spread, ship)
     refuse({"--ship": ship, "--record": record}, "belongs to a file of measured waves. Give --sea as well, or leave it out.")
     if wave is not None:
         if Path(wave).is_file():
@@ -44,8 +44,8 @@ def waves_of(
     return Waves(_turned(file, heading, spread))
 
 
-def _measured(sea: Path, heading: str | None, spread: float | None, ship: str | None) -> Waves:
-    """All records of a file, with one direction from the bow or their own from north."""
+def waves_of_file(sea: Path, heading: str | None, spread: float | None, ship: str | None) -> Waves:
+    """All records of a file, with one direction from the bow or their own from north. Errors: SeaError."""
     from stillhook.io.sea_file import read_sea
     from stillhook.response.of_lift import Waves
     from stillhook.sea.measured import SpectrumSeries

@@ -12,6 +12,7 @@ from stillhook.cli.show import print_json, print_table
 if TYPE_CHECKING:
     import numpy as np
 
+    from stillhook.plan.alternatives import Alternative
     from stillhook.plan.result import Credit
     from stillhook.sea.weather import Weather
     from stillhook.weather.limit_text import Limit
@@ -88,5 +89,39 @@ def _print(answer: dict[str, Any]) -> None:
     which = "as the twin tells them" if answer["credit"] == "twin" else "as credited"
     title = f"Starts within {answer['horizon'] / 3600.0:g} h, T_R {answer['T_R'] / 3600.0:g} h, OP_WF {which}"
     print_table(heads, rows, left=3, texts=(4,), title=title)
+    for note in answer["notes"]:
+        wrapped(note)
+
+
+def chosen_alternatives(names: Sequence[str], of: Sequence[Alternative]) -> tuple[Alternative, ...]:
+    """Those of a plan's alternatives that were named; all without any. Errors: WeatherError."""
+    from stillhook.errors import WeatherError
+    from stillhook.library.files import nearest
+    from stillhook.units import came
+
+    for name in names:
+        if name not in of:
+            raise WeatherError(f"--alternative {came(name)}: is not one of the plan's {', '.join(of)}{nearest(name, of)}")
+    return tuple(a for a in of if a in names) if names else tuple(of)
+
+
+def print_lift(answer: dict[str, Any]) -> None:
+    """Windows and waiting of every alternative."""
+    every = f"{answer['n_records']} records, {answer['n_valid']} of them valid"
+    wrapped(f"{answer['plan']}: {answer['waves']}, {answer['start']} to {answer['end']}, {every}")
+    rows = [
+        [
+            one["alternative"],
+            *(f"{100.0 * one[name]:.1f}" for name in ("operability", "start_share")),
+            str(one["n_windows_long_enough"]),
+            *("never" if one[name] != one[name] else f"{one[name] / 86400.0:.1f}" for name in ("wait_mean", "wait_p50", "wait_p90")),
+            str(one["n_censored"]),
+        ]
+        for one in answer["alternatives"]
+    ]
+    waits = ("wait\nmean d", "wait\nP50 d", "wait\nP90 d", "no later\nwindow")
+    heads = ("winch", "workable\n%", "can start\n%", "windows\nlong enough", *waits)
+    print_table(heads, rows, title=f"Windows of T_R {answer['T_R'] / 3600.0:g} h")
+    wrapped(answer["table"])
     for note in answer["notes"]:
         wrapped(note)
