@@ -67,6 +67,7 @@ class Cells:
     _machines: dict[Winch, tuple[Crane, Mode]] = field(default_factory=dict)
     _courses: dict[tuple[str, Winch, float, float], Course] = field(default_factory=dict)
     _calm: dict[tuple[Winch, str, Course], Lowering] = field(default_factory=dict)
+    _heights: dict[tuple[str, Winch, float, float], set[float]] = field(default_factory=dict)
     _still: dict[tuple[Winch, Course], dict[str, FloatArray]] = field(default_factory=dict)
     _worst: dict[str, dict[tuple[float, float], tuple[float, float]]] = field(default_factory=dict)
 
@@ -87,6 +88,12 @@ class Cells:
         self._run(missing, progress)
         self._still |= {still: self.runs[cell] for still, cell in first.items()}
         self.runs |= {cell: self._still[still] for cell, still in calms.items()}
+        for phase, winch, spot in (ask.cell for ask in wanted):
+            self._heights.setdefault((phase, winch, spot.Tp, spot.beta), set()).add(spot.Hs)
+
+    def heights(self, phase: str, winch: Winch, Tp: float, beta: float) -> FloatArray:
+        """Heights that were run in a column, ascending [m]."""
+        return np.array(sorted(self._heights.get((phase, winch, Tp, beta), ())))
 
     def _run(self, missing: Mapping[tuple[str, Winch, Spot], Ask], progress: Progress | None) -> None:
         """Run cells that are not there yet."""

@@ -41,7 +41,7 @@ ENOUGH = 1.1
 @dataclass(eq=False)
 class Line:
     """One limit that is looked for: a phase under an alternative in a column. guess: predicted height, where it is looked for first, floor
-    below which it is taken not to lie [m]; limit: what was found (NaN: not yet)."""
+    below which it is taken not to lie [m]; limit: what was found (NaN: not yet); seems: what it seems to be so far."""
 
     phase: Phase
     alternative: Alternative
@@ -51,6 +51,7 @@ class Line:
     floor: float
     started: bool = False
     limit: float = math.nan
+    seems: float = math.inf
 
     @property
     def found(self) -> bool:
@@ -87,7 +88,17 @@ class Work:
                         continue
                     floor = 0.0 if tier is None else guess / TRUST[tier]
                     hope = guess if tier is None else guess * HOPE[tier]
-                    group.append(Line(phase, alternative, winch_of(phase, alternative), column, hope, floor))
+                    group.append(
+                        Line(
+                            phase,
+                            alternative,
+                            winch_of(phase, alternative),
+                            column,
+                            hope,
+                            floor,
+                            seems=math.inf if math.isnan(hope) else hope,
+                        )
+                    )
                 self.lines += group
 
     def round(self) -> bool:
@@ -95,7 +106,10 @@ class Work:
         for key, group in self.groups.items():
             self._start(key, group)
         looking = [line for line in self.lines if line.started and not line.found]
-        wanted = [ask for line in looking for ask in self._wanted(line)]
+        known = sum(line.found for line in self.lines)
+        wanted = [ask for line in looking for ask in self._wanted(line, self._hoped(line))]
+        if not wanted and known == sum(line.found for line in self.lines):
+            wanted = [ask for line in looking for ask in self._wanted(line)]
         if not wanted:
             return bool(looking)
         self.cells.ask(_merged(wanted), self._told(len(wanted)))
@@ -116,20 +130,30 @@ class Work:
         for line in open_lines:
             line.started = line is first or line.floor <= bar
 
-    def _wanted(self, line: Line) -> list[Ask]:
-        """The next cell of a line, or more seeds for the one next to its limit; none where the limit is found."""
+    def _hoped(self, line: Line) -> float:
+        """Lowest limit that other phases of a line's column seem to have, of those that are looked for [m]."""
+        others = [o for o in self.groups[line.alternative, line.column] if o is not line and o.started and not o.found]
+        return min((o.seems for o in others), default=math.inf)
+
+    def _wanted(self, line: Line, hoped: float = math.inf) -> list[Ask]:
+        """The next cell of a line, or more seeds for the one next to its limit; none where the limit is found, or where the line waits for
+        other phases: it is inside up to what their limits seem to be, `hoped` [m], and may not matter."""
         calm = Ask(line.phase.name, line.winch, line.spot(0.0), 1)
         if calm.cell not in self.cells.runs:
             return [calm]
         Hs = self.heights(line)
         u = self.used(line, Hs)
-        highest = min(max(self.plan.environment.Hs), ENOUGH * self.least(line.alternative, line.column))
+        at = crossing(Hs, u, self.search)
+        line.seems = at if 0.0 < at < math.inf else max(line.seems, float(Hs[-1]))
+        known = ENOUGH * self.least(line.alternative, line.column)
+        highest = min(max(self.plan.environment.Hs), known)
+        if ENOUGH * hoped < highest and u[0] < 1.0 and (line.guess > ENOUGH * hoped if len(Hs) == 1 else not (u > 1.0).any()):
+            return []
         wanted = next_height(Hs, u, line.guess, highest, self.search)
         if wanted is not None:
             return [Ask(line.phase.name, line.winch, line.spot(wanted), self.search.seeds)]
-        at = crossing(Hs, u, self.search)
         k = nearest(Hs, at)
-        if k > 0 and 0.0 < at < math.inf:
+        if k > 0 and 0.0 < at <= known and at < math.inf:
             more = self._more_seeds(line, float(Hs[k]))
             if more is not None:
                 return [more]
@@ -145,8 +169,7 @@ class Work:
 
     def heights(self, line: Line) -> FloatArray:
         """Heights that were run in a line's column, the calm first."""
-        name, winch, (T, beta) = line.phase.name, line.winch, line.column
-        return np.array(sorted(s.Hs for p, w, s in self.cells.runs if (p, w) == (name, winch) and (s.Tp, s.beta) == (T, beta)))
+        return self.cells.heights(line.phase.name, line.winch, *line.column)
 
     def numbers(self, line: Line, Hs: float) -> dict[str, Estimate]:
         """Quantities of one cell."""

@@ -75,13 +75,14 @@ def refine(
 
 def _result(work: Work) -> TwinTier:
     """Demands and limits of everything that was run."""
-    if work.progress is not None:
-        work.progress(1.0)
     pairs = {(line.phase.name, line.alternative): line.phase for line in work.lines if line.started}
     demands = [_demand(work, phase, alternative) for (_, alternative), phase in pairs.items()]
     highest = max(work.plan.environment.Hs)
     limits = [_with_ends(limits_of(d, work.limited[d.phase, d.alternative], most=highest), d, work) for d in demands]
-    return TwinTier(tuple(demands), tuple(limits), _runs(work.cells), {p.name: _why(work, p) for p in work.plan.phases}, blocks(work))
+    found = blocks(work)
+    if work.progress is not None:
+        work.progress(1.0)
+    return TwinTier(tuple(demands), tuple(limits), _runs(work.cells), {p.name: _why(work, p) for p in work.plan.phases}, found)
 
 
 def _with_ends(limits: Limits, demand: Demand, work: Work) -> Limits:

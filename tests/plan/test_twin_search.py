@@ -1,0 +1,121 @@
+"""The search of the twin's tier over made-up runs whose limits are known in closed form."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import xarray
+
+from stillhook.engine.lift_summary import RUN_NUMBERS, STAGE_NUMBERS
+from stillhook.plan import twin_cells
+from stillhook.plan.adaptive import Search
+from stillhook.plan.alternatives import Alternative
+from stillhook.plan.demand import Tier
+from stillhook.plan.limits import Limits
+from stillhook.plan.phases import PhaseKind
+from stillhook.plan.plan_file import load_plan
+from stillhook.plan.twin_run import Winch, course_of
+from stillhook.plan.twin_tier import refine
+
+BETA = math.radians(165.0)
+PERIODS = (6.0, 9.0, 12.0)
+SWING, SCATTER = 0.25, 0.03
+"""Most probable largest motion of the payload in a run per metre of wave, and the scale of its Gumbel distribution [-]."""
+SHARE = {0.2: 0.4}
+"""Part of it under the flat cap; the twin leaves next to nothing."""
+RIGHT = 0.12
+"""Share by which a limit of 20 to 60 seeds may be off: `Search.width`, and 6 % between cells."""
+
+
+@pytest.fixture(scope="module")
+def plan():
+    found = load_plan("template-to-1500m")
+    environment = found.environment.model_copy(update={"Tp": PERIODS, "headings": (BETA,)})
+    return replace(found, environment=environment, alternatives=(Alternative.NONE, Alternative.CAP, Alternative.SSC))
+
+
+@pytest.fixture
+def asked(monkeypatch):
+    """Runs are made up; what was asked is kept: (lift, height, seed, left)."""
+    log = []
+
+    def made_up(cranes, cases, **_):
+        numbers = {name: np.zeros((len(cases), 6)) for name in STAGE_NUMBERS}
+        run = {name: np.zeros(len(cases)) for name in RUN_NUMBERS}
+        for i, case in enumerate(cases):
+            Hs = case.sea.trains[0].spectrum.H_m0 if hasattr(case, "sea") else 0.0
+            seed, left = getattr(case, "seed", 0), getattr(case, "left", 1.0)
+            lift = getattr(case, "lift", case)
+            drawn = np.random.default_rng([seed, 5]).gumbel(SWING, SCATTER) if Hs else 0.0
+            by_hand = all(stage.mode.value == "manual" for stage in lift.programme)
+            log.append((lift.name, Hs, seed, left))
+            for name, value in (("duration", 90.0), ("F_w_max", 1.2e6), ("DAF", 0.9), ("F_sling_min", 9e5), ("v_tip_max", 0.05 * Hs)):
+                numbers[name][i] = value
+            numbers["s_tip_pp"][i] = 0.5 * Hs * left
+            numbers["load_pp"][i] = Hs * drawn * (SHARE.get(round(left, 3), 1.0) if by_hand else 0.01)
+            run["v_landed"][i] = 0.08
+        columns = {f"stage_{name}": (("case", "stage"), values) for name, values in numbers.items()}
+        return xarray.Dataset(columns | {name: (("case",), values) for name, values in run.items()})
+
+    monkeypatch.setattr(twin_cells, "lower_many", made_up)
+    return log
+
+
+def predicted(plan, heights):
+    beta = np.full(len(PERIODS), BETA)
+    return [
+        Limits(name, a, Tier.FREQUENCY, np.array(PERIODS), beta, {"load-motion": np.full(len(PERIODS), Hs)})
+        for (name, a), Hs in heights.items()
+    ]
+
+
+def test_limits_of_known_maxima_are_found_for_every_alternative(plan, asked):
+    landing = next(p for p in plan.phases if p.kind is PhaseKind.LANDING)
+    guesses = {(p.name, a): math.inf for p in plan.phases for a in plan.alternatives}
+    guesses |= {(landing.name, Alternative.NONE): 1.2, (landing.name, Alternative.CAP): 3.2}
+    found = refine(plan, predicted(plan, guesses))
+    times = course_of(plan, landing, Winch()).times
+    by = {x.alternative: x for x in found.limits if x.phase == landing.name}
+    for alternative, share in ((Alternative.NONE, 1.0), (Alternative.CAP, SHARE[0.2])):
+        exact = 0.5 / (share * (SWING + SCATTER * math.log(times)))
+        Hs, low, high = (getattr(by[alternative], part)["load-motion"] for part in ("Hs", "low", "high"))
+        np.testing.assert_allclose(Hs, exact, rtol=RIGHT)
+        assert np.all(low <= Hs)
+        assert np.all(Hs <= high)
+    assert Alternative.SSC not in by  # nothing was predicted that would limit it
+
+
+def test_what_is_one_run_under_all_alternatives_is_run_once(plan, asked):
+    splash = next(p for p in plan.phases if p.kind is PhaseKind.SPLASH)
+    guesses = {(p.name, a): math.inf for p in plan.phases for a in plan.alternatives}
+    guesses |= {(splash.name, a): 1.0 for a in plan.alternatives}
+    refine(plan, predicted(plan, guesses))
+    runs = [run for run in asked if run[0] == splash.name and run[1] > 0.0]
+    heights = {run[1] for run in runs}
+    seeds = max(run[2] for run in runs)
+    assert len(runs) <= len(heights) * len(PERIODS) * seeds
+
+
+def test_a_phase_that_another_one_hides_is_looked_at_no_higher(plan, asked):
+    """The landing limits none at 2 m; the deep phase, which may limit at 1.8 m by its prediction, is inside everywhere."""
+    landing, deep = (next(p for p in plan.phases if p.kind is k) for k in (PhaseKind.LANDING, PhaseKind.DEEP))
+    one = replace(plan, alternatives=(Alternative.NONE,))
+    guesses = {(p.name, Alternative.NONE): math.inf for p in plan.phases}
+    guesses |= {(landing.name, Alternative.NONE): 1.9, (deep.name, Alternative.NONE): 2.2}
+    found = refine(one, predicted(one, guesses))
+    limits = {x.phase: x for x in found.limits}
+    top = float(np.max(limits[landing.name].Hs["load-motion"]))
+    assert max(run[1] for run in asked if run[0] == deep.name) <= 1.2 * top
+    assert not any(np.isfinite(Hs).any() for Hs in limits[deep.name].Hs.values())
+
+
+def test_seeds_are_added_until_the_interval_is_narrow_enough(plan, asked):
+    one = replace(plan, alternatives=(Alternative.NONE,))
+    landing = next(p for p in plan.phases if p.kind is PhaseKind.LANDING)
+    guesses = {(p.name, Alternative.NONE): math.inf for p in plan.phases} | {(landing.name, Alternative.NONE): 1.7}
+    most = {}
+    for width in (0.5, 0.01):
+        tier = refine(one, predicted(one, guesses), search=Search(width=width))
+        most[width] = max(d.seeds.max() for d in tier.demands)
+    assert most == {0.5: 20, 0.01: 60}
