@@ -222,12 +222,13 @@ def _of_tip(asked: Sequence[Part], phase: Phase, level: Levels) -> dict[str, Flo
 
 
 def _taken_up(plan: LiftPlan, phase: Phase, values: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
-    """The quantities with the jerk of taking up the load: at the hoisting speed, off the seabed at that and the wire end's own. On the deck
-    slings come taut anyway: they tell nothing there."""
+    """The quantities with the jerk of taking up the load: at the hoisting speed, off the seabed at that and the wire end's own, and what
+    holds the payload there besides. Slings come taut in these phases: what makes them slack is not told."""
     F = jerk(plan, phase, 1.0) * ((phase.speed or 0.0) + values.get("v_lift_off", np.zeros(1)))
+    if phase.kind is PhaseKind.SEABED_LIFT_OFF:
+        F = F + plan.payload.lift_off.friction + plan.payload.lift_off.suction
     found = {**values, "F_top_max": values["F_top_max"] + F, "DAF": values["DAF"] + F / (plan.payload.mass * STANDARD_GRAVITY)}
-    slings = ("sling_ratio", "slack_chance") if phase.kind is PhaseKind.LIFT_OFF else ()
-    return {name: numbers for name, numbers in found.items() if name not in slings}
+    return {name: numbers for name, numbers in found.items() if name not in ("sling_ratio", "slack_chance")}
 
 
 def _of_winch(
