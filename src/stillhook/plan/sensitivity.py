@@ -64,12 +64,13 @@ def sensitivity(
     Returns Hs_base, Hs_low and Hs_high [m] over factor and alternative, inf above the highest sea of the plan; coords low_text, high_text;
     attrs Tp [s], beta [rad], phase and rule, which governs the last alternative. Errors: as `stillhook.plan.frequency.frequency`.
     """
-    at = [(p, parts) for p, parts in looked_at(plan) if p.name == phase]
+    every = looked_at(plan)
+    at = [(p, parts) for p, parts in every if p.name == phase]
     heights = np.array(plan.environment.Hs)
     seas = Seas(heights, np.full_like(heights, Tp), np.full_like(heights, beta))
     twins = [a for a in alternatives if a.twin]
     asked = twins[-1:] if ask is None else [a for a in twins if a in ask]
-    own = winches_of(plan, looked_at(plan), alternatives)
+    own = winches_of(plan, every, alternatives)
     forcing = forcings(plan, seas, at)
 
     def Hs(of: LiftPlan, look: Looks, which: Sequence[Alternative], winch: Mapping[Alternative, Way]) -> list[tuple[float, str]]:
@@ -83,7 +84,7 @@ def sensitivity(
             which = asked if each.winch else alternatives
             if progress is not None:
                 progress((2 * i + j) / (2 * len(tried)))
-            winch = winches_of(each.plan, each.phases, which) if each.winch and which else own
+            winch = winches_of(each.plan, every, which) if each.winch and which else own
             for a, (height, _) in zip(which, Hs(each.plan, each.phases, which, winch), strict=True):
                 found[i, j, alternatives.index(a)] = height
             for k, a in enumerate(alternatives):
