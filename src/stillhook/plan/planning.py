@@ -84,7 +84,9 @@ def plan(
         value = weather_value(asked, axes, forecast, records, max(asked.environment.Hs))
         blocks["weather"] = weather_block(asked, value, axes, records, forecast)
     if last is not Tier.CLOSED_FORM:
-        blocks |= reference_blocks(asked, of, lambda found: [limits_in(asked, demand, by) for demand in found], told(0.92, 1.0))
+        blocks |= reference_blocks(
+            asked, of, lambda found: [limits_in(asked, demand, by) for demand in found], told(0.92, 1.0), anew=last is Tier.TIME
+        )
     blocks |= {} if twin is None else twin.blocks
     facts = facts_of(asked, by, [t.value for t in UP_TO[last]])
     facts |= facts_found(asked, of, forecast, value, twin)

@@ -58,9 +58,10 @@ def _lowest(*ends: float | None) -> float:
 
 
 def reference_blocks(
-    plan: LiftPlan, of: Answered, limits: Callable[[Sequence[Demand]], list[Limits]], progress: Progress | None = None
+    plan: LiftPlan, of: Answered, limits: Callable[[Sequence[Demand]], list[Limits]], progress: Progress | None = None, *, anew: bool = True
 ) -> Mapping[str, xarray.Dataset]:
-    """Blocks depth, efficiency and sensitivity of a result at the reference cell; none where no phase is compensated."""
+    """Blocks depth, efficiency and sensitivity of a result at the reference cell; none where no phase is compensated. anew: ask the twin
+    what other friction and a late signal leave, some seconds."""
     at, told, alternatives = reference_of(plan, of), Parts(progress), tuple(of.axes.alternatives)
     if at.phase is None:
         return {}
@@ -68,7 +69,7 @@ def reference_blocks(
     found["efficiency"] = efficiency(plan, alternatives, at.Hs, at.beta, at.z, told(0.3, 0.5))
     where = sensitive_at(plan, of)
     if where is not None:
-        ask = (of.shown(),)
+        ask = (of.shown(),) if anew else ()
         found["sensitivity"] = sensitivity(plan, alternatives, where.Tp, where.beta, where.phase, limits, told(0.5, 1.0), ask=ask)
     return found
 
