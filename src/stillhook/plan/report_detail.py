@@ -203,7 +203,7 @@ def _series(result: PlanResult) -> list[tuple[str, str]]:
     rows = [("series", f"{attrs.get('source', '-')}{synthetic}")]
     if "first" in attrs:
         rows.append(("from, to", f"{attrs['first']} to {attrs.get('last', '-')}"))
-    rows.append(("records, gaps", f"{_count(here, 'n_hours')} records, {_count(here, 'n_gaps')} gaps"))
+    rows.append(("hours, gaps", f"{_count(here, 'n_hours')} h, {_count(here, 'n_gaps')} gaps"))
     rows.append(("window", f"T_R = {hours(attrs.get('T_R', attrs.get('window')))}"))
     if attrs.get("limit"):
         rows.append(("limit", str(attrs["limit"])))
