@@ -116,23 +116,19 @@ class Work:
         return True
 
     def _start(self, key: tuple[Alternative, Column], group: Sequence[Line]) -> None:
-        """Of the lines that are not started, those that may lie below everything that is known."""
-        if any(line.started and not line.found for line in group):
-            return
-        known = self.least(*key)
-        open_lines = [line for line in group if not line.started and line.floor < known]
-        if not open_lines:
-            return
-        first = min(open_lines, key=lambda line: line.floor)
-        if first.floor == math.inf:
+        """Of the lines that are not started, those that may lie below everything that is known, or that seems to be."""
+        under_way = [line.seems for line in group if line.started and not line.found]
+        open_lines = [line for line in group if not line.started and line.floor < min([self.least(*key), *under_way])]
+        first = min(open_lines, key=lambda line: line.floor, default=None)
+        if first is None or first.floor == math.inf:
             return
         bar = first.guess if first.guess > 0.0 else first.floor
         for line in open_lines:
             line.started = line is first or line.floor <= bar
 
     def _hoped(self, line: Line) -> float:
-        """Lowest limit that other phases of a line's column seem to have, of those that are looked for [m]."""
-        others = [o for o in self.groups[line.alternative, line.column] if o is not line and o.started and not o.found]
+        """Lowest limit that other phases of a line's column seem to have, of those that are not found yet [m]."""
+        others = [o for o in self.groups[line.alternative, line.column] if o is not line and not o.found]
         return min((o.seems for o in others), default=math.inf)
 
     def _wanted(self, line: Line, hoped: float = math.inf) -> list[Ask]:

@@ -142,11 +142,12 @@ def _why(work: Work, phase: Phase) -> str:
     if not lines:
         return f"{phase.kind} is told by closed form and frequency road: no run begins on a deck or on the seabed"
     run = [line for line in lines if line.started]
-    rest = f"where its predicted limit over {TRUST[Tier.FREQUENCY]:g} lies above a limit that is known it is not"
+    if len(run) == len(lines):
+        return "run everywhere"
+    rest = f"another phase is known to limit lower than its predicted limit over {TRUST[Tier.FREQUENCY]:g}, or it is predicted to limit nowhere"
     if not run:
         return f"not run: {rest}"
-    where = f"run in {len(run)} of {len(lines)} columns of alternative, period and heading"
-    return where if len(run) == len(lines) else f"{where}; {rest}"
+    return f"run in {len(run)} of {len(lines)} columns of alternative, period and heading; elsewhere {rest}"
 
 
 def expected(plan: LiftPlan, search: Search | None = None) -> str:
