@@ -150,7 +150,7 @@ def test_the_profile_tells_longer_periods_deeper_down_and_where_they_meet_the_se
     profile = depth_profile(plan, (NONE, CAP), 2.0, 5.0, math.pi)
     assert np.all(np.diff(profile["T_0"].values) < 0.0) == (profile["z"].values[0] < profile["z"].values[-1])
     at = np.interp(5.0, profile["T_0"].values, profile["z"].values)
-    assert profile.attrs["z_resonance"] == pytest.approx(at, abs=10.0)  # places of the profile are 50 m apart
+    assert profile.attrs["z_resonance"] == pytest.approx(at, abs=15.0)  # places of the profile are 75 m apart
     assert np.all(profile["F_top_max"].values > profile["F_top_static"].values)
     told = efficiency(plan, (NONE, CAP), 2.0, math.pi, -1475.0)
     assert told["eta_wire"].sel(alternative="cap-80").values == pytest.approx(0.8)

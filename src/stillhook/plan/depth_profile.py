@@ -25,7 +25,7 @@ from stillhook.variables import attributes
 if TYPE_CHECKING:
     import xarray
 
-PLACES = 30
+PLACES = 20
 """Depths of a profile."""
 HELD = 1800.0
 """Time for which largest values are told at every depth [s]: as if the payload were held there for half an hour."""

@@ -26,6 +26,8 @@ def largest_of_parts(mean: ArrayLike, sigma: ArrayLike, cycles: ArrayLike, quant
     target = math.log(1.0 / quantile)
     with np.errstate(divide="ignore", invalid="ignore"):
         alone = np.where((target < N) & (s > 0.0), m + s * np.sqrt(2.0 * np.log(np.maximum(N, target) / target)), m)
+        if len(m) == 1:
+            return np.where(np.isnan(s[0]), np.nan, alone[0])
         total = np.maximum(N.sum(axis=0), target)
         low, high = alone.max(axis=0), (m + s * np.sqrt(2.0 * np.log(total / target))).max(axis=0)
     scale = np.where(s > 0.0, s, 1.0)

@@ -67,7 +67,7 @@ QUICK = Asked(
     speeds=_geometric(0.004, 4.0, VL),
     mean_periods=FINE.mean_periods,
     deviations=tuple(FINE.deviations[i] for i in (0, 2, 4, 6, 7, 8, 9, 10)),
-    length=720.0,
+    length=660.0,
 )
 """A third of the runs, for plans with many winches and duties: what it tells differs from `FINE` by as much as other random phases do."""
 

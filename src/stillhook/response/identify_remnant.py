@@ -81,7 +81,9 @@ class _Spectra:
         rest = self.wire - np.abs(gain * self.C) ** 2 * self.tip
         total, _ = np.histogram(self.omega, edges, weights=self.wire)
         left, _ = np.histogram(self.omega, edges, weights=rest)
-        return np.asarray(np.maximum(left, FLOOR * np.maximum(total, 1e-30)) / np.diff(edges))
+        density = np.maximum(left, FLOOR * np.maximum(total, 1e-30)) / np.diff(edges)
+        held = np.flatnonzero(np.histogram(self.omega, edges)[0])  # a short run may have no frequency in the lowest bands
+        return np.asarray(density[held[np.minimum(np.searchsorted(held, np.arange(len(density))), len(held) - 1)]])
 
 
 def _gain(runs: Sequence[_Spectra]) -> complex:
