@@ -129,7 +129,7 @@ def _values(plan: LiftPlan, phase: Phase, seas: Seas, left: float) -> Values:
 
 
 def valid(plan: LiftPlan, seas: Seas) -> NDArray[np.bool_]:
-    """Whether the simplified method holds in each sea, (n,): T_z from 8.9 sqrt(Hs/g) to 13 s. A calm is valid."""
+    """Whether the simplified method holds in each sea, (n,): T_z from 8.9 sqrt(Hs/g) to 13 s by default. A calm is valid."""
     T_w, settings = wave_periods(plan, seas), plan.rules.settings
     inside = (sm.shortest_period(seas.Hs, settings["T_z_factor"]) <= T_w) & (settings["T_z_most"] >= T_w)
     return np.asarray((seas.Hs == 0.0) | inside)
@@ -149,7 +149,8 @@ def _notes(plan: LiftPlan, phase: Phase, seas: Seas, alternative: Alternative) -
     notes = []
     out = int(np.count_nonzero(~valid(plan, seas)))
     if out and phase.kind is PhaseKind.SPLASH:
-        notes.append(f"the simplified method is for T_z from 8.9 sqrt(Hs/g) to 13 s: {out} of {len(seas)} seas are outside")
+        least, most = (plan.rules.settings[name] for name in ("T_z_factor", "T_z_most"))
+        notes.append(f"the simplified method is for T_z from {least:g} sqrt(Hs/g) to {most:g} s: {out} of {len(seas)} seas are outside")
     if alternative.twin and phase.compensated:
         notes.append(f"no closed form knows a twin: told as {CAP:.0%} of the tip's motion taken")
     if phase.winch is StageMode.SPLASH:
