@@ -34,27 +34,27 @@ def blank_window(n: int, lanes: int, signals: int = SIGNALS) -> NDArray[np.float
 @scalar
 def window_add(W, w, j, i, n, full, y):
     """Take sample y as number i of a run (0..n-1) for signal and lane j; w = signals * lanes; full: n samples were seen."""
+    low = W[(3 + i) * w :]
+    high = W[(3 + n + 1 + i) * w :]
     lo, hi = fmin(W[j], y), fmax(W[w + j], y)
     W[j] = lo
     W[w + j] = hi
-    low = (3 + i) * w + j
-    high = low + (n + 1) * w
-    span = fmax(hi, W[high + w]) - fmin(lo, W[low + w])
+    span = fmax(hi, high[w + j]) - fmin(lo, low[w + j])
     W[2 * w + j] = fmax(W[2 * w + j], span * full)
-    W[low] = y
-    W[high] = y
+    low[j] = y
+    high[j] = y
 
 
 @scalar
 def window_turn(W, w, n):
     """End of a run: suffix extremes of what was seen, running extremes start anew."""
     for i in range(n - 2, -1, -1):
-        low = (3 + i) * w
-        high = low + (n + 1) * w
+        low = W[(3 + i) * w :]
+        high = W[(3 + n + 1 + i) * w :]
         for j in range(w):
-            W[low + j] = fmin(W[low + j], W[low + w + j])
+            low[j] = fmin(low[j], low[w + j])
         for j in range(w):
-            W[high + j] = fmax(W[high + j], W[high + w + j])
+            high[j] = fmax(high[j], high[w + j])
     for j in range(w):
         W[j] = np.inf
         W[w + j] = -np.inf
