@@ -118,4 +118,5 @@ def test_seeds_are_added_until_the_interval_is_narrow_enough(plan, asked):
     for width in (0.5, 0.01):
         tier = refine(one, predicted(one, guesses), search=Search(width=width))
         most[width] = max(d.seeds.max() for d in tier.demands)
-    assert most == {0.5: 20, 0.01: 60}
+    assert 20 <= most[0.5] <= 32  # 20, and what fills a block
+    assert most[0.01] >= Search().most_seeds

@@ -21,8 +21,8 @@ class Search:
     """
 
     seeds: int = 20
-    more: int = 20
-    most_seeds: int = 60
+    more: int = 16
+    most_seeds: int = 64
     width: float = 0.12
     near: float = 0.06
     cells: int = 6

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stillhook.crane import Crane
+from stillhook.engine.lanes import VL
 from stillhook.engine.lower_many import Case, lower_many
 from stillhook.engine.run import Progress
 from stillhook.lift.lowering import Lowering
@@ -26,6 +27,8 @@ from stillhook.scenario import Mode
 
 FloatArray = NDArray[np.float64]
 
+REACH = 150.0
+"""Depth down to which waves may be felt, for guessing which runs share a block [m]."""
 ABOUT_WORST = 0.9
 """Part of the swing of the sling tension at the worst height from which a height counts as one like it."""
 
@@ -85,11 +88,26 @@ class Cells:
         calms = {ask.cell: (ask.winch, self._course_of(ask)) for ask in missing.values() if ask.spot.Hs <= 0.0}
         first = {still: cell for cell, still in reversed(calms.items()) if still not in self._still}
         missing = {cell: ask for cell, ask in missing.items() if cell not in calms or first.get(calms[cell]) == cell}
-        self._run(missing, progress)
+        self._run(self._filled(missing), progress)
         self._still |= {still: self.runs[cell] for still, cell in first.items()}
         self.runs |= {cell: self._still[still] for cell, still in calms.items()}
         for phase, winch, spot in (ask.cell for ask in wanted):
             self._heights.setdefault((phase, winch, spot.Tp, spot.beta), set()).add(spot.Hs)
+
+    def _filled(self, missing: Mapping[tuple[str, Winch, Spot], Ask]) -> dict[tuple[str, Winch, Spot], Ask]:
+        """The same cells with some seeds more, where blocks of runs side by side would else have empty places: they cost nothing."""
+        groups: dict[tuple[float, int, bool], list[tuple[str, Winch, Spot]]] = {}
+        for cell, ask in missing.items():
+            if ask.spot.Hs > 0.0:
+                course = self._course_of(ask)
+                groups.setdefault((course.duration, len(course.programme), course.z_top > -REACH), []).append(cell)
+        full = dict(missing)
+        for group in groups.values():
+            runs = sum(missing[cell].seeds - len(self._durations(missing[cell])) for cell in group)
+            for k in range(-runs % VL):
+                cell = group[k % len(group)]
+                full[cell] = full[cell]._replace(seeds=full[cell].seeds + 1)
+        return full
 
     def heights(self, phase: str, winch: Winch, Tp: float, beta: float) -> FloatArray:
         """Heights that were run in a column, ascending [m]."""

@@ -129,8 +129,9 @@ def _standing(phase: Phase, mode: StageMode, z: float) -> Course:
     """A time at one height."""
     lasts = phase.duration or BLOCK
     counted = min(BLOCK, lasts)
-    stages = (_stage(mode, 0.0, time=f"{SETTLE!r} s"), _stage(mode, 0.0, time=f"{counted!r} s"))
-    return Course(z, stages, SETTLE + counted + ROOM, counted, 1, lasts / counted, lasts / counted, z)
+    half = _stage(mode, 0.0, time=f"{0.5 * SETTLE!r} s")  # two of them: as many stages as a way has, so that both fill blocks of lanes
+    stages = (half, half, _stage(mode, 0.0, time=f"{counted!r} s"))
+    return Course(z, stages, SETTLE + counted + ROOM, counted, len(stages) - 1, lasts / counted, lasts / counted, z)
 
 
 def _part(plan: LiftPlan, phase: Phase, mode: StageMode, ends: tuple[float, float], z: float, about: float | None) -> Course:

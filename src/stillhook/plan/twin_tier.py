@@ -144,7 +144,8 @@ def _why(work: Work, phase: Phase) -> str:
     run = [line for line in lines if line.started]
     if len(run) == len(lines):
         return "run everywhere"
-    rest = f"another phase is known to limit lower than its predicted limit over {TRUST[Tier.FREQUENCY]:g}, or it is predicted to limit nowhere"
+    factor = f"{TRUST[Tier.FREQUENCY]:g}"
+    rest = f"another phase is known to limit lower than its predicted limit over {factor}, or it is predicted to limit nowhere"
     if not run:
         return f"not run: {rest}"
     return f"run in {len(run)} of {len(lines)} columns of alternative, period and heading; elsewhere {rest}"
