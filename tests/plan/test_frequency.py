@@ -14,13 +14,13 @@ from stillhook.plan.capacities import calm
 from stillhook.plan.demand import Seas, Tier
 from stillhook.plan.depth_profile import depth_profile, efficiency
 from stillhook.plan.extremes import largest_of_parts, share_beyond, speed_at_crossing
-from stillhook.plan.frequency import frequency, looked_at, winches_of
+from stillhook.plan.frequency import frequency, looked_at, thinned, winches_of
 from stillhook.plan.limited import limited
 from stillhook.plan.limits import limits_of
 from stillhook.plan.plan_file import load_plan
 from stillhook.plan.sensitivity import sensitivity
 from stillhook.plan.situations import situations
-from stillhook.plan.spectral_weather import spectral_weather, thinned
+from stillhook.plan.spectral_weather import spectral_weather
 from stillhook.response import Forcing, Waves
 from stillhook.response.deviations import sigmas
 from stillhook.sea.extremes import MPM, P90, largest

@@ -33,6 +33,8 @@ Levels = Callable[[str], float]
 
 ALIKE = ("the winch does not follow the tip: the same under all alternatives",)
 UNUSABLE = "the controller may not be used at this load and layer: the twin is not asked"
+KEPT = 3
+"""Places of a phase that are looked at where all of them would take long: its ends and its middle."""
 QUANTILES = {Level.MPM: MPM, Level.P90: P90}
 """Probability that a largest value stays below its level."""
 
@@ -62,6 +64,15 @@ def looked_at(plan: LiftPlan) -> Looks:
     """Phases that the road tells: those that do not cut the surface."""
     found = ((phase, situations(plan, phase)) for phase in plan.phases)
     return [(phase, parts) for phase, parts in found if parts]
+
+
+def thinned(parts: Sequence[Situation]) -> list[Situation]:
+    """Ends and middle of a phase's places, each for the time of those nearest to it."""
+    if len(parts) <= KEPT:
+        return list(parts)
+    kept = np.linspace(0, len(parts) - 1, KEPT).round().astype(int)
+    near = np.argmin(np.abs(np.arange(len(parts))[:, None] - kept[None, :]), axis=1)
+    return [replace(parts[i], time=sum(p.time for p, at in zip(parts, near, strict=True) if at == k)) for k, i in enumerate(kept)]
 
 
 def forcings(plan: LiftPlan, seas: Seas, phases: Looks) -> AtTip:

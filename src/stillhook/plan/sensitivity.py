@@ -13,7 +13,7 @@ from stillhook.crane import Crane
 from stillhook.engine.run import Progress
 from stillhook.plan.alternatives import Alternative
 from stillhook.plan.demand import Demand, Seas
-from stillhook.plan.frequency import Looks, demands, forcings, looked_at, winches_of
+from stillhook.plan.frequency import Looks, demands, forcings, looked_at, thinned, winches_of
 from stillhook.plan.lift_plan import LiftPlan
 from stillhook.plan.limits import Limits
 from stillhook.plan.situations import Situation
@@ -61,11 +61,12 @@ def sensitivity(
     Parameters: limits, from demands to limiting heights (rules and capacities of the plan as it is); ask: alternatives whose winch is asked
     anew with other friction and with a late motion signal, some seconds each unless known (None: the last one of the twin). Of the others
     these two factors tell nothing: NaN; a winch on its brake and the flat cap do not change.
+    The phase is looked at at its ends and its middle.
     Returns Hs_base, Hs_low and Hs_high [m] over factor and alternative, inf above the highest sea of the plan; coords low_text, high_text;
     attrs Tp [s], beta [rad], phase and rule, which governs the last alternative. Errors: as `stillhook.plan.frequency.frequency`.
     """
     every = looked_at(plan)
-    at = [(p, parts) for p, parts in every if p.name == phase]
+    at = [(p, thinned(parts)) for p, parts in every if p.name == phase]
     heights = np.array(plan.environment.Hs)
     seas = Seas(heights, np.full_like(heights, Tp), np.full_like(heights, beta))
     twins = [a for a in alternatives if a.twin]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,11 +13,10 @@ from stillhook.engine.run import Progress
 from stillhook.errors import PlanError
 from stillhook.plan.alternatives import Alternative
 from stillhook.plan.demand import Seas
-from stillhook.plan.frequency import Looks, demands, looked_at, winches_of
+from stillhook.plan.frequency import Looks, demands, looked_at, thinned, winches_of
 from stillhook.plan.lift_plan import LiftPlan
 from stillhook.plan.limited import limited
 from stillhook.plan.limits import utilisation
-from stillhook.plan.situations import Situation
 from stillhook.response.of_lift import Waves, forcing_of_waves
 from stillhook.sea.spectrum import Sea
 from stillhook.variables import attributes
@@ -27,9 +25,6 @@ if TYPE_CHECKING:
     import xarray
 
 FloatArray = NDArray[np.float64]
-
-KEPT = 3
-"""Places of a phase that are looked at in every record: its ends and its middle."""
 
 
 def spectral_weather(
@@ -66,15 +61,6 @@ def spectral_weather(
             told = [utilisation(each, demand.values[each.rule.quantity]) for each in rules if each.rule.quantity in demand.values]
             used[alternatives.index(demand.alternative), k] = _largest(told, len(H))
     return _labelled(plan, alternatives, waves, phases, used, _with(used.swapaxes(0, 1), alternatives, H, elsewhere))
-
-
-def thinned(parts: Sequence[Situation]) -> list[Situation]:
-    """Ends and middle of a phase's places, each for the time of those nearest to it."""
-    if len(parts) <= KEPT:
-        return list(parts)
-    kept = np.linspace(0, len(parts) - 1, KEPT).round().astype(int)
-    near = np.argmin(np.abs(np.arange(len(parts))[:, None] - kept[None, :]), axis=1)
-    return [replace(parts[i], time=sum(p.time for p, at in zip(parts, near, strict=True) if at == k)) for k, i in enumerate(kept)]
 
 
 def _largest(rows: Sequence[FloatArray], n: int) -> FloatArray:
