@@ -31,7 +31,7 @@ from stillhook.plan.rules import Limited
 from stillhook.plan.table import Axes, chosen, gathered, governed
 from stillhook.plan.twin_tier import refine
 from stillhook.plan.weather_use import weather_used
-from stillhook.plan.weather_value import forecast_limits, weather_block, weather_value
+from stillhook.plan.weather_value import forecast_limits, seas_of, weather_block, weather_value
 from stillhook.sea.weather import Weather
 from stillhook.units import came
 from stillhook.weather.alpha import DEFAULT, load_alpha_table
@@ -66,6 +66,8 @@ def plan(
     asked, last = lift if isinstance(lift, LiftPlan) else load_plan(lift), tier_of(tier)
     begun, told = time.perf_counter(), Parts(progress)
     table, records = load_alpha_table(alpha), weather_of(asked, weather)
+    if records is not None:
+        seas_of(asked, records)  # refused now rather than after the runs
     axes, seas = Axes.of(asked), asked.environment.table()
     by = {(phase.name, a): limited(asked, phase, a) for phase in asked.phases for a in axes.alternatives}
     demands = [closed_form(asked, phase, seas, a) for phase in asked.phases for a in axes.alternatives]

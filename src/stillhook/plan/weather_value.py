@@ -93,7 +93,7 @@ def weather_value(plan: LiftPlan, axes: Axes, forecast: Forecast, weather: Weath
 
     Errors: WeatherError where the weather does not tell the height, or no direction though the vessel's heading is fixed.
     """
-    seas, notes = _seas(plan, weather)
+    seas, notes = seas_of(plan, weather)
     found: dict[tuple[Credit, Alternative], Persistence] = {}
     waited: dict[tuple[Credit, Alternative], FloatArray] = {}
     for c, credit in enumerate(CREDITS):
@@ -111,7 +111,7 @@ def weather_value(plan: LiftPlan, axes: Axes, forecast: Forecast, weather: Weath
 
 
 @dataclass(frozen=True, eq=False)
-class _Seas:
+class Records:
     """Records as the tables want them: Hs (n,) [m], one or two readings of the peak period (n,) [s], beta (n,) [rad] or None."""
 
     Hs: FloatArray
@@ -119,7 +119,11 @@ class _Seas:
     beta: FloatArray | None
 
 
-def _seas(plan: LiftPlan, weather: Weather) -> tuple[_Seas, tuple[str, ...]]:
+def seas_of(plan: LiftPlan, weather: Weather) -> tuple[Records, tuple[str, ...]]:
+    """Records of the weather as a plan's tables want them, and how they were read.
+
+    Errors: WeatherError for weather without heights, or without directions for a vessel whose heading is fixed.
+    """
     if "H_m0" not in weather.columns:
         raise WeatherError(f"{weather.source}: no wave height. Give weather with a column of significant wave height.")
     Hs, ship = weather.columns["H_m0"], None if plan.weather is None else plan.weather.ship
@@ -128,14 +132,15 @@ def _seas(plan: LiftPlan, weather: Weather) -> tuple[_Seas, tuple[str, ...]]:
     notes += [said] if said else []
     if ship is None:
         notes.append("vessel free to turn: each record at the best heading of the table")
-        return _Seas(Hs, periods, None), tuple(notes)
+        return Records(Hs, periods, None), tuple(notes)
     if "come_from" not in weather.columns:
+        why = next((f" ({note})" for note in weather.notes if "direction" in note), "")
         raise WeatherError(
-            f"{weather.source}: tells no direction of waves, and the vessel's heading is fixed at {show(ship, 'angle', 4)}. "
-            "Leave out weather.ship, or give weather with direction."
+            f"{weather.source}: tells no direction of waves{why}, and weather.ship holds the vessel's heading at {show(ship, 'angle', 4)}. "
+            "Say what the file's directions mean by weather.sense, or leave weather.ship out."
         )
     notes.append(f"vessel's heading fixed at {show(ship, 'angle', 4)} from north")
-    return _Seas(Hs, periods, relative(weather.columns["come_from"], ship)), tuple(notes)
+    return Records(Hs, periods, relative(weather.columns["come_from"], ship)), tuple(notes)
 
 
 def _periods(weather: Weather, n: int) -> tuple[tuple[FloatArray, ...], str]:
