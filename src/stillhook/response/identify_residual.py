@@ -112,7 +112,7 @@ def identify_many(
     def one(winch: Winch) -> Residual | StillhookError:
         reached = meter.part(1.0)
         try:
-            return identify_residual(*winch, asked=asked, threads=1, cache=cache, progress=_Steps(reached), motions=motions)
+            return identify_residual(*winch, asked=asked, threads=1, cache=cache, progress=Steps(reached), motions=motions)
         except (LiftError, ScenarioError) as problem:
             return problem
         finally:
@@ -126,17 +126,18 @@ def identify_many(
             raise
 
 
-class _Steps:
-    """Progress of the three batches of runs of a residual as one."""
+class Steps:
+    """Progress of the batches of runs of a residual as one, from 0 to 1; calls: how often it was told, 0 where nothing ran."""
 
-    def __init__(self, told: Progress) -> None:
-        self.told, self.batch, self.share = told, 0, 0.0
+    def __init__(self, told: Progress | None) -> None:
+        self.told, self.calls, self.batch, self.share = told, 0, 0, 0.0
 
     def __call__(self, share: float) -> None:
         if share < self.share:
             self.batch = min(self.batch + 1, BATCHES - 1)
-        self.share = share
-        self.told((self.batch + share) / (BATCHES + 0.01))
+        self.calls, self.share = self.calls + 1, share
+        if self.told is not None:
+            self.told((self.batch + share) / BATCHES)
 
 
 def _table(results: Sequence[Result], asked: Asked, about: str) -> Residual:

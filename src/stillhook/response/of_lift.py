@@ -17,7 +17,7 @@ from stillhook.lift.programme import StageMode
 from stillhook.response.forcing import Forcing, forcing_of_seas, forcing_of_series
 from stillhook.response.forcing_measured import forcing_of_directional, forcing_of_states
 from stillhook.response.hung import Hung, hung
-from stillhook.response.identify_residual import identify_residual
+from stillhook.response.identify_residual import Steps, identify_residual
 from stillhook.response.residual import Residual
 from stillhook.response.road import road
 from stillhook.response.rod import natural_periods
@@ -38,8 +38,6 @@ ABOVE_SEABED = 20.0
 """Height of the payload above the seabed where the programme compensates at no depth [m]."""
 LIKELY = 0.1
 """Chance of slack slings over the duration from which they count as likely: what 90 % of such operations stay free of is not."""
-PARTS = 3
-"""Times that the twin is run while a residual is made."""
 WAVES = 400
 """Heights that stand for all of an irregular motion."""
 PERIODS = 3
@@ -122,7 +120,7 @@ def lift_response(
         raise LiftError(f"depth {show(-z, 'length')}: the water is {show(file.lift.depth, 'length')} deep. Give a place in it.")
     what_hangs = hung(file.crane, file.lift, z)
     forcing = forcing_of(waves, file)
-    asked = _Asked(progress)
+    asked = Steps(progress)
     duty = replace(what_hangs.duty, sensors=file.lift.sensors)
     residual = identify_residual(file.crane, duty, mode, progress=asked)
     found = road(forcing, what_hangs, residual, duration=duration)
@@ -154,20 +152,6 @@ def forcing_of_waves(waves: Waves, vessel: Rao, x: float, y: float) -> Forcing:
     if waves.beta is None:
         return forcing_of_directional(waves.of, vessel, x, y, waves.ship or 0.0)
     return forcing_of_series(waves.of, vessel, x, y, waves.beta, spread=waves.spread)
-
-
-class _Asked:
-    """Progress of all runs of the twin as one, and whether there were any."""
-
-    def __init__(self, progress: Progress | None) -> None:
-        self.progress, self.calls, self.part, self.share = progress, 0, 0, 0.0
-
-    def __call__(self, share: float) -> None:
-        if share < self.share:
-            self.part = min(self.part + 1, PARTS - 1)
-        self.calls, self.share = self.calls + 1, share
-        if self.progress is not None:
-            self.progress((self.part + share) / PARTS)
 
 
 def _labelled(data: xarray.Dataset, waves: Waves) -> xarray.Dataset:
