@@ -32,6 +32,9 @@ Levels = Callable[[str], float]
 """Quantity -> probability that its largest value stays below what is told."""
 
 ALIKE = ("the winch does not follow the tip: the same under all alternatives",)
+STANDING = (
+    "the winch is asked while it stands: where it lowers or hoists beside the waves, friction changes sides less often and leaves less",
+)
 UNUSABLE = "the controller may not be used at this load and layer: the twin is not asked"
 KEPT = 3
 """Places of a phase that are looked at where all of them would take long: its ends and its middle."""
@@ -121,7 +124,8 @@ def demands(
                 demand = Demand(phase.name, alternative, Tier.FREQUENCY, seas, shared, notes=ALIKE)
             elif winch[alternative].known:
                 values = _phase(plan, phase, alternative, parts, forcing, winch[alternative])
-                demand = Demand(phase.name, alternative, Tier.FREQUENCY, seas, values)
+                moves = STANDING if alternative.twin and phase.speed else ()
+                demand = Demand(phase.name, alternative, Tier.FREQUENCY, seas, values, notes=moves)
             else:
                 values = _unusable(plan, phase, parts, forcing)
                 demand = Demand(phase.name, alternative, Tier.FREQUENCY, seas, values, notes=(winch[alternative].why,))
