@@ -11,9 +11,11 @@ import typer
 from stillhook.cli.cluster import Scheduler, client_of
 from stillhook.cli.cranes import Json
 from stillhook.cli.running_text import wrapped
-from stillhook.cli.show import print_json, print_table, progress_bar, say
+from stillhook.cli.show import print_json, print_table, progress_bar, say, say_if_compiling
 
 if TYPE_CHECKING:
+    from stillhook.plan.demand import Tier
+    from stillhook.plan.lift_plan import LiftPlan
     from stillhook.plan.result import PlanResult
 
 TIER_HELP = "How far to go: closed-form (a standard's formulas), frequency (seconds), time (the twin in the loop near the limits)."
@@ -81,10 +83,9 @@ def _copy(folder: Path) -> None:
 
 
 def run(
-    asked: Any, tier: str, alpha: str | None, out: Path | None, store: Path | None, scheduler: str | None, threads: int
+    asked: LiftPlan, tier: str, alpha: str | None, out: Path | None, store: Path | None, scheduler: str | None, threads: int
 ) -> PlanResult:
     """The plan's answer, its files written where they were asked for."""
-    from stillhook.plan.demand import Tier
     from stillhook.plan.plan_files import OUT_FILES, write_answer
     from stillhook.plan.planning import plan as planned
     from stillhook.plan.planning import tier_of
@@ -95,16 +96,27 @@ def run(
     if out is not None:
         check_folder(out, OUT_FILES)
         store = out / "runs" if store is None else store
-    if last is Tier.TIME:
-        from stillhook.plan.twin_tier import expected
-
-        kept = f"; what is done is kept in {store}, and a plan that is stopped goes on from there" if store is not None else ""
-        say(f"{expected(asked)}{kept}")
+    _say_before(asked, last, store)
     with client_of(scheduler) as client, progress_bar(f"{asked.name}: planning") as bar:
         found = planned(asked, tier=last, store=store, client=client, threads=threads, progress=bar, **given)
     if out is not None:
         write_answer(found, out)
     return found
+
+
+def _say_before(asked: LiftPlan, last: Tier, store: Path | None) -> None:
+    """What will take time, before it does."""
+    from stillhook.plan.demand import Tier
+
+    if last is not Tier.CLOSED_FORM:
+        say_if_compiling(asked.crane)
+    if last is Tier.TIME:
+        from stillhook.engine.lift_run import KIND
+        from stillhook.plan.twin_tier import expected
+
+        say_if_compiling(asked.crane, kind=KIND)
+        kept = f"; what is done is kept in {store}, and a plan that is stopped goes on from there" if store is not None else ""
+        say(f"{expected(asked)}{kept}")
 
 
 def show(found: PlanResult, out: Path | None, *, json: bool) -> None:
