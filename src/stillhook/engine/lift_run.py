@@ -1,7 +1,8 @@
 """One lowering, or blocks of sixteen, from the first cycle to the last."""
 
+import functools
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -12,7 +13,7 @@ from stillhook.control.plc import Memory
 from stillhook.crane import Crane
 from stillhook.engine.build import driver
 from stillhook.engine.drive import Drive, filled, hermite_weights, scale_weights
-from stillhook.engine.lanes import aligned, fields, flatten, offset, room_for, size, unflatten
+from stillhook.engine.lanes import access, aligned, fields, flatten, offset, room_for, size
 from stillhook.engine.lift_checks import check_course, check_lift, check_lift_step, check_sea
 from stillhook.engine.lift_pack import PackedLift, field_record, pack_lift, stand_in
 from stillhook.engine.run import Ending, Progress, nothing, shared
@@ -131,6 +132,12 @@ def run_lowerings(
     driver(ready[0].packed.winch.name, lanes, KIND)
     results = shared(blocks, make, threads, progress)
     return [results[i] for i in range(len(cases))]
+
+
+@functools.cache
+def record_of(cls: type) -> Callable[[Sequence[float], int], Any]:
+    """Makes a record of the numbers that begin at a place of a list."""
+    return access(cls, 1).load
 
 
 class LiftBlock:
@@ -255,7 +262,7 @@ class LiftBlock:
 
     def _part(self, name: str, l: int) -> Any:
         at, cls = offset(self.d.Lane, name, 1), dict(fields(self.d.Lane))[name]
-        return unflatten(cls, iter(self.A[at : at + size(cls), l].tolist()))
+        return record_of(cls)(self.A[at : at + size(cls), l].tolist(), 0)
 
     def _result(self, l: int) -> LiftResult:
         t_cycle, failed = self.drive.t_cycle, self.failed.get(l)
@@ -286,10 +293,9 @@ class LiftBlock:
         )
 
     def _stage(self, s: int, l: int) -> StageResult:
-        row = iter(self.G[s, :, l].tolist())
-        st, ls = unflatten(Stats, row), unflatten(LiftStats, row)
-        e_c, tip, load, hook = row
-        return StageResult(st, ls, (e_c, tip, load, hook))
+        row = self.G[s, :, l].tolist()
+        e_c, tip, load, hook = row[self.d.NT :]
+        return StageResult(record_of(Stats)(row, 0), record_of(LiftStats)(row, size(Stats)), (e_c, tip, load, hook))
 
 
 def ramped_samples(waves: WaveField, lo: int, hi: int, ramp: float, levels: int) -> Array:
