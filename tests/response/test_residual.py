@@ -112,6 +112,12 @@ def test_irregular_motion_wanders_more_at_low_frequencies_than_at_high(residual)
     assert np.abs(remnant.gain - 1.0).max() < 0.25
 
 
+def test_what_friction_leaves_is_bounded_and_peaks_less_than_a_gaussian_motion(residual):
+    """Over 30 s, in twenty minutes: a Gaussian motion of some hundred cycles reaches 6 to 7 standard deviations peak to peak."""
+    peak = residual.remnant.peak_at([0.1, 0.2, 0.3], [8.0, 8.0, 8.0])
+    assert np.all((peak > 3.0) & (peak < 6.5))
+
+
 def test_a_winch_gives_less_than_a_tenth_of_a_millimetre_to_a_kilonewton(residual):
     assert np.abs(residual.give.at(np.geomspace(0.5, 6.0, 5), 0.3)).max() < 1e-7
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from weakref import WeakKeyDictionary
@@ -23,6 +24,7 @@ from stillhook.response.deviations import Sigmas, sigmas
 from stillhook.response.forcing import Forcing, forcing_of_seas
 from stillhook.response.hung import Hung
 from stillhook.response.linearise import mean_drag
+from stillhook.response.residual import Residual
 from stillhook.response.statistics import rate_below_zero, zero_crossing_period
 from stillhook.sea.extremes import MPM, P90
 from stillhook.sea.ship_motion import STANDARD_GRAVITY
@@ -181,7 +183,7 @@ def _phase(
     level = quantiles(plan)
     values = _of_tip(asked, phase, level) | of_load(asked, level)
     if phase.compensated:
-        values["e_c_pp"] = 2.0 * _largest(asked, "u", "u_rate", level("e_c_pp"))
+        values["e_c_pp"] = _error(asked, residuals, level("e_c_pp"))
     if way is not None and alternative.twin:
         values |= _of_winch(plan, phase, alternative, asked, way, values["v_tip_max"])
     if phase.kind in (PhaseKind.LIFT_OFF, PhaseKind.SEABED_LIFT_OFF):
@@ -218,6 +220,24 @@ def _largest(asked: Sequence[Part], name: str, rate: str, quantile: float, *, of
     """Largest value about its mean of a motion of `Sigmas`, or of its rate, over all parts, (n,)."""
     cycles = np.array([p.cycles(getattr(p.s, name), getattr(p.s, rate)) for p in asked])
     return largest_of_parts(0.0, np.array([getattr(p.s, rate if of_rate else name) for p in asked]), cycles, quantile)
+
+
+def _error(asked: Sequence[Part], residuals: Sequence[Residual], quantile: float) -> FloatArray:
+    """Largest peak-to-peak of the wire's end over 30 s in a phase, (n,): the twin's own of some minutes, grown to the phase's duration as a
+    Gaussian one grows; of a flat share, and on the brake, twice the largest value."""
+    whole = sum(p.time for p in asked)
+    found = []
+    for p, residual in zip(asked, residuals, strict=True):
+        v, T_z = _tip_speed(p.forcing)
+        moving = v > 0.0
+        peak = None if residual.remnant is None else residual.remnant.peak_at(np.where(moving, v, 1.0), np.where(moving, T_z, 1.0))
+        if residual.remnant is None or peak is None:
+            return 2.0 * _largest(asked, "u", "u_rate", quantile)
+        T_u = zero_crossing_period(p.s.u, p.s.u_rate)
+        runs, lasts = np.log(np.maximum(residual.remnant.lasts / T_u, math.e)), whole / T_u / -math.log(quantile)
+        grown = np.sqrt(np.log(np.maximum(lasts, math.e)) / runs)
+        found.append(np.where(moving, p.s.u * peak * grown, 0.0 * p.s.u))
+    return np.asarray(np.max(found, axis=0))
 
 
 def _of_tip(asked: Sequence[Part], phase: Phase, level: Levels) -> dict[str, FloatArray]:

@@ -59,12 +59,14 @@ def identify_remnant(runs: Sequence[Run], sines: Residual) -> Remnant:
     T_z, sigma_v = (sorted({getattr(run.motion, name) for run in runs}) for name in ("T_z", "sigma_v"))
     edges = np.geomspace(LOW, HIGH, BANDS + 1)
     S = np.zeros((len(T_z), len(sigma_v), BANDS))
-    gain = np.zeros(len(sigma_v), dtype=complex)
+    gain, peak = np.zeros(len(sigma_v), dtype=complex), np.zeros((len(T_z), len(sigma_v)))
     for k, sigma in enumerate(sigma_v):
         found = [_Spectra(run, sines) for run in runs if run.motion.sigma_v == sigma]
         gain[k] = _gain(found)
         S[:, k] = [each.remnant(complex(gain[k]), edges) for each in found]
-    return Remnant(np.array(T_z), np.array(sigma_v), np.sqrt(edges[1:] * edges[:-1]), S, gain)
+        peak[:, k] = [each.peak for each in found]
+    lasts = runs[0].motion.tip.repeat - SETTLED
+    return Remnant(np.array(T_z), np.array(sigma_v), np.sqrt(edges[1:] * edges[:-1]), S, gain, peak, lasts)
 
 
 class _Spectra:
@@ -74,6 +76,7 @@ class _Spectra:
         self.omega, (e, z) = spectra(run.result, ("e_c", "s_tip"), SETTLED)
         self.wire, self.tip = np.abs(e) ** 2, np.abs(z) ** 2
         self.C = sines.gaussian(self.omega, run.motion.sigma_v)
+        self.peak = run.result.span[0] / math.sqrt(float(np.sum(self.wire)))
         self.cross: ComplexArray = e * np.conj(z) * np.conj(self.C)
 
     def remnant(self, gain: complex, edges: FloatArray) -> FloatArray:

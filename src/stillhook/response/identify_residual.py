@@ -45,7 +45,7 @@ OWN = (
 """Files that a table follows from beside crane, duty and `results_hash`."""
 
 TABLES = ("omega", "v", "C", "harmonics", "saturated", "relieved", "p_a")
-REMNANT = ("T_z", "sigma_v", "omega", "S", "gain")
+REMNANT = ("T_z", "sigma_v", "omega", "S", "gain", "peak")
 GIVE = ("omega", "sigma_v", "Y")
 BATCHES = 3
 """Times that the twin is run for one residual."""
@@ -187,7 +187,7 @@ def _read(file: Path) -> Residual | None:
     """A table made before; None where there is none, or the file is damaged."""
     with contextlib.suppress(OSError, ValueError, KeyError, EOFError, BadZipFile, LiftError), np.load(file, allow_pickle=False) as data:
         fields = {name: data[name] for name in TABLES}
-        remnant = Remnant(**{name: data[f"remnant_{name}"] for name in REMNANT})
+        remnant = Remnant(**{name: data[f"remnant_{name}"] for name in REMNANT}, lasts=float(data["lasts"]))
         give = Give(**{name: data[f"give_{name}"] for name in GIVE})
         return Residual(**fields, about=str(data["about"]), remnant=remnant, give=give)
     return None
@@ -197,5 +197,6 @@ def _write(file: Path, made: Residual) -> None:
     """Keep a table; a folder that cannot be written to is no reason to fail."""
     arrays = {name: getattr(made, name) for name in TABLES} | {f"remnant_{name}": getattr(made.remnant, name) for name in REMNANT}
     arrays |= {f"give_{name}": getattr(made.give, name) for name in GIVE}
+    arrays |= {"about": np.array(made.about), "lasts": np.array(made.remnant.lasts if made.remnant is not None else math.nan)}
     with contextlib.suppress(StillhookError, OSError), whole_file(file) as part, open(part, "wb") as out:
-        np.savez_compressed(out, about=np.array(made.about), **arrays)
+        np.savez_compressed(out, **arrays)

@@ -39,7 +39,9 @@ class Places(NamedTuple):
 @dataclass(frozen=True, eq=False)
 class Remnant:
     """T_z (j,) [s] and sigma_v (k,) [m/s] ascending; omega (b,) [rad/s] ascending; S (j, k, b) one-sided density of the remnant
-    [m^2 s/rad]; gain (k,) factor by which C of sines is to be multiplied under irregular motion [-], near 1.
+    [m^2 s/rad]; gain (k,) factor by which C of sines is to be multiplied under irregular motion [-], near 1; peak (j, k) largest
+    peak-to-peak of the wire's end in 30 s over its standard deviation, in a motion that lasts `lasts` [s]: what friction leaves is bounded,
+    and Gaussian rules tell it too large by half; None where it is not known.
 
     Between its values S is interpolated in logarithms of everything. Beyond the last periods and frequencies the nearest holds; beyond the
     smallest and largest sigma_v the remnant goes with the tip's motion, as of a stuck and of a saturated winch.
@@ -50,6 +52,8 @@ class Remnant:
     omega: FloatArray = field(repr=False)
     S: FloatArray = field(repr=False)
     gain: ComplexArray = field(repr=False)
+    peak: FloatArray | None = field(default=None, repr=False)
+    lasts: float = 600.0
 
     def __post_init__(self) -> None:
         if self.S.shape != (len(self.T_z), len(self.sigma_v), len(self.omega)) or self.gain.shape != self.sigma_v.shape:
@@ -70,6 +74,13 @@ class Remnant:
         i_1, j_1 = np.minimum(i + 1, len(self.T_z) - 1), np.minimum(j + 1, len(self.sigma_v) - 1)
         corners = ((i, j, (1.0 - f) * (1.0 - g)), (i, j_1, (1.0 - f) * g), (i_1, j, f * (1.0 - g)), (i_1, j_1, f * g))
         return Places(corners, (sigma / np.clip(sigma, self.sigma_v[0], self.sigma_v[-1])) ** 2)
+
+    def peak_at(self, sigma_v: ArrayLike, T_z: ArrayLike) -> FloatArray | None:
+        """peak for irregular motions of deviation sigma_v and period T_z, (n,) each."""
+        if self.peak is None:
+            return None
+        peak = self.peak
+        return np.asarray(sum(share * peak[i, j] for i, j, share in self.places(sigma_v, T_z).corners))
 
     def gain_at(self, sigma_v: ArrayLike) -> ComplexArray:
         """gain at deviations sigma_v, shape of sigma_v."""

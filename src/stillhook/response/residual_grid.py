@@ -86,7 +86,9 @@ def mixed(a: Residual, b: Residual, share: float) -> Residual:
     m, n = a.remnant, b.remnant
     kept = min(len(m.sigma_v), len(n.sigma_v))  # the twin may be lost earlier under one load
     S = np.exp((1.0 - share) * np.log(m.S[:, :kept]) + share * np.log(n.S[:, :kept]))
-    remnant = Remnant(m.T_z, m.sigma_v[:kept], m.omega, S, (1.0 - share) * m.gain[:kept] + share * n.gain[:kept])
+    peak = None if m.peak is None or n.peak is None else (1.0 - share) * m.peak[:, :kept] + share * n.peak[:, :kept]
+    gain = (1.0 - share) * m.gain[:kept] + share * n.gain[:kept]
+    remnant = Remnant(m.T_z, m.sigma_v[:kept], m.omega, S, gain, peak, m.lasts)
     Y = (1.0 - share) * a.give.Y[:, :kept] + share * b.give.Y[:, :kept]
     known = [name for name in ("relieved", "p_a") if getattr(a, name) is not None and getattr(b, name) is not None]
     tables = {name: (1.0 - share) * getattr(a, name) + share * getattr(b, name) for name in ("C", "harmonics", "saturated", *known)}
