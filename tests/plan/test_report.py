@@ -30,6 +30,7 @@ from stillhook.plan.report_pdf import pdf
 from stillhook.plan.report_sheet import headline, sheet_of
 from stillhook.plan.result import PlanResult
 from stillhook.plan.rosette import from_bow
+from stillhook.plan.table import LimitTable
 from stillhook.sea.directions import geographic
 
 
@@ -275,6 +276,13 @@ def test_of_many_headings_the_first_page_tells_the_best_and_the_worst(result):
     assert table["header"][:3] == ["Tp", "best heading", "worst heading"]
     Hs = data["Hs_limit"].sel(credit="credited", alternative="strong-ssc").values
     assert table["rows"][0][1:3] == [f"{Hs[:, 0].max():.2f} (180°)", f"{Hs[:, 0].min():.2f} (150°)"]
+
+
+def test_the_reader_is_told_in_the_words_of_the_table_how_to_read_it(result):
+    told_first = [row for part in sheet_of(result, ())["answer"]["parts"] if part["kind"] == "facts" for row in part["rows"]]
+    cells = result.data["Hs_limit"].sel(credit="credited", alternative="strong-ssc").values
+    table = LimitTable(cells, result.data["heading"].values, result.data["period"].values, math.radians(15.0), 4.0)
+    assert ["reading", table.described()] in told_first
 
 
 def test_limits_without_a_twin_are_not_said_to_be_its_own(result):

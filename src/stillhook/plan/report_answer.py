@@ -27,6 +27,7 @@ from stillhook.plan.report_parts import (
     limits,
     over,
     percent,
+    reading,
     sub,
     table,
     text,
@@ -64,9 +65,7 @@ def answer(result: PlanResult) -> dict[str, Any]:
 
 def _seas(result: PlanResult) -> str:
     data = result.data
-    spread = degrees(data.attrs["heading_tolerance"]) if "heading_tolerance" in data.attrs else ""
-    around = f" (each ± {spread})" if spread else ""
-    return f"Tp {over(data['period'].values, 'time')}, waves at {over(data['heading'].values, 'angle')}{around}"
+    return f"Tp {over(data['period'].values, 'time')}, waves at {over(data['heading'].values, 'angle')}"
 
 
 def _credited(result: PlanResult, name: str) -> str:
@@ -244,12 +243,11 @@ def _conditions(result: PlanResult) -> list[Part]:
     spread = f"spreading cos^{settings['spread']:g}" if settings.get("spread") else "long-crested"
     crane, payload = told.get("crane", {}), told.get("payload", {})
     mass = show(payload["mass"], "mass", 4) if "mass" in payload else "-"
-    first, last = (show(float(T), "time", 3) for T in (result.data["period"].values.min(), result.data["period"].values.max()))
-    below = f"below Tp {first} its row holds; above {last} the limit is 0 m"
     rows = [
         ("lift", f"{payload.get('name', '-')}, {mass} in air, to {place.get('depth', math.nan):g} m of water"),
         ("crane, vessel", f"{crane.get('name', '-')}; {place.get('text') or told.get('vessel', {}).get('name', '-')}"),
-        ("seas", f"{waves}{peak}, {spread}; {below}"),
+        ("seas", f"{waves}{peak}, {spread}"),
+        ("reading", reading(result)),
         ("credit", str(crane.get("twin", "-"))),
     ]  # fmt: skip
     rows += [("note", str(note)) for note in told.get("notes", ())]

@@ -19,6 +19,7 @@ from stillhook.plan.report_parts import (
     of_rule,
     over,
     percent,
+    reading,
     short,
     sub,
     table,
@@ -165,13 +166,9 @@ def seas(result: PlanResult) -> list[Part]:
         ("spreading", f"cos^{s['spread']:g}" if s.get("spread") else "none: long-crested"),
         ("Hs", f"{len(s.get('Hs', ()))} heights, {over(s['Hs'], 'length')}" if s.get("Hs") else f"up to {highest(result):g} m"),
         ("Tp", ", ".join(f"{T:g}" for T in data["period"].values) + " s"),
-        ("headings", ", ".join(degrees(b) for b in data["heading"].values) + f", each holding within {tolerance}"),
+        ("headings", ", ".join(degrees(b) for b in data["heading"].values) + f"; tolerance {tolerance}"),
     ]
-    reading = (
-        f"Reading the table between its cells: the worst of the headings within {tolerance} and of the periods on either side; below the "
-        "lowest period its row holds; above the highest period, and beyond the tolerance from every heading, the limit is 0 m."
-    )
-    return [facts(rows), text(reading)]
+    return [facts(rows), text(f"Reading the table between its cells: {reading(result)}.")]
 
 
 def models(result: PlanResult) -> list[Part]:

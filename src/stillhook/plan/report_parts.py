@@ -11,6 +11,7 @@ import numpy as np
 from stillhook.certified import SHORT
 from stillhook.plan.figure_parts import CREDITED, TWIN, FloatArray, degrees, height, named, names
 from stillhook.plan.result import Credit, PlanResult
+from stillhook.plan.table import LimitTable
 from stillhook.units import number, show
 from stillhook.variables import BY_NAME
 
@@ -92,6 +93,14 @@ def highest(result: PlanResult) -> float:
 def limits(result: PlanResult, credit: Credit, alternative: str) -> FloatArray:
     """Limiting heights (heading, period) [m]."""
     return np.asarray(result.data["Hs_limit"].sel(credit=credit, alternative=alternative).values, dtype=float)
+
+
+def reading(result: PlanResult) -> str:
+    """How the table is read between and beyond its cells, in words."""
+    data, name = result.data, leading(result)
+    tolerance = float(data.attrs.get("heading_tolerance", 0.0))
+    cells = limits(result, CREDITED, name)
+    return LimitTable(cells, data["heading"].values, data["period"].values, tolerance, highest(result)).described()
 
 
 def least(Hs: FloatArray) -> FloatArray:
