@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stillhook.engine.run import Progress
-from stillhook.plan.adaptive import Search
+from stillhook.plan.adaptive import Search, nearest
 from stillhook.plan.alternatives import Alternative
 from stillhook.plan.demand import Demand, Seas, Tier
 from stillhook.plan.lift_plan import LiftPlan
@@ -86,25 +86,31 @@ def _result(work: Work) -> TwinTier:
 
 
 def _with_ends(limits: Limits, demand: Demand, work: Work) -> Limits:
-    """Limits whose upper ends are known: where the highest cell is beyond and the good end of its interval is not, the end follows from
-    there by growth with the height. Up to the highest sea that was asked; beyond it stays inf."""
+    """Limits with the ends of their 95 % interval from the cell next to each, whose seeds were closed: what the waves add there grows with
+    the height. (Cells of one column see the same waves, so their errors go together; farther ones have fewer seeds and say less.)"""
     rules = {r.rule.key: r for r in work.limited[demand.phase, demand.alternative]}
-    high = {key: ends.copy() for key, ends in limits.high.items()}
-    for key, ends in high.items():
-        quantity = rules[key].rule.quantity
-        sides = [utilisation(rules[key], table[quantity]) for table in (demand.low, demand.high)]
-        best = np.fmin(*sides)
+    low, high = ({key: ends.copy() for key, ends in side.items()} for side in (limits.low, limits.high))
+    for key in high:
+        rule, q = rules[key], rules[key].rule.quantity
+        value, *sides = (utilisation(rule, table[q]) for table in (demand.values, demand.low, demand.high))
+        worst, best = np.fmax(*sides), np.fmin(*sides)
         for i, (_, _, rows) in enumerate(demand.seas.columns()):
-            if math.isfinite(limits.Hs[key][i]) and math.isinf(ends[i]):
-                ends[i] = _grown(demand.seas.Hs[rows], best[rows], max(work.plan.environment.Hs))
-    return replace(limits, high=high)
+            Hs = float(limits.Hs[key][i])
+            if not 0.0 < Hs < math.inf:
+                continue
+            n, calm = nearest(demand.seas.Hs[rows], Hs), value[rows[0]]
+            k = rows[n - 1] if n > 1 and worst[rows[n]] <= value[rows[n]] else rows[n]  # slack slings cannot be slacker
+            added = value[k] - calm
+            if math.isfinite(added) and added > 0.0:
+                low[key][i] = _scaled(Hs, added, worst[k] - calm)
+                high[key][i] = _scaled(Hs, added, best[k] - calm)
+    most = max(work.plan.environment.Hs)
+    return replace(limits, low=low, high={key: np.where(ends > most, np.inf, ends) for key, ends in high.items()})
 
 
-def _grown(Hs: FloatArray, u: FloatArray, most: float) -> float:
-    """Height at which a utilisation reaches 1, that grows with the height over the calm's as it did up to the last cell [m]."""
-    rise = u[-1] - u[0]
-    found = float(Hs[-1] * (1.0 - u[0]) / rise) if rise > 0.0 else math.inf
-    return found if found <= most else math.inf
+def _scaled(Hs: float, told: float, taken: float) -> float:
+    """Height at which what the waves add is that of the limit, if in truth they add `taken` where `told` was found."""
+    return Hs * told / taken if taken > 0.0 else math.inf
 
 
 def _demand(work: Work, phase: Phase, alternative: Alternative) -> Demand:
