@@ -92,6 +92,7 @@ app.add_typer(weather.app, name="weather")
 
 def main() -> None:
     """Entry point of the `stillhook` command."""
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # matrices are small: more threads only spin beside ours
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):  # a name that the terminal's letters cannot show ends no command
             stream.reconfigure(errors="backslashreplace")
