@@ -30,7 +30,7 @@ def facts_found(plan: LiftPlan, of: Answered, forecast: Forecast, value: Weather
         "operation": operation(plan, of, forecast),
         "phases": phases(plan, of, twin),
         "runs": {} if twin is None else dict(twin.runs),
-        "remarks": remarks(plan, of, forecast, value),
+        "remarks": [*remarks(plan, of, forecast, value), *(() if twin is None else twin.notes)],
     }
 
 

@@ -32,7 +32,8 @@ OF_STAGE = (
 KEPT = (*OF_STAGE, "v_landed")
 """Those, and of the whole run the speed of the first touch: it may come before its stage is over."""
 FAILED_MOST = 0.1
-"""Part of a cell's runs that may fail: what is left tells the cell. Where more fail, the cell is beyond every limit."""
+"""Chance of a failed run in a phase from which a cell is beyond every limit: as many phases as the level of 90 % leaves. One of 20 runs may
+fail in a phase that holds one run, none in a phase that holds two or more."""
 OF_LOAD = ("F_top_max", "DAF", "load_pp", "sling_ratio", "slack_chance", "snap_load")
 """Quantities of what hangs: largest about the worst height of a way. All others are those of tip and winch, at every height alike."""
 WINCH = ("p_a_max", "saturation_share", "relief_share", "stroke_share", "v_w_demand")
@@ -56,7 +57,8 @@ def quantities(plan: LiftPlan, phase: Phase, alternative: Alternative, winch: Wi
     sound = np.isfinite(runs["duration"]) & (np.isfinite(runs["v_landed"]) if landing else True)
     n = len(sound)
     told = _told(plan, phase, alternative, winch, course, {name: values[sound] for name, values in runs.items()}) if sound.any() else {}
-    if n - int(sound.sum()) <= FAILED_MOST * n:
+    failed = 1.0 - (float(sound.sum()) / n) ** course.times
+    if failed < FAILED_MOST - 1e-9:
         return told
     names = told or {rule.quantity: BEYOND for rule in plan.rules.of(phase.kind).values()}
     return {name: Estimate(0.0, 0.0, 0.0) if name == "sling_ratio" else BEYOND for name in names}

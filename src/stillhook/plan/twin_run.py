@@ -174,39 +174,42 @@ def _covered(stages: Sequence[Stage]) -> float:
 
 
 def _passage(phase: Phase, mode: StageMode, start: float, end: float) -> Course:
-    """The whole way through the surface, once."""
+    """The whole way through the surface; as often as it goes into the phase's duration, where that is longer."""
     v = _speed(phase)
     counted = abs(end - start) / v
+    times = max((phase.duration or counted) / counted, 1.0)
     down = math.copysign(v, start - end)
     stages = (_stage(mode, 0.0, time=f"{SETTLE!r} s"), _stage(mode, down, depth=f"{-end!r} m"))
-    return Course(start, stages, SETTLE + 1.1 * counted + ROOM, counted, 1, 1.0, 1.0, max(start, end))
+    return Course(start, stages, SETTLE + 1.1 * counted + ROOM, counted, 1, times, times, max(start, end))
 
 
 def _landing(plan: LiftPlan, phase: Phase, mode: StageMode, start: float) -> Course:
-    """The last metres, and the touch-down. Without compensation the load first hangs, which counts, and is then put down by hand."""
+    """The last metres, and the touch-down. Without compensation the load first hangs, which counts, and is then put down by hand.
+
+    All ways of running the winch take the same time, so that a seed is the same sea to all of them.
+    """
     v, high = _speed(phase), start + plan.depth
+    hangs, height = min(high, HANGS), min(high, APPROACH * v)
+    half, down = _half(plan, hangs - plan.depth), (hangs + THROUGH) / v
+    lasts = SETTLE + max(APPROACH + half + down, height / v) + TOUCH_ROOM
     if mode is StageMode.MANUAL:
-        height, counted = min(high, HANGS), APPROACH
-        z = height - plan.depth
-        before = (_stage(mode, 0.0, time=f"{SETTLE!r} s"),)
-        half = _half(plan, z)
-        down = (height + THROUGH) / v
-        last = (_stage(mode, 0.0, time=f"{counted!r} s"), _stage(mode, 0.5 * v, time=f"{half!r} s"), _stage(mode, v, time=f"{down!r} s"))
-        return _landed(phase, z, before, last, SETTLE + counted + half + down, counted)
-    height = min(high, APPROACH * v)
-    z, counted = height - plan.depth, height / v
+        still = (_stage(mode, 0.0, time=f"{SETTLE!r} s"),)
+        put_down = (_stage(mode, 0.5 * v, time=f"{half!r} s"), _stage(mode, v, time=f"{down!r} s"))
+        last = (_stage(mode, 0.0, time=f"{APPROACH!r} s"), *put_down)
+        return _landed(phase, hangs - plan.depth, still, last, lasts, APPROACH)
+    z = height - plan.depth
     before = _ahead(plan, StageMode.AHC, z, v, high - height)
     if mode is StageMode.AHC:
-        return _landed(phase, z, before, (_stage(mode, v, landed=True),), SETTLE + counted, counted)
+        return _landed(phase, z, before, (_stage(mode, v, landed=True),), lasts, height / v)
     hold = HELD * payload_weight(plan.hanging(start), -math.inf) + plan.crane.hook_mass * G
     land = Stage(mode=mode, lower=f"{v!r} m/s", hold=f"{hold!r} N", time="1 s")
-    return _landed(phase, z, before, (land,), SETTLE + counted, counted)
+    return _landed(phase, z, before, (land,), lasts, height / v)
 
 
 def _landed(phase: Phase, z: float, before: tuple[Stage, ...], last: tuple[Stage, ...], lasts: float, counted: float) -> Course:
     """The course of a landing whose counted stage begins at z and is the first of `last`."""
     times = max((phase.duration or counted) / counted, 1.0)
-    return Course(z + _covered(before), (*before, *last), lasts + TOUCH_ROOM, counted, len(before), times, times, z)
+    return Course(z + _covered(before), (*before, *last), lasts, counted, len(before), times, times, z)
 
 
 def _speed(phase: Phase) -> float:

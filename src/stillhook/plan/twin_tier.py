@@ -16,12 +16,13 @@ from stillhook.plan.alternatives import Alternative
 from stillhook.plan.demand import Demand, Seas, Tier
 from stillhook.plan.lift_plan import LiftPlan
 from stillhook.plan.limits import Limits, limits_of, utilisation
-from stillhook.plan.phases import Phase
+from stillhook.plan.phases import Phase, PhaseKind
 from stillhook.plan.seeds import Estimate
 from stillhook.plan.twin_blocks import blocks
 from stillhook.plan.twin_cells import Cells, Deal
 from stillhook.plan.twin_run import KINDS, winch_of
 from stillhook.plan.twin_search import TRUST, Work
+from stillhook.units import show
 
 if TYPE_CHECKING:
     import xarray
@@ -36,12 +37,14 @@ MOST_ROUNDS = 100
 @dataclass(frozen=True, eq=False)
 class TwinTier:
     """What the twin told. demands and limits: one of each phase and alternative that was run, tier TIME; runs: how many, of which seeds;
-    why: phase -> why it was run, or not; blocks: "landing" and "convergence" as `stillhook.plan.result` has them, where there are any."""
+    why: phase -> why it was run, or not; notes: what a reader of the limits must know; blocks: "landing" and "convergence" as
+    `stillhook.plan.result` has them, where there are any."""
 
     demands: tuple[Demand, ...] = field(repr=False)
     limits: tuple[Limits, ...] = field(repr=False)
     runs: Mapping[str, Any]
     why: Mapping[str, str]
+    notes: tuple[str, ...] = ()
     blocks: Mapping[str, xarray.Dataset] = field(default_factory=dict, repr=False)
 
 
@@ -82,7 +85,9 @@ def _result(work: Work) -> TwinTier:
     found = blocks(work)
     if work.progress is not None:
         work.progress(1.0)
-    return TwinTier(tuple(demands), tuple(limits), _runs(work.cells), {p.name: _why(work, p) for p in work.plan.phases}, found)
+    return TwinTier(
+        tuple(demands), tuple(limits), _runs(work.cells), {p.name: _why(work, p) for p in work.plan.phases}, _notes(work), found
+    )
 
 
 def _with_ends(limits: Limits, demand: Demand, work: Work) -> Limits:
@@ -140,6 +145,20 @@ def _runs(cells: Cells) -> dict[str, Any]:
         "seeds_per_cell": [min(sizes, default=0), max(sizes, default=0)],
         "simulated": cells.seconds,
     }
+
+
+def _notes(work: Work) -> tuple[str, ...]:
+    """Landings by runs are braked by the water under the payload: by how much in a calm."""
+    line = next((x for x in work.lines if x.started and x.phase.kind is PhaseKind.LANDING and x.alternative.twin), None)
+    line = line or next((x for x in work.lines if x.started and x.phase.kind is PhaseKind.LANDING), None)
+    if line is None or line.phase.speed is None:
+        return ()
+    v = work.numbers(line, 0.0)["v_landed"].value
+    return (
+        f"landing speeds by runs count the cushion of water under the payload, with the gap numbers of the payload file (assumed unless it "
+        f"says otherwise): lowered at {show(line.phase.speed, 'speed')} in a calm it touches at {show(v, 'speed')}. Check them where the "
+        "landing is limited by its speed",
+    )
 
 
 def _why(work: Work, phase: Phase) -> str:
