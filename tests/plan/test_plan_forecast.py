@@ -19,11 +19,11 @@ H = 3600.0
 
 @pytest.fixture
 def result():
-    """Two alternatives, head seas 165 and 180 deg, Tp 8 and 10 s; OP_WF 1 m without compensation (none told at 10 s), 2 m with ssc."""
-    op_wf = np.full((2, 2, 2, 2), 2.0)
-    op_wf[:, 0] = [[1.0, np.nan], [1.0, np.nan]]
+    """Two alternatives, head seas 165, 180 and 195 deg, Tp 8 and 10 s; OP_WF 1 m without compensation (none told at 10 s), 2 m with ssc."""
+    op_wf = np.full((2, 2, 3, 2), 2.0)
+    op_wf[:, 0] = [[1.0, np.nan]] * 3
     op_wf[0, 1] = 3.0  # the twin's own limit, not credited
-    coords = {"credit": ["twin", "credited"], "alternative": ["none", "ssc"], "heading": np.radians([165.0, 180.0]), "period": [8.0, 10.0]}
+    coords = {"credit": ["twin", "credited"], "alternative": ["none", "ssc"], "heading": np.radians([165.0, 180.0, 195.0]), "period": [8.0, 10.0]}
     attrs = {"heading_tolerance": np.radians(15.0), "Hs_lowest": 0.5, "Hs_highest": 6.0, "name": "made up"}
     data = xr.Dataset({"op_wf": (("credit", "alternative", "heading", "period"), op_wf)}, coords=coords, attrs=attrs)
     operation = {"T_POP": 6 * H, "T_C": None, "T_R": 12 * H, "weather_restricted": True}

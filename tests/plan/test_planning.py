@@ -17,7 +17,7 @@ from stillhook.plan.plan_files import load_plan_result, save_plan
 from stillhook.plan.planning import plan
 from stillhook.plan.table import Axes, chosen, gathered, governed
 
-ENVIRONMENT = Environment(Hs=("1 m", "2 m", "4 m"), Tp=("7 s", "12 s"), headings=("165 deg", "180 deg"), spread=4)
+ENVIRONMENT = Environment(Hs=("1 m", "2 m", "4 m"), Tp=("7 s", "12 s"), headings=("165 deg", "180 deg", "195 deg"), spread=4)
 UNMODELLED = (Alternative.NONE, Alternative.CAP)
 """Alternatives that no run of the twin is needed for."""
 

@@ -4,12 +4,14 @@ import math
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from stillhook.errors import PlanError
 from stillhook.plan.alternatives import Alternative
 from stillhook.plan.demand import Tier
 from stillhook.plan.limits import Limits
-from stillhook.plan.table import TIERS, Axes, LimitTable, chosen, counting, gathered, governed, untold
+from stillhook.plan.table import TIERS, Axes, LimitTable, chosen, counting, gathered, governed, kept, untold
 
 NONE, SSC = Alternative.NONE, Alternative.SSC
 AXES = Axes((2.6, math.pi), (6.0, 8.0, 10.0), (NONE, SSC), ("splash", "deep"), ("DAF", "slack"))
@@ -85,20 +87,50 @@ def test_below_the_first_period_the_first_row_holds_and_above_the_last_the_limit
     assert TABLE.at(np.array([2.0, 10.01]), np.full(2, math.pi)).tolist() == [2.0, 0.0]
 
 
-def test_waves_beyond_the_tolerance_of_every_heading_are_never_workable_and_overlaps_take_the_worse():
-    beta = np.radians([154.0, 155.5, 172.0, 190.0, 191.0])
-    assert TABLE.at(np.full(5, 6.0), beta).tolist() == [0.0, 3.0, 2.0, 2.0, 0.0]
+def test_between_two_headings_the_worse_counts_and_no_sea_outside_them_is_answered():
+    beta = np.radians([154.0, 164.9, 165.0, 172.0, 180.0, 180.1, 191.0])
+    assert TABLE.at(np.full(7, 6.0), beta).tolist() == [0.0, 0.0, 3.0, 2.0, 2.0, 0.0, 0.0]
+
+
+def test_headings_within_the_tolerance_count_even_at_a_heading_itself():
+    wide = LimitTable(TABLE.Hs, TABLE.headings, TABLE.periods, math.radians(15.0), 4.0)
+    assert wide.at(np.full(2, 6.0), np.radians([165.0, 180.0])).tolist() == [2.0, 2.0]
+
+
+def test_headings_too_far_apart_tell_nothing_between_them():
+    apart = LimitTable(np.array([[1.0], [2.0]]), np.radians([90.0, 180.0]), np.array([8.0]), math.radians(15.0), 4.0)
+    assert apart.at(np.full(3, 8.0), np.radians([90.0, 100.0, 180.0])).tolist() == [1.0, 0.0, 2.0]
 
 
 def test_headings_are_compared_around_the_circle():
-    following = LimitTable(np.array([[1.0]]), np.array([0.0]), np.array([8.0]), math.radians(15.0), 4.0)
-    assert following.at(np.array([8.0, 8.0]), np.radians([350.0, 10.0])).tolist() == [1.0, 1.0]
+    following = LimitTable(np.array([[1.0], [2.0]]), np.radians([10.0, 350.0]), np.array([8.0]), math.radians(10.0), 4.0)
+    assert following.at(np.full(3, 8.0), np.radians([0.0, 355.0, 20.0])).tolist() == [1.0, 1.0, 0.0]
 
 
-def test_a_vessel_free_to_turn_takes_its_best_heading_and_keeps_it_within_the_tolerance():
-    assert TABLE.at(np.array([6.0, 8.0])).tolist() == [3.0, 4.0]
-    close = LimitTable(TABLE.Hs, np.radians([175.0, 180.0]), TABLE.periods, math.radians(10.0), 4.0)
-    assert close.at(np.array([6.0, 8.0])).tolist() == [2.0, 2.5]
+def test_a_vessel_free_to_turn_keeps_only_headings_with_the_tolerance_told_on_both_sides():
+    Hs, periods = np.array([[3.0], [2.5], [2.0], [1.0]]), np.array([8.0])
+    bow = LimitTable(Hs, np.radians([150.0, 165.0, 180.0, 195.0]), periods, math.radians(15.0), 4.0)
+    assert bow.at(np.array([8.0])).tolist() == [2.0]  # 165 with 150 and 180; 150 and 195 have one side only
+    assert kept(bow.headings, math.radians(15.0)).tolist() == [False, True, True, False]
+    assert LimitTable(Hs[:2], bow.headings[:2], periods, math.radians(15.0), 4.0).at(np.array([8.0])).tolist() == [0.0]
+    assert LimitTable(Hs[:1], bow.headings[:1], periods, 0.0, 4.0).at(np.array([8.0])).tolist() == [3.0]
+
+
+def test_a_cone_that_ends_between_two_headings_counts_both():
+    coarse = LimitTable(np.array([[1.0], [3.0], [2.0]]), np.radians([160.0, 180.0, 200.0]), np.array([8.0]), math.radians(10.0), 4.0)
+    assert coarse.at(np.array([8.0])).tolist() == [1.0]
+
+
+@given(st.lists(st.integers(0, 71), min_size=1, max_size=8, unique=True), st.floats(0.0, 6.28), st.integers(1, 9))
+def test_no_answer_is_above_the_best_of_the_headings_within_reach(fives, beta, tolerance):
+    headings, tol = np.radians(5.0 * np.sort(fives)), math.radians(5.0 * tolerance)
+    Hs = 1.0 + np.arange(len(headings), dtype=float)[:, None]
+    table = LimitTable(Hs, headings, np.array([8.0]), tol, 99.0)
+    off = np.abs((beta - headings + np.pi) % (2.0 * np.pi) - np.pi)
+    answer = table.at(np.array([8.0]), np.array([beta]))[0]
+    near = Hs[off <= tol, 0]
+    assert answer <= (near.min() if len(near) else np.inf)
+    assert answer == 0.0 or off.min() <= tol + 1e-6
 
 
 def test_an_unknown_period_takes_the_worst_row_and_an_unknown_direction_is_not_workable():

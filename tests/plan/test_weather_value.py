@@ -6,12 +6,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stillhook.errors import WeatherError
+from stillhook.errors import PlanError, WeatherError
 from stillhook.plan.alternatives import Alternative
-from stillhook.plan.lift_plan import WeatherUse
+from stillhook.plan.lift_plan import Environment, WeatherUse
 from stillhook.plan.plan_file import load_plan
 from stillhook.plan.table import Axes, Governed
-from stillhook.plan.weather_value import forecast_limits, weather_block, weather_value
+from stillhook.plan.weather_value import forecast_limits, seas_of, weather_block, weather_value
 from stillhook.sea.weather import Weather
 from stillhook.weather.alpha import load_alpha_table
 
@@ -127,9 +127,9 @@ def test_a_fixed_heading_counts_only_waves_within_the_tolerance_of_the_table(pla
     _, free, _ = valued(plan, season, LIMITS)
     _, held, _ = valued(fixed, season, LIMITS)
     calm = {"credit": "twin", "alternative": "strong-ssc", "month": 0}
-    # headings 150, 165 and 180 deg, each with 15 deg: 60 of 360 deg of direction, both ends inside
+    # headings 165, 180 and 195 deg: 30 of 360 deg of direction, both ends inside
     assert float(free["operability"].sel(calm)) == 1.0
-    assert float(held["operability"].sel(calm)) == pytest.approx(61 / 360, abs=0.002)
+    assert float(held["operability"].sel(calm)) == pytest.approx(31 / 360, abs=0.002)
 
 
 def test_a_direction_read_in_the_wrong_sense_changes_the_answer(plan, season):
@@ -181,3 +181,17 @@ def test_days_gained_are_taken_over_starts_from_which_both_get_their_window(plan
     assert gained == pytest.approx(np.nanmean(both) / 86400.0)
     assert gained >= 0.0
     assert float(block["n_censored"].sel(credit="twin", alternative="none", month=0)) > HOURS // 2
+
+
+def test_headings_without_neighbours_tell_nothing_of_a_real_sea_and_are_refused(plan, season):
+    lone = replace(plan, environment=replace_headings(plan, "180 deg"))
+    with pytest.raises(PlanError, match=r"headings 180 deg: none can be kept within 15 deg .* such as 165, 180 and 195 deg"):
+        seas_of(lone, season)
+    with pytest.raises(PlanError, match=r"headings 90 deg, 180 deg: no two are within 30 deg"):
+        seas_of(replace(plan, environment=replace_headings(plan, "90 deg", "180 deg"), weather=WeatherUse("season", ship=0.0)), season)
+
+
+def replace_headings(plan, *headings):
+    """The seas of a plan from other headings."""
+    env = plan.environment
+    return Environment(Hs=tuple(f"{h} m" for h in env.Hs), Tp=tuple(f"{t} s" for t in env.Tp), headings=headings)

@@ -18,6 +18,7 @@ from stillhook.units import show
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
+BoolArray = NDArray[np.bool_]
 
 TIERS = (Tier.CLOSED_FORM, Tier.FREQUENCY, Tier.TIME)
 """From the least to the most that is known; a later one counts before an earlier."""
@@ -159,6 +160,36 @@ def untold(of: Chosen) -> Mapping[Alternative, tuple[str, ...]]:
     return {a: phases for a, phases in found.items() if phases}
 
 
+def _off(headings: FloatArray, beta: FloatArray) -> FloatArray:
+    """Angle between headings and beta (n,), either way: (heading, n) [rad]."""
+    return np.asarray(np.abs((beta[None] - headings[:, None] + math.pi) % FULL - math.pi))
+
+
+def _worst(by_heading: FloatArray, counts: BoolArray, told: BoolArray) -> FloatArray:
+    """The least (n,) of limits (heading, n) over the headings that count (heading, n or 1); 0 where nothing is told (n or 1,)."""
+    return np.asarray(np.where(told, np.where(counts, by_heading, np.inf).min(axis=0), 0.0))
+
+
+def bracketed(headings: FloatArray, tolerance: float, beta: FloatArray) -> tuple[BoolArray, BoolArray]:
+    """Which headings lie next to beta (n,) on either side (heading, n), and whether a table tells it (n,): the two are no more than twice
+    the tolerance apart, or beta is a heading. [rad], around the circle."""
+    on = _off(headings, beta) <= SAME * FULL
+    behind, ahead = ((sign * (beta[None] - headings[:, None])) % FULL for sign in (1.0, -1.0))
+    rows = behind.argmin(axis=0), ahead.argmin(axis=0)
+    gap = (headings[rows[1]] - headings[rows[0]]) % FULL
+    beside = np.zeros_like(on)
+    for row in rows:
+        beside[row, np.arange(len(beta))] = True
+    exact = on.any(axis=0)
+    told = exact | (np.isfinite(beta) & (gap > 0.0) & (gap <= 2.0 * tolerance * (1.0 + SAME) + SAME))
+    return np.where(exact, on, beside), np.asarray(told)
+
+
+def kept(headings: FloatArray, tolerance: float) -> BoolArray:
+    """Which headings (heading,) a vessel can keep: waves from `tolerance` [rad] on either side of them are told by the table."""
+    return np.asarray(np.all([bracketed(headings, tolerance, headings + end)[1] for end in (-tolerance, tolerance)], axis=0))
+
+
 @dataclass(frozen=True, eq=False)
 class LimitTable:
     """Limits of one alternative as they are read on board: Hs (heading, period) [m], headings [rad] and periods [s] rising;
@@ -177,22 +208,27 @@ class LimitTable:
     def at(self, Tp: FloatArray, beta: FloatArray | None = None) -> FloatArray:
         """Limiting significant wave height [m] of seas of peak period Tp [s] that travel in beta [rad from the bow], (n,).
 
-        The worst of the headings within the tolerance and of the two periods on either side of Tp (the one row where Tp is a row); below
-        the lowest period the first row holds; above the highest, and beyond the tolerance from every heading, the limit is 0. Tp NaN: the
-        worst of all periods. beta None: the vessel turns to the heading that is best for the period, and keeps it within the tolerance;
-        NaN: 0, nobody knows. What is not told in the table is 0.
+        Between two headings that are no more than twice the tolerance apart the worst of these and of all within the tolerance; at a
+        heading itself the worst of those within the tolerance; elsewhere 0, for no such sea was looked at. Of the periods the worst of the
+        two on either side of Tp (the one row where Tp is a row); below the lowest the first row holds, above the highest the limit is 0.
+        Tp NaN: the worst of all periods. beta None: the vessel turns to the best of the headings that can be kept (`kept`) and is off it by the
+        tolerance at most; NaN: 0, nobody knows. What is not told in the table is 0.
         """
         by_heading = self._by_heading(np.asarray(Tp, dtype=float))
-        if beta is None:
-            return np.asarray(np.max([self._worst_near(by_heading, np.array([own])) for own in self.headings], axis=0))
-        return self._worst_near(by_heading, np.asarray(beta, dtype=float))
+        if beta is not None:
+            asked = np.asarray(beta, dtype=float)
+            between, told = bracketed(self.headings, self.heading_tolerance, asked)
+            return _worst(by_heading, between | self._near(asked), told)
+        cones = self._near(self.headings)
+        for end in (-self.heading_tolerance, self.heading_tolerance):
+            cones |= bracketed(self.headings, self.heading_tolerance, self.headings + end)[0]
+        keeps = kept(self.headings, self.heading_tolerance)
+        each = [_worst(by_heading, cones[:, [k]], keeps[[k]]) for k in range(len(self.headings))]
+        return np.asarray(np.max(each, axis=0))
 
-    def _worst_near(self, by_heading: FloatArray, beta: FloatArray) -> FloatArray:
-        """The worst (n,) of the limits (heading, n) of the headings within the tolerance of beta (n,) or (1,); 0 where there is none."""
-        off = np.abs((beta[None] - self.headings[:, None] + math.pi) % FULL - math.pi)
-        near = off <= self.heading_tolerance * (1.0 + SAME) + SAME
-        worst = np.where(near, by_heading, np.inf).min(axis=0)
-        return np.asarray(np.where(near.any(axis=0), worst, 0.0))
+    def _near(self, beta: FloatArray) -> BoolArray:
+        """Which headings (heading, n) lie within the tolerance of beta (n,)."""
+        return np.asarray(_off(self.headings, beta) <= self.heading_tolerance * (1.0 + SAME) + SAME)
 
     def _by_heading(self, Tp: FloatArray) -> FloatArray:
         """Limits (heading, n) of each heading alone."""
@@ -212,5 +248,6 @@ class LimitTable:
         lowest, highest = (show(float(T), "time", 4) for T in (self.periods[0], self.periods[-1]))
         return (
             f"worst of the headings within {deg} and of the periods on either side; below {lowest} the first period holds, above {highest} "
-            f"the limit is 0 m; no more than {show(self.Hs_highest, 'length', 3)}, the highest sea that was asked"
+            f"the limit is 0 m, and so it is for waves that do not lie between two headings of the table or at one; no more than "
+            f"{show(self.Hs_highest, 'length', 3)}, the highest sea that was asked"
         )

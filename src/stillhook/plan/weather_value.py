@@ -15,12 +15,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stillhook.errors import WeatherError
+from stillhook.errors import PlanError, WeatherError
 from stillhook.plan.alternatives import Alternative
 from stillhook.plan.lift_plan import LiftPlan
 from stillhook.plan.result import CREDITS, Credit
-from stillhook.plan.table import Axes, Governed, LimitTable
-from stillhook.sea.directions import relative
+from stillhook.plan.table import SAME, Axes, Governed, LimitTable, kept
+from stillhook.sea.directions import FULL, relative
 from stillhook.sea.parametric import Jonswap, pierson_moskowitz
 from stillhook.sea.weather import Weather
 from stillhook.units import show
@@ -130,6 +130,7 @@ def seas_of(plan: LiftPlan, weather: Weather) -> tuple[Records, tuple[str, ...]]
     notes = []
     periods, said = _periods(weather, len(Hs))
     notes += [said] if said else []
+    _check_headings(plan, ship)
     if ship is None:
         notes.append("vessel free to turn: each record at the best heading of the table")
         return Records(Hs, periods, None), tuple(notes)
@@ -141,6 +142,24 @@ def seas_of(plan: LiftPlan, weather: Weather) -> tuple[Records, tuple[str, ...]]
         )
     notes.append(f"vessel's heading fixed at {show(ship, 'angle', 4)} from north")
     return Records(Hs, periods, relative(weather.columns["come_from"], ship)), tuple(notes)
+
+
+def _check_headings(plan: LiftPlan, ship: float | None) -> None:
+    """Refuse headings that tell of no sea from beside them."""
+    env = plan.environment
+    headings, tolerance = np.array(env.headings), env.heading_tolerance
+    there = ", ".join(show(beta, "angle", 4) for beta in env.headings)
+    if ship is None and not kept(headings, tolerance).any():
+        raise PlanError(
+            f"environment.headings {there}: none can be kept within {show(tolerance, 'angle', 4)} (heading_tolerance), for no neighbours "
+            "span that on both sides of it. For weather, give headings such as 165, 180 and 195 deg."
+        )
+    apart = np.diff(np.sort(np.append(headings, headings.min() + FULL)))
+    if ship is not None and not (apart <= 2.0 * tolerance * (1.0 + SAME)).any():
+        raise PlanError(
+            f"environment.headings {there}: no two are within {show(2.0 * tolerance, 'angle', 4)} (twice heading_tolerance), and nothing "
+            "is told between them. For weather with weather.ship, give neighbours."
+        )
 
 
 def _periods(weather: Weather, n: int) -> tuple[tuple[FloatArray, ...], str]:
