@@ -201,3 +201,15 @@ def test_the_twin_is_not_asked_of_a_controller_that_the_load_is_too_heavy_for(pl
     assert "may not be used" in ssc.notes[0]
     assert "F_top_max" not in ssc.values
     assert ssc.values["v_tip_max"] == pytest.approx(none.values["v_tip_max"])
+
+
+def test_in_the_splash_zone_more_added_mass_and_drag_lower_the_limit_and_the_winch_does_not_matter(plan):
+    def limits(demands):
+        return [limits_of(d, limited(plan, plan.phase(d.phase), d.alternative)) for d in demands]
+
+    told = sensitivity(plan, (NONE, CAP), 9.0, math.pi, "splash zone", limits)
+    for factor in ("C_A", "C_D"):
+        low, base, high = (float(told[k].sel(factor=factor, alternative="none")) for k in ("Hs_low", "Hs_base", "Hs_high"))
+        assert high < base < low, factor
+    assert np.array_equal(told["Hs_low"].sel(factor="friction"), told["Hs_base"].sel(factor="friction"))
+    assert told.attrs["tier"] == "closed-form"

@@ -8,7 +8,7 @@ form, and is told as the cap.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 from weakref import WeakKeyDictionary
 
@@ -198,10 +198,21 @@ def _tip(plan: LiftPlan, seas: Seas, x: float, y: float) -> Tip:
 
 def way(plan: LiftPlan, phase: Phase) -> Way:
     """Heights of a phase's way, and what is there; remembered as long as the plan lives."""
-    known, key = _WAYS.setdefault(plan, {}), (phase.kind, phase.start, phase.end, phase.tip)
+    known, key = _WAYS.setdefault(plan, {}), _of_way(phase)
     if key not in known:
         known[key] = _way(plan, phase)
     return known[key]
+
+
+def on_way(plan: LiftPlan, phase: Phase, other: Way) -> LiftPlan:
+    """The same plan with another way in one of its phases, such as one with more added mass."""
+    changed = replace(plan)
+    _WAYS.setdefault(changed, {})[_of_way(phase)] = other
+    return changed
+
+
+def _of_way(phase: Phase) -> tuple[object, ...]:
+    return phase.kind, phase.start, phase.end, phase.tip
 
 
 def _way(plan: LiftPlan, phase: Phase) -> Way:

@@ -10,14 +10,13 @@ import numpy as np
 
 from stillhook.engine.run import Progress
 from stillhook.plan.answer import Answered
-from stillhook.plan.demand import Demand, Tier
+from stillhook.plan.demand import Demand
 from stillhook.plan.depth_profile import depth_profile, efficiency
 from stillhook.plan.lift_plan import LiftPlan
 from stillhook.plan.limits import Limits
 from stillhook.plan.parts import Parts
 from stillhook.plan.result import CREDITS
 from stillhook.plan.sensitivity import sensitivity
-from stillhook.plan.table import TIERS
 
 if TYPE_CHECKING:
     import xarray
@@ -83,13 +82,11 @@ class Sensitive(NamedTuple):
 
 
 def sensitive_at(plan: LiftPlan, of: Answered) -> Sensitive | None:
-    """Where the frequency road limits the leading alternative most, in a compensated phase if it limits it in one; None where nowhere."""
-    axes = of.axes
-    Hs = of.found.Hs[TIERS.index(Tier.FREQUENCY), axes.alternatives.index(of.shown())]
-    least = np.where(np.isfinite(Hs) & (Hs > 0.0), Hs, np.inf).min(axis=1)  # phase, heading, period
-    own = np.array([phase.compensated for phase in plan.phases])[:, None, None]
-    for among in (np.where(own, least, np.inf), least):
-        if np.isfinite(among).any():
-            phase, heading, period = np.unravel_index(int(among.argmin()), among.shape)
-            return Sensitive(axes.phases[phase], axes.periods[period], axes.headings[heading])
-    return None
+    """The phase that governs most cells of the alternative that leads, as credited, where its limit is least; None where none governs."""
+    axes, g, own = of.axes, of.governs[CREDITS[1]], of.axes.alternatives.index(of.shown())
+    which = g.phase[own]
+    if not (which >= 0).any():
+        return None
+    phase = int(np.bincount(which[which >= 0]).argmax())
+    heading, period = np.unravel_index(int(np.where(which == phase, g.Hs[own], np.inf).argmin()), which.shape)
+    return Sensitive(axes.phases[phase], axes.periods[period], axes.headings[heading])

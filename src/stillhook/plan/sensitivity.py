@@ -12,7 +12,9 @@ from numpy.typing import NDArray
 from stillhook.crane import Crane
 from stillhook.engine.run import Progress
 from stillhook.plan.alternatives import Alternative
-from stillhook.plan.demand import Demand, Seas
+from stillhook.plan.closed_form import Way as WaterWay
+from stillhook.plan.closed_form import closed_form, on_way, way
+from stillhook.plan.demand import Demand, Seas, Tier
 from stillhook.plan.frequency import Looks, demands, forcings, looked_at, thinned, winches_of
 from stillhook.plan.lift_plan import LiftPlan
 from stillhook.plan.limits import Limits
@@ -31,6 +33,8 @@ ADDED_MASS, DRAG, FRICTION = (0.8, 1.2), (0.5, 1.5), (0.7, 1.3)
 """Factors that are tried: added mass by shape is known to a fifth, drag to a half, friction of a winch in service to a third (assumed)."""
 LATE = 0.2
 """Delay of the motion signal that is tried beside that of the plan [s]."""
+Judge = Callable[[Sequence[Demand]], list[Limits]]
+"""From demands to limiting heights, by the rules and capacities of a plan."""
 Y = ("Y_1", "Y_2", "Y_3", "Y_5", "Y_6")
 
 
@@ -51,12 +55,13 @@ def sensitivity(
     Tp: float,
     beta: float,
     phase: str,
-    limits: Callable[[Sequence[Demand]], list[Limits]],
+    limits: Judge,
     progress: Progress | None = None,
     *,
     ask: Sequence[Alternative] | None = None,
 ) -> xarray.Dataset:
-    """Limiting heights of one phase in one period and direction with one number after the other otherwise, by the frequency road.
+    """Limiting heights of one phase in one period and direction with one number after the other otherwise, by the frequency road; by the
+    closed form where the surface cuts the payload.
 
     Parameters: limits, from demands to limiting heights (rules and capacities of the plan as it is); ask: alternatives whose winch is asked
     anew with other friction and with a late motion signal, some seconds each unless known (None: the last one of the twin). Of the others
@@ -66,6 +71,8 @@ def sensitivity(
     attrs Tp [s], beta [rad], phase and rule, which governs the last alternative. Errors: as `stillhook.plan.frequency.frequency`.
     """
     every = looked_at(plan)
+    if not any(p.name == phase for p, _ in every):
+        return _closed(plan, alternatives, Tp, beta, phase, limits)
     at = [(p, thinned(parts)) for p, parts in every if p.name == phase]
     heights = np.array(plan.environment.Hs)
     seas = Seas(heights, np.full_like(heights, Tp), np.full_like(heights, beta))
@@ -92,7 +99,36 @@ def sensitivity(
                 if each.winch and not a.twin:
                     found[i, j, k] = base[k][0]
     rows = np.broadcast_to([height for height, _ in base], (len(tried), len(alternatives)))
-    return _labelled(tried, alternatives, rows, found, {"Tp": Tp, "beta": beta, "phase": phase, "rule": base[-1][1]})
+    return _labelled(tried, alternatives, rows, found, _at(Tp, beta, phase, base[-1][1], Tier.FREQUENCY))
+
+
+def _at(Tp: float, beta: float, phase: str, rule: str, tier: Tier) -> dict[str, float | str]:
+    return {"Tp": Tp, "beta": beta, "phase": phase, "rule": rule, "tier": tier.value}
+
+
+def _closed(plan: LiftPlan, alternatives: Sequence[Alternative], Tp: float, beta: float, name: str, limits: Judge) -> xarray.Dataset:
+    """The same by the closed form: added mass with the slamming that follows from it, and drag; the winch does not follow the tip."""
+    phase, heights = plan.phase(name), np.array(plan.environment.Hs)
+    seas = Seas(heights, np.full_like(heights, Tp), np.full_like(heights, beta))
+
+    def Hs(of: LiftPlan) -> list[tuple[float, str]]:
+        return [_least(each) for each in limits([closed_form(of, phase, seas, a) for a in alternatives])]
+
+    base, tried = Hs(plan), _changes(plan, [])
+    found = np.array([[[h for h, _ in base]] * 2] * len(tried), dtype=np.float64)
+    for i, (ends, change) in enumerate(((ADDED_MASS, _heavier_way), (DRAG, _rougher_way))):
+        for j, f in enumerate(ends):
+            found[i, j] = [h for h, _ in Hs(on_way(plan, phase, change(way(plan, phase), f)))]
+    rows = np.broadcast_to([height for height, _ in base], (len(tried), len(alternatives)))
+    return _labelled(tried, alternatives, rows, found, _at(Tp, beta, name, base[-1][1], Tier.CLOSED_FORM))
+
+
+def _heavier_way(w: WaterWay, f: float) -> WaterWay:
+    return replace(w, A33=f * w.A33, dA33=f * w.dA33)
+
+
+def _rougher_way(w: WaterWay, f: float) -> WaterWay:
+    return replace(w, B=f * w.B)
 
 
 def _least(found: Limits) -> tuple[float, str]:
