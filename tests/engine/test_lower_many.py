@@ -178,6 +178,13 @@ def test_a_lift_in_a_sea_has_no_motion_of_its_own():
         in_sea(lift(name="rocked", tip=Sine(amplitude="1 m", period="9 s")))
 
 
+def test_lifts_of_unlike_durations_meet_the_same_waves_where_these_repeat_alike():
+    short, long = (in_sea(lift(duration=f"{T} s"), repeat=60.0).made().tip for T in (30, 45))
+    assert short == long != in_sea().made().tip
+    with pytest.raises(LiftError, match="repeat 20 s is shorter than the lift, 30 s"):
+        in_sea(repeat=20.0)
+
+
 def test_a_store_that_cannot_be_made_is_named(tmp_path):
     (tmp_path / "file").write_text("")
     with pytest.raises(SimulationError, match="cannot be written"):
