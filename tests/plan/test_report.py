@@ -285,6 +285,20 @@ def test_the_reader_is_told_in_the_words_of_the_table_how_to_read_it(result):
     assert ["reading", table.described()] in told_first
 
 
+def test_how_to_repeat_it_names_tier_and_forecast_table_as_they_were(result):
+    quick = replace(result, facts={**result.facts, "tiers": ["closed-form", "frequency"]})
+    assert (
+        "To repeat: stillhook plan made-up.toml --tier frequency --alpha dnv-os-h101 --out FOLDER, then stillhook report FOLDER."
+        in told(quick)
+    )
+
+
+def test_sensitivity_says_whether_what_governs_was_varied(result):
+    assert "Varied here: deep: wire speed. Credited, lowering: capacity governs this cell at 2.27 m and was not varied" in told(result)
+    block = result["sensitivity"].assign_attrs(phase="lowering", rule="capacity")
+    assert "was not varied" not in told(replace(result, blocks={**result.blocks, "sensitivity": block}))
+
+
 def test_limits_without_a_twin_are_not_said_to_be_its_own(result):
     plain = replace(result, data=result.data.sel(alternative=["none"]))
     assert "No twin is part of this limit." in headline(plain)["said"]

@@ -208,7 +208,14 @@ def inputs(result: PlanResult) -> list[Part]:
     parts = [facts(rows), sub("Inputs (SHA-256 of what counts in each)"), {"kind": "hashes", "rows": hashes}]
     remarks = [*told.get("remarks", ()), *told.get("notes", ())]
     parts += [sub("Remarks of this run"), bullets(dict.fromkeys(str(x) for x in remarks))] if remarks else []
-    return [*parts, sub("To check or to repeat it"), bullets(say.AGAIN)]
+    return [*parts, sub("To check or to repeat it"), bullets(line.format(command=_command(told)) for line in say.AGAIN)]
+
+
+def _command(told: Mapping[str, Any]) -> str:
+    """The command that gives these numbers again."""
+    tier = f" --tier {told['tiers'][-1]}" if told.get("tiers") else ""
+    alpha = ((told.get("operation") or {}).get("alpha_table") or {}).get("name")
+    return f"stillhook plan {_file(str(told.get('source') or 'PLAN.toml'))}{tier}{f' --alpha {alpha}' if alpha else ''} --out FOLDER"
 
 
 def _file(name: str) -> str:

@@ -258,13 +258,13 @@ def behind(result: PlanResult) -> list[Part]:
             notes = result[name].attrs.get("notes")
             parts.append(figure(name, f"{caption} {sea_words(result[name].attrs)}".strip()))
             parts += [text(str(notes))] if isinstance(notes, str) and notes else []
-            parts += [_sensitivity(result)] if name == "sensitivity" else []
+            parts += _sensitivity(result) if name == "sensitivity" else []
     missing = [name for name in captions if name not in result]
     return [*parts, text(f"Not computed in this run: {', '.join(missing)}.")] if missing else parts
 
 
-def _sensitivity(result: PlanResult) -> Part:
-    """Limits of the leading alternative with other inputs."""
+def _sensitivity(result: PlanResult) -> list[Part]:
+    """Limits of the leading alternative with other inputs, and whether they are those of what governs."""
     block, top = result["sensitivity"], highest(result)
     here = block.sel(alternative=leading(result))
     rows = []
@@ -273,4 +273,19 @@ def _sensitivity(result: PlanResult) -> Part:
         found = [height(float(here[k].values[i]), top) for k in ("Hs_base", "Hs_low", "Hs_high")]
         rows.append([FACTORS.get(factor, factor), found[0], tried[0], found[1], tried[1], found[2]])
     head = (f"input ({named(leading(result))}, Hs [m])", "as planned", "first value", "limit", "second value", "limit")
-    return table(head, rows, wide=[0, 2, 4], numbers=[1, 3, 5], small=True)
+    return [text(_varied(result)), table(head, rows, wide=[0, 2, 4], numbers=[1, 3, 5], small=True)]
+
+
+def _varied(result: PlanResult) -> str:
+    """Which phase was varied, and which governs the leading alternative in that cell."""
+    attrs, name = result["sensitivity"].attrs, leading(result)
+    here = result.data.sel(alternative=name).sel(period=float(attrs["Tp"]), heading=float(attrs["beta"]), method="nearest")
+    varied = f"Varied here: {governs(str(attrs.get('phase', '')), str(attrs.get('rule', '')))}."
+    said = []
+    for credit, label in ((CREDITED, "credited"), (TWIN, "by the twin")):
+        cell = here.sel(credit=credit)
+        phase, rule = str(cell["governing_phase"].item()), str(cell["governing_rule"].item())
+        if phase and phase != attrs.get("phase"):
+            limit = height(float(cell["Hs_limit"]), highest(result))
+            said.append(f"{label}, {governs(phase, rule)} governs this cell at {limit} m and was not varied")
+    return f"{varied} {'; '.join(said).capitalize()}: what is seen here says nothing of that." if said else varied

@@ -56,6 +56,8 @@ UNSAFE = (
     "underrated.",
     "Water draining from the payload on recovery is not modelled: the load is too light. Add the trapped water by hand.",
     "Waves beside the vessel: diffraction and shelter are not modelled, the incident wave is used.",
+    "Touch-down speeds that runs tell are those after the cushion of water over the seabed, a coefficient of the payload file (assumed, "
+    "not measured); without it they are higher, in the calm by a third.",
     "Human action, tugger handling, remotely operated vehicles, visibility, survey limits and simultaneous operations have limits of "
     "their own that may govern.",
 )
@@ -64,8 +66,7 @@ UNVALIDATED = (
     "The twin of this crane is not validated against tests of the crane: limits by the twin are for information, the credited ones count."
 )
 AGAIN = (
-    "The same plan file, inputs and version give the same numbers; the same result folder gives the same bytes of this document on "
-    "any day.",
-    "To repeat: stillhook plan PLAN.toml --out FOLDER, then stillhook report FOLDER. To change a rule: copy the rule set, edit, name "
-    "it in the plan.",
+    "The same plan, inputs, version and tier give the same numbers; the same result folder gives the same bytes of this document on any "
+    "day. Its number is that of all inputs above and of the tiers that were run.",
+    "To repeat: {command}, then stillhook report FOLDER. To change a rule: copy the rule set, edit it, name it in the plan.",
 )
