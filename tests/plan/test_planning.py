@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 
 from stillhook.errors import PlanError
+from stillhook.io.weather_file import read_weather
 from stillhook.plan.alternatives import Alternative
 from stillhook.plan.credited_table import credited_of
 from stillhook.plan.demand import Demand, Tier
+from stillhook.plan.facts import Beside, answer_digest
 from stillhook.plan.lift_plan import Environment, WeatherUse
 from stillhook.plan.limited import limited
 from stillhook.plan.limits import limits_of
@@ -16,6 +18,7 @@ from stillhook.plan.plan_file import load_plan
 from stillhook.plan.plan_files import load_plan_result, save_plan
 from stillhook.plan.planning import plan
 from stillhook.plan.table import Axes, chosen, gathered, governed
+from stillhook.weather.alpha import load_alpha_table
 
 ENVIRONMENT = Environment(Hs=("1 m", "2 m", "4 m"), Tp=("7 s", "12 s"), headings=("165 deg", "180 deg", "195 deg"), spread=4)
 UNMODELLED = (Alternative.NONE, Alternative.CAP)
@@ -154,3 +157,22 @@ def test_credit_ends_at_the_highest_sea_that_is_covered(asked):
 
 def test_a_twin_worse_than_the_cap_is_credited_as_it_is(asked):
     assert credit_up_to(asked, 0.0, 3.2, 1.7) == pytest.approx([3.2, 1.7])
+
+
+def test_the_digest_of_an_answer_hangs_on_weather_forecast_factors_and_tier(asked):
+    table, weather = load_alpha_table(), read_weather("SYNTHETIC-norwegian-sea")
+    higher = replace(weather, columns={**weather.columns, "H_m0": weather.columns["H_m0"] + 1.0})
+    other = replace(table, alpha=tuple(tuple(0.9 * a for a in row) for row in table.alpha))
+    beside = [
+        Beside(("closed-form",), table), Beside(("closed-form",), table, weather), Beside(("closed-form",), table, higher),
+        Beside(("closed-form",), other, weather), Beside(("closed-form", "frequency"), table, weather),
+    ]  # fmt: skip
+    assert len({answer_digest(asked, each) for each in beside}) == len(beside)
+    assert answer_digest(asked, beside[1]) == answer_digest(asked, Beside(("closed-form",), table, replace(weather, source="renamed.csv")))
+
+
+def test_every_input_stands_with_its_hash(found):
+    inputs = {row["what"]: row["sha256"] for row in found.facts["inputs"]}
+    assert {"plan", "crane", "vessel", "payload", "rules", "forecast factors", "weather"} <= set(inputs)
+    assert all(len(digest) == 64 for digest in inputs.values())
+    assert found.data.attrs["digest"] == found.facts["digest"]

@@ -75,7 +75,7 @@ def dataset_of(plan: LiftPlan, of: Answered, forecast: Forecast) -> xarray.Datas
         data[name] = (by_phase, values, attributes(name))
     env = plan.environment
     attrs = {
-        "title": f"Stillhook plan: {plan.name}", "name": plan.name, "digest": plan.digest, "stillhook_version": __version__,
+        "title": f"Stillhook plan: {plan.name}", "name": plan.name, "stillhook_version": __version__,
         "Hs_lowest": min(env.Hs), "Hs_highest": max(env.Hs), "heading_tolerance": env.heading_tolerance,
     }  # fmt: skip
     return xarray.Dataset(data, coords=_coords(axes), attrs=attrs)

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from typing import Any
+
+import numpy as np
 
 from stillhook._version import __version__
 from stillhook.certified import CAP
@@ -17,7 +20,9 @@ from stillhook.plan.lift_plan import LiftPlan
 from stillhook.plan.payload_rows import payload_rows
 from stillhook.plan.phases import Phase
 from stillhook.plan.rules import Limited, Rule
+from stillhook.sea.weather import Weather
 from stillhook.units import show
+from stillhook.weather.alpha import AlphaTable
 
 SAYS: Mapping[Alternative, str] = {
     Alternative.NONE: "winch on its brake in every phase: nothing is compensated",
@@ -40,18 +45,28 @@ NOT_COVERED = (
 """What no tier of the model holds, for every plan."""
 
 
-def facts_of(plan: LiftPlan, limited: Mapping[tuple[str, Alternative], Sequence[Limited]], tiers: Sequence[str]) -> dict[str, Any]:
-    """Everything that was asked; limited: rules with their limits of a phase and an alternative; tiers that the plan was run in."""
+@dataclass(frozen=True, eq=False)
+class Beside:
+    """What an answer follows from beside the plan: tiers that were run, the table of forecast factors, the weather."""
+
+    tiers: tuple[str, ...]
+    alpha: AlphaTable = field(repr=False)
+    weather: Weather | None = field(default=None, repr=False)
+
+
+def facts_of(plan: LiftPlan, limited: Mapping[tuple[str, Alternative], Sequence[Limited]], beside: Beside) -> dict[str, Any]:
+    """Everything that was asked; limited: rules with their limits of a phase and an alternative. The digest is that of everything that the
+    answer follows from: plan, weather, table of forecast factors, tiers."""
     env = plan.environment
     return {
         "name": plan.name,
         "source": plan.source,
-        "digest": plan.digest,
+        "digest": answer_digest(plan, beside),
         "notes": list(plan.notes),
         "version": __version__,
         "code": results_hash(),
         "date": datetime.now(UTC).date().isoformat(),
-        "tiers": list(tiers),
+        "tiers": list(beside.tiers),
         "settings": {
             "wave": env.wave, "gamma": env.gamma, "spread": env.spread, "heading_tolerance": env.heading_tolerance,
             "Hs": list(env.Hs), "Tp": list(env.Tp), "headings": list(env.headings),
@@ -67,7 +82,7 @@ def facts_of(plan: LiftPlan, limited: Mapping[tuple[str, Alternative], Sequence[
         },
         "limited": [_limited(phase, alternative, each) for (phase, alternative), rules in limited.items() for each in rules],
         "alternatives": [{"name": a.value, "says": SAYS[a]} for a in plan.alternatives],
-        "inputs": _inputs(plan),
+        "inputs": _inputs(plan, beside),
         "not_covered": list(NOT_COVERED),
     }  # fmt: skip
 
@@ -125,10 +140,32 @@ def _limited(phase: str, alternative: Alternative, each: Limited) -> dict[str, A
     return {"phase": phase, "alternative": alternative.value, "rule": each.rule.key, "limit": each.limit, "why": each.why}
 
 
-def _inputs(plan: LiftPlan) -> list[dict[str, str]]:
+def answer_digest(plan: LiftPlan, beside: Beside) -> str:
+    """Hash of everything that an answer follows from."""
+    return _digest("\n".join([*beside.tiers, *(row["sha256"] for row in _inputs(plan, beside))]))
+
+
+def _inputs(plan: LiftPlan, beside: Beside) -> list[dict[str, str]]:
     """Files and records that the answer follows from, with a hash of what counts in each."""
     rows = [("plan", plan.source or plan.name, plan.digest), ("crane", plan.crane.name, _crane_digest(plan.crane))]
+    if plan.crane.certified is not None:
+        rows.append(("certificate", plan.crane.certified.short, plan.crane.certified.digest))
     rows += [("vessel", plan.vessel.source or plan.vessel.name, plan.vessel.digest.hex())]
     rows += [("payload", plan.payload.name, _payload_digest(plan))]
     rows += [("rules", f"{plan.rules.name} {plan.rules.version}".strip(), plan.rules.digest)]
+    rows += [("forecast factors", f"{beside.alpha.name} {beside.alpha.texts.get('version', '')}".strip(), _alpha_digest(beside.alpha))]
+    if beside.weather is not None:
+        rows.append(("weather", beside.weather.source, _weather_digest(beside.weather)))
     return [{"what": what, "file": file, "sha256": digest} for what, file, digest in rows]
+
+
+def _alpha_digest(table: AlphaTable) -> str:
+    return _digest(repr((table.Hs, table.T_POP, table.alpha, table.T_POP_below, table.T_R_below)))
+
+
+def _weather_digest(weather: Weather) -> str:
+    """Of times and numbers as they were read, whatever the file looked like."""
+    parts = [weather.time.astype("datetime64[ms]").tobytes(), repr(weather.step).encode()]
+    for name in sorted(weather.columns):
+        parts += [name.encode(), np.ascontiguousarray(weather.columns[name]).tobytes()]
+    return _digest(b"\0".join(parts))

@@ -17,7 +17,7 @@ from stillhook.plan.capacities import calm
 from stillhook.plan.closed_form import closed_form
 from stillhook.plan.credited_table import certified_in, credited_of
 from stillhook.plan.demand import Demand, Seas, Tier
-from stillhook.plan.facts import facts_of
+from stillhook.plan.facts import Beside, facts_of
 from stillhook.plan.frequency import frequency
 from stillhook.plan.lift_plan import LiftPlan
 from stillhook.plan.limited import limited
@@ -90,13 +90,13 @@ def plan(
             asked, of, lambda found: [limits_in(asked, demand, by) for demand in found], told(0.92, 1.0), anew=last is Tier.TIME
         )
     blocks |= {} if twin is None else twin.blocks
-    facts = facts_of(asked, by, [t.value for t in UP_TO[last]])
+    facts = facts_of(asked, by, Beside(tuple(t.value for t in UP_TO[last]), table, records))
     facts |= facts_found(asked, of, forecast, value, twin)
     facts["summary"] = summary_of(of, of.shown(), blocks.get("weather"))
     facts["limits"] = rows_of(of, forecast, max(asked.environment.Hs))
     facts["runs"] |= {"wall": time.perf_counter() - begun}
     told.at(1.0)
-    return PlanResult(dataset_of(asked, of, forecast), facts, blocks)
+    return PlanResult(dataset_of(asked, of, forecast).assign_attrs(digest=facts["digest"]), facts, blocks)
 
 
 def tier_of(text: Tier | str) -> Tier:

@@ -211,8 +211,8 @@ class LimitTable:
         Between two headings that are no more than twice the tolerance apart the worst of these and of all within the tolerance; at a
         heading itself the worst of those within the tolerance; elsewhere 0, for no such sea was looked at. Of the periods the worst of the
         two on either side of Tp (the one row where Tp is a row); below the lowest the first row holds, above the highest the limit is 0.
-        Tp NaN: the worst of all periods. beta None: the vessel turns to the best of the headings that can be kept (`kept`) and is off it by the
-        tolerance at most; NaN: 0, nobody knows. What is not told in the table is 0.
+        Tp NaN: the worst of all periods. beta None: the vessel turns to the best of the headings that can be kept (`kept`) and is off it
+        by the tolerance at most; NaN: 0, nobody knows. What is not told in the table is 0.
         """
         by_heading = self._by_heading(np.asarray(Tp, dtype=float))
         if beta is not None:
