@@ -21,10 +21,11 @@ from stillhook.sea.wave_field import samples, wave_field
 class InSea:
     """What thousands of runs of a table are given as: small, and quick to send to a cluster.
 
-    lift: everything but tip and waves, which it must not have. sea, seed: which waves; repeat: their period [s], None for the lift's
-    duration, and not shorter (lifts of unlike durations meet the same waves where it is equal); rao: what moves in them; x, y: crane tip and payload from the vessel's reference point, forward and to port [m]. water: whether the payload feels
-    the waves. left: part of the tip's motion that reaches the wire, 1 all of it (a flat cap on compensation of 80 % leaves 0.2); the water
-    keeps its waves. amplitudes: random ones (Rayleigh) where largest values are gathered over seeds.
+    lift: everything but tip and waves, which it must not have. sea, seed: which waves; rao: what moves in them; x, y: crane tip and payload
+    from the vessel's reference point, forward and to port [m]. water: whether the payload feels the waves. left: part of the tip's motion
+    that reaches the wire, 1 all of it (a flat cap on compensation of 80 % leaves 0.2); the water keeps its waves. amplitudes: random ones
+    (Rayleigh) where largest values are gathered over seeds. repeat: period of the waves [s], None for the lift's duration, and not
+    shorter: lifts of unlike durations meet the same waves where it is equal.
     """
 
     lift: Lowering
