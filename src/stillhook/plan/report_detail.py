@@ -280,7 +280,8 @@ def _varied(result: PlanResult) -> str:
     """Which phase was varied, and which governs the leading alternative in that cell."""
     attrs, name = result["sensitivity"].attrs, leading(result)
     here = result.data.sel(alternative=name).sel(period=float(attrs["Tp"]), heading=float(attrs["beta"]), method="nearest")
-    varied = f"Varied here: {governs(str(attrs.get('phase', '')), str(attrs.get('rule', '')))}."
+    by = f", by {attrs['tier']}" if attrs.get("tier") else ""
+    varied = f"Varied here: {governs(str(attrs.get('phase', '')), str(attrs.get('rule', '')))}{by}."
     said = []
     for credit, label in ((CREDITED, "credited"), (TWIN, "by the twin")):
         cell = here.sel(credit=credit)
