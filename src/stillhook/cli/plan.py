@@ -214,4 +214,4 @@ def _share(x: float) -> str:
 
 
 def _number(x: float, digits: int) -> str:
-    return "-" if math.isnan(x) else f"{x + 0.0:.{digits}f}"
+    return "-" if math.isnan(x) else f"{round(x, digits) + 0.0:.{digits}f}"
