@@ -15,7 +15,7 @@ from stillhook.plan.limits import Limits
 from stillhook.plan.phases import PhaseKind
 from stillhook.plan.plan_file import load_plan
 from stillhook.plan.rules import Level
-from stillhook.plan.seeds import chance, largest, mean
+from stillhook.plan.seeds import chance, largest, mean, passage
 from stillhook.plan.twin_cells import Ask, Cells, Deal, worst_heights
 from stillhook.plan.twin_numbers import quantities
 from stillhook.plan.twin_run import BLOCK, KINDS, Spot, Winch, course_of, in_sea, lowering_of, machine_of, winch_of
@@ -140,6 +140,30 @@ def test_an_interval_closes_with_seeds():
     x = np.random.default_rng(3).gumbel(5.0, 0.4, size=80)
     widths = [largest(x[:n], Level.P90).high - largest(x[:n], Level.P90).low for n in (10, 20, 40, 80)]
     assert widths == sorted(widths, reverse=True)
+
+
+def test_passages_with_a_heavy_tail_are_told_by_their_own_quantile():
+    """Squares of what a Gumbel distribution has: the bulk says less than one in ten exceeds. 200 groups of 64 passages each."""
+    x = np.random.default_rng(11).gumbel(1.0, 0.3, size=(200, 64)) ** 4
+    exact = (1.0 - 0.3 * math.log(-math.log(0.9))) ** 4
+    told = [passage(group, Level.P90) for group in x]
+    assert np.mean([t.value for t in told]) == pytest.approx(exact, rel=0.1)  # 200 groups, each to some 20 %
+    assert np.mean([t.low <= exact <= t.high for t in told]) >= 0.93  # of 95 %, with the scatter of 200
+    assert np.mean([largest(group, Level.P90).value for group in x[:40]]) < 0.95 * exact
+
+
+def test_few_passages_leave_the_upper_end_open():
+    x = np.arange(1.0, 21.0)
+    assert passage(x, Level.P90).high == math.inf
+    assert passage(np.arange(1.0, 37.0), Level.P90).high == 36.0
+
+
+def test_slack_slings_in_more_than_a_tenth_of_the_passages_are_beyond(plan):
+    runs = numbers(n=40)
+    runs["F_sling_min"][:5] = 0.0
+    splash = of_kind(plan, PhaseKind.SPLASH)
+    told = quantities(plan, splash, Alternative.NONE, Winch(), course_of(plan, splash, Winch()), runs)
+    assert told["sling_ratio"].value == 0.0
 
 
 def test_maxima_that_a_valve_holds_are_themselves():

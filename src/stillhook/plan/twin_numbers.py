@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,7 +14,8 @@ from stillhook.plan.alternatives import Alternative
 from stillhook.plan.capacities import places
 from stillhook.plan.lift_plan import LiftPlan
 from stillhook.plan.phases import Phase, PhaseKind
-from stillhook.plan.seeds import BEYOND, Estimate, chance, largest, mean, single
+from stillhook.plan.rules import Level
+from stillhook.plan.seeds import BEYOND, Estimate, chance, largest, mean, passage
 from stillhook.plan.twin_run import Course, Winch
 
 if TYPE_CHECKING:
@@ -70,7 +71,7 @@ def _told(plan: LiftPlan, phase: Phase, alternative: Alternative, winch: Winch, 
     stick = max(abs(stage.lower) for stage in course.programme)
 
     def top(name: str, quantity: str) -> Estimate:
-        return largest(runs[name], level(quantity), course.swings if quantity in OF_LOAD else course.times)
+        return _extreme(phase)(runs[name], level(quantity), course.swings if quantity in OF_LOAD else course.times)
 
     share = {key: mean(runs[f"{key}_time"] / runs["duration"]) for key in ("saturation", "relief", "stroke")}
     tip, v_tip = top("s_tip_pp", "s_tip_pp").of(1.0 / left), top("v_tip_max", "v_tip_max").of(1.0 / left)
@@ -85,7 +86,7 @@ def _told(plan: LiftPlan, phase: Phase, alternative: Alternative, winch: Winch, 
     }
     told |= {f"{key}_share": value for key, value in share.items()}
     if phase.kind is PhaseKind.LANDING:
-        told["v_landed"] = single(runs["v_landed"], level("v_landed"))
+        told["v_landed"] = passage(runs["v_landed"], level("v_landed"))
     else:
         told |= _slings(plan, phase, course, runs)
     if compensates:
@@ -97,18 +98,23 @@ def _told(plan: LiftPlan, phase: Phase, alternative: Alternative, winch: Winch, 
     return told
 
 
+def _extreme(phase: Phase) -> Callable[[FloatArray, Level, float], Estimate]:
+    """How largest values of a phase follow from those of its runs: by passages through the surface, else by a time of swinging."""
+    return passage if phase.kind is PhaseKind.SPLASH else largest
+
+
 def _slings(plan: LiftPlan, phase: Phase, course: Course, runs: Runs) -> dict[str, Estimate]:
     """Least tension of the slings over the least at rest, the chance that they fall slack, and the snap when they come taut.
 
     Slings pull or hang: a least tension below nothing, as the distribution of larger ones may tell, is nothing.
     """
     rest, level = least_at_rest(plan, phase), plan.rules.level
-    fallen = largest(rest - runs["F_sling_min"], level("sling_ratio"), course.swings).of(-1.0 / rest, 1.0)
+    fallen = _extreme(phase)(rest - runs["F_sling_min"], level("sling_ratio"), course.swings).of(-1.0 / rest, 1.0)
     slack = runs["sling_slack_time"] > 0.0
     return {
         "sling_ratio": Estimate(*(x if math.isnan(x) else max(x, 0.0) for x in fallen)),
         "slack_chance": chance(int(slack.sum()), len(slack), course.swings),
-        "snap_load": largest(runs["snap"], level("snap_load"), course.swings) if slack.any() else Estimate(0.0, 0.0, 0.0),
+        "snap_load": _extreme(phase)(runs["snap"], level("snap_load"), course.swings) if slack.any() else Estimate(0.0, 0.0, 0.0),
     }
 
 

@@ -236,7 +236,7 @@ def openness(work: Work, line: Line, Hs: float) -> float:
     still = calm.get(rule.rule.quantity)
     added = used[governs] - (0.0 if still is None else float(utilisation(rule, np.array([still.value]))[0]))
     half = 0.5 * abs(float(high - low))
-    return half / added if math.isfinite(half) and added > 0.0 else 0.0
+    return half / added if not math.isnan(half) and 0.0 < added < math.inf else 0.0
 
 
 def _used(rules: Sequence[Limited], numbers: Mapping[str, Estimate]) -> dict[str, float]:

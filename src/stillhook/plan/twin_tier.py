@@ -107,7 +107,7 @@ def _with_ends(limits: Limits, demand: Demand, work: Work) -> Limits:
             k = rows[n - 1] if n > 1 and worst[rows[n]] <= value[rows[n]] else rows[n]  # slack slings cannot be slacker
             added = value[k] - calm
             if math.isfinite(added) and added > 0.0:
-                low[key][i] = _scaled(Hs, added, worst[k] - calm)
+                low[key][i] = _scaled(Hs, added, worst[k] - calm) if math.isfinite(worst[k]) else math.nan
                 high[key][i] = _scaled(Hs, added, best[k] - calm)
     most = max(work.plan.environment.Hs)
     return replace(limits, low=low, high={key: np.where(ends > most, np.inf, ends) for key, ends in high.items()})
