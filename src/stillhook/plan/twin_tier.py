@@ -32,6 +32,8 @@ FloatArray = NDArray[np.float64]
 USUAL_CELLS = 2.5
 """Cells that a limit takes on the mean, for what is told before."""
 MOST_ROUNDS = 100
+SATURATED = 1.02
+"""Worse end of a utilisation's interval over its value up to which the cell is at the end of what there is, such as slack slings."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,7 +106,7 @@ def _with_ends(limits: Limits, demand: Demand, work: Work) -> Limits:
             if not 0.0 < Hs < math.inf:
                 continue
             n, calm = nearest(demand.seas.Hs[rows], Hs), value[rows[0]]
-            k = rows[n - 1] if n > 1 and worst[rows[n]] <= value[rows[n]] else rows[n]  # slack slings cannot be slacker
+            k = rows[n - 1] if n > 1 and worst[rows[n]] <= SATURATED * value[rows[n]] else rows[n]  # slack slings cannot be slacker
             added = value[k] - calm
             if math.isfinite(added) and added > 0.0:
                 low[key][i] = _scaled(Hs, added, worst[k] - calm) if math.isfinite(worst[k]) else math.nan
