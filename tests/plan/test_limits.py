@@ -87,8 +87,13 @@ def test_a_sea_that_is_not_told_above_one_that_is_counts_as_beyond():
     assert limit([0.2, 0.3, np.nan, np.nan, np.nan]) == 1.0
 
 
-def test_seas_left_out_between_others_and_below_them_do_no_harm():
-    assert limit([np.nan, 0.5, np.nan, 1.25, 2.0], heights=H) == pytest.approx(2.0, rel=EXACT)
+def test_a_sea_that_is_not_told_between_others_is_not_read_from_its_neighbours():
+    assert limit([np.nan, 0.5, np.nan, 1.25, 2.0], heights=H) == 1.0
+    assert limit([0.1, 0.5, np.nan, np.nan, 0.8]) == 1.0
+    assert limit([0.5, 1.5, np.nan, 3.0, 4.0]) == pytest.approx(0.75, rel=EXACT)
+
+
+def test_seas_left_out_below_others_do_no_harm():
     assert limit([np.nan, 2.0, 3.0, 4.0, 5.0], heights=H, calm={"e_c_pp": 0.0}) == pytest.approx(0.5, rel=EXACT)
 
 

@@ -110,16 +110,16 @@ def _of_rule(demand: Demand, limited: Limited, values: FloatArray, still: float 
 def first_crossing(H: FloatArray, y: FloatArray, zero: float | None = None) -> float:
     """Height at which y first rises above 0 [m], of heights H (n,) that ascend; zero: y at a height of 0, where it is known and H has none.
 
+    A height whose y is NaN, above one that is known, ends what is told: where y is not above 0 by then, the last height told is the answer.
     Errors: none; NaN where no y is known, inf where none is above 0.
     """
     known = ~np.isnan(y)
     if not known.any():
         return math.nan
-    first, last = int(np.argmax(known)), len(y) - 1 - int(np.argmax(known[::-1]))
-    unknown_above = last < len(y) - 1
-    H, y = H[first : last + 1], y[first : last + 1]
-    inner = ~np.isnan(y)
-    H, y = H[inner], y[inner]
+    H, y = H[int(np.argmax(known)) :], y[int(np.argmax(known)) :]
+    told = int(np.argmax(np.isnan(y))) if np.isnan(y).any() else len(y)
+    unknown_above = told < len(y)
+    H, y = H[:told], y[:told]
     if H[0] > 0.0 and zero is not None:
         H, y = np.concatenate(([0.0], H)), np.concatenate(([zero], y))
     above = y > ROUNDING
