@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import re
 import zlib
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from enum import StrEnum
 from itertools import pairwise
-from typing import Annotated, Any, Self
+from typing import Annotated, Any, Self, get_args, get_origin
 
 from pydantic import BaseModel, ConfigDict, Field, SerializeAsAny, ValidationError, field_validator, model_validator
 
@@ -236,7 +236,33 @@ def one_line(model: type[BaseModel], error: ValidationError, data: Mapping[str, 
         return f"{where}: missing. Give it."
     if not loc:
         return f"{where}: {message}."
+    written = u.written_at(data, loc, first["input"])
     message = message.replace("Input should", "it must")
+    if first["type"] in BOUNDS and (kind := _kind_of(model, loc)) is not None and (end := first["ctx"][BOUNDS[first["type"]]]):
+        message = message[: message.rindex(" ") + 1] + u.bound(float(end), kind, written)
     message = re.sub(r"be a valid dictionary or instance of \w+", "be a table of its fields", message)
     message = re.sub(r"Tuple should have at least (\d+) items? after validation, not \d+", r"give at least \1", message)
-    return f"{where} = {u.came(u.written_at(data, loc, first['input']))}: {message}."
+    return f"{where} = {u.came(written)}: {message}."
+
+
+BOUNDS = {"greater_than": "gt", "greater_than_equal": "ge", "less_than": "lt", "less_than_equal": "le"}
+"""Errors of pydantic about a bound -> its name in their context."""
+
+
+def _kind_of(model: type[BaseModel], loc: Sequence[int | str]) -> str | None:
+    """Kind of the quantity at a place of a model; None where it is none, or may be several."""
+    field = model.model_fields.get(str(loc[0]))
+    if field is None:
+        return None
+    if isinstance(field.annotation, type) and issubclass(field.annotation, BaseModel) and len(loc) > 1:
+        return _kind_of(field.annotation, loc[1:])
+    kinds = {mark.kind for mark in (*field.metadata, *_marks(field.annotation)) if isinstance(mark, u.Quantity)}
+    return kinds.pop() if len(kinds) == 1 else None
+
+
+def _marks(annotation: Any) -> Iterator[Any]:
+    """What stands in Annotated anywhere in a type."""
+    if get_origin(annotation) is Annotated:
+        yield from annotation.__metadata__
+    for part in get_args(annotation):
+        yield from _marks(part)

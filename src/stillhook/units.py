@@ -56,6 +56,7 @@ KINDS: Mapping[str, Kind] = MappingProxyType(
         "mass_per_length": _kind("kg/m", "kg/m"),
         "density": _kind("kg/m^3", "kg/m^3"),
         "time": _kind("s", "s", "ms", "min", "h"),
+        "hours": _kind("s", "h", "min"),
         "speed": _kind("m/s", "m/min", "mm/s"),
         "wind_speed": _kind("m/s", "m/s", "km/h", "kn"),
         "acceleration": _kind("m/s^2", "m/s^2"),
@@ -234,6 +235,13 @@ def in_unit(value: float, unit: str, kind: str) -> float:
         raise UnitError(f"unit {came(unit)} is not one of {', '.join(known.allowed)}.")
     factor, offset = _scale(unit, known.si)
     return (value - offset) / factor
+
+
+def bound(value: float, kind: str, written: object) -> str:
+    """A bound in SI as text in the unit of what was written, else in its display unit: 5 m/s as "300 m/min" to "400 m/min"."""
+    match = _QUANTITY.fullmatch(written.strip()) if isinstance(written, str) else None
+    unit = _tidy(match[2]) if match is not None and _tidy(match[2]) in _known(kind).allowed else _known(kind).display
+    return f"{number(in_unit(value, unit, kind))} {unit}"
 
 
 def from_display(value: float, kind: str) -> float:
