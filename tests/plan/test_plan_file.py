@@ -283,6 +283,19 @@ BAD = [
     ('kind = "deep"', 'kind = "deep"\nend = "-290 m"', ["deep", "stands"]),
     ('kind = "landing"', 'kind = "landing"\nend = "-299 m"', ["landing", "seabed", "-300 m"]),
     ('kind = "landing"', 'kind = "landing"\nwait = "5 min"', ["landing", "wait"]),
+    ('kind = "landing"', 'kind = "landing"\nspeed = "400 m/min"', ["landing", 'speed = "400 m/min": it must be less than or equal to 300 m/min.']),
+    ('["180 deg"]', '["180 deg"]\nheading_tolerance = "400 deg"', ["heading_tolerance", "less than or equal to 90 deg."]),
+    (PLAN[PLAN.index("[[phase]]") :], "", ["at least one [[phase]]"]),
+    (
+        'kind = "landing"', 'kind = "landing"\nlimits = { landing-speed = 0.3 }',
+        ["limits.landing-speed = 0.3: a bare number; write it as text with its unit,", '"0.3 m/s"'],
+    ),
+    ('kind = "landing"', 'kind = "landing"\nlimits = { landing-speed = true }', ['limits.landing-speed = true: give a text, such as "0.3 m/s" or "off"']),
+    ('kind = "splash-zone"', 'kind = "splash-zone"\nlimits = { slack-sling = 0.2 }', ['a bare number; write it as text, "0.2"']),
+    ('T_POP = "4 h"', "T_POP = 8", ["operation.T_POP = 8", '"8 h"']),
+    ('kind = "deep"', 'kind = "deep"\nmode = "ssc"', ['"deep"', "deep has one of ahc, manual; controllers are told by alternatives"]),
+    ("[operation]", "[wire]\nnodes = 0\n[operation]", ["plan.toml: wire.nodes = 0: "]),
+    ("[operation]", '[sensors]\nlatency = "50 ms"\n[operation]', ["plan.toml: sensors.latency: unknown field"]),
 ]
 
 

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from stillhook.plan.lift_plan import LiftPlan
     from stillhook.plan.result import PlanResult
 
-TIER_HELP = "How far to go: closed-form (a standard's formulas), frequency (seconds), time (the twin in the loop near the limits)."
+TIER_HELP = "How far to go: closed-form (a standard's formulas), frequency (seconds), time (default: the twin in the loop near the limits)."
 STORE_HELP = "Folder in which runs of the twin are kept: a plan that was stopped goes on from there. Default: runs in the --out folder."
 EXAMPLE = "example"
 LEAST = 1e-3
@@ -33,7 +33,7 @@ def plan(
     lift: Annotated[str, typer.Argument(metavar="LIFT.toml", help='Plan file, or one of the library\'s; "example" copies the example.')],
     folder: Annotated[Path | None, typer.Argument(metavar="[DIR]", help='After "example": folder for the copy.')] = None,
     check: Annotated[bool, typer.Option("--check", help="Say what the plan asks, and run nothing.")] = False,
-    tier: Annotated[str, typer.Option(help=TIER_HELP)] = "time",
+    tier: Annotated[str | None, typer.Option(help=TIER_HELP)] = None,
     quick: Annotated[bool, typer.Option("--quick", help="The same as --tier frequency.")] = False,
     alpha: Annotated[str | None, typer.Option(help="Table of forecast factors: a name, or a TOML file of your own.")] = None,
     out: Annotated[Path | None, typer.Option("--out", help="Folder for report (PDF, HTML), plan.nc and plan.json.")] = None,
@@ -69,7 +69,9 @@ def plan(
 
         print_check(asked, json)
         return
-    found = run(asked, "frequency" if quick else tier, alpha, out, store, scheduler, threads)
+    if quick and tier not in (None, "frequency"):
+        raise PlanError(f"--quick with --tier {tier}: --quick is --tier frequency. Leave one of them out.")
+    found = run(asked, "frequency" if quick else tier or "time", alpha, out, store, scheduler, threads)
     show(found, out, json=json)
     raise typer.Exit(0 if found.workable else 1)
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from stillhook.crane import Crane
-from stillhook.errors import LiftError
+from stillhook.errors import LiftError, ScenarioError
 from stillhook.io.fields import Fields, described
 from stillhook.io.lift_place import place_of, still_place
 from stillhook.library import load_crane
@@ -17,7 +17,7 @@ from stillhook.library.payloads import read_payload
 from stillhook.lift.lowering import DeepWire, Lowering, Rigging
 from stillhook.lift.payload import Payload
 from stillhook.lift.programme import Stage, WinchSettings
-from stillhook.scenario import RHO_SEA, Sensors
+from stillhook.scenario import RHO_SEA, Record, Sensors
 from stillhook.sea.rao import Rao
 from stillhook.sea.spectrum import Sea
 from stillhook.sea.tip import TipPoint
@@ -146,7 +146,16 @@ def water_of(top: Fields) -> tuple[float, float]:
 def parts_of(table: Mapping[str, Any]) -> dict[str, Any]:
     """Rigging, wire, settings of the winch and sensors, of those tables that are there."""
     kinds = (("rigging", Rigging), ("wire", DeepWire), ("winch", WinchSettings), ("sensors", Sensors))
-    return {key: kind(**_table(table, key)) for key, kind in kinds if key in table}
+    return {key: _part(kind, table, key) for key, kind in kinds if key in table}
+
+
+def _part(kind: type[Record], table: Mapping[str, Any], key: str) -> Record:
+    """A table as it is named in the file, in errors too."""
+    try:
+        return kind(**_table(table, key))
+    except ScenarioError as e:
+        text = str(e)
+        raise ScenarioError(key + text.removeprefix(kind.__name__) if text.startswith(f"{kind.__name__}.") else text) from None
 
 
 def _table(table: Mapping[str, Any], key: str) -> dict[str, Any]:

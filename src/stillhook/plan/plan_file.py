@@ -26,7 +26,7 @@ from stillhook.plan.alternatives import Alternative
 from stillhook.plan.courses import CLOSE, Water, called, joined
 from stillhook.plan.lift_plan import ALL, Environment, LiftPlan, WeatherUse
 from stillhook.plan.phases import Phase
-from stillhook.plan.rule_file import load_rules, rules_of
+from stillhook.plan.rule_file import limit_text, load_rules, rules_of
 from stillhook.plan.rules import RuleSet
 from stillhook.plan.sea_range import spelled
 from stillhook.sea.rao import Rao
@@ -95,11 +95,11 @@ def load_plan(name_or_path: str | Path) -> LiftPlan:
 def _plan(table: Mapping[str, Any], file: Path) -> LiftPlan:
     top = Fields(table, "", PlanError)
     top.known(TOP)
-    top.need("crane", "vessel", "payload", "water", "environment", "phase")
+    top.need("crane", "vessel", "payload", "water", "environment")
     depth, rho = water_of(top)
     payload = payload_of(top, file.parent)
-    phases = joined(_phases(table["phase"]), Water(depth, payload.reach(rho)))
     rules = _rules(top, file.parent)
+    phases = joined(_phases(table.get("phase"), rules), Water(depth, payload.reach(rho)))
     for phase in phases:
         rules_of(rules, phase)  # refuses limits that cannot be
     T_POP, T_C, notes = _operation(top, phases)
@@ -144,17 +144,20 @@ def _height(at: TipPoint) -> float:
     return at.z
 
 
-def _phases(rows: Any) -> tuple[Phase, ...]:
+def _phases(rows: Any, rules: RuleSet) -> tuple[Phase, ...]:
     if not isinstance(rows, list) or not rows or not all(isinstance(row, Mapping) for row in rows):
-        raise PlanError("phase: no phases. Write each as a table [[phase]] with name, kind, start, end.")
-    return tuple(_phase(row, i) for i, row in enumerate(rows, 1))
+        raise PlanError("phase: none. Write each as a table [[phase]] with name, kind, start, end; a plan has at least one [[phase]].")
+    return tuple(_phase(row, i, rules) for i, row in enumerate(rows, 1))
 
 
-def _phase(row: Mapping[str, Any], number: int) -> Phase:
+def _phase(row: Mapping[str, Any], number: int, rules: RuleSet) -> Phase:
     fields = Fields({"name": row.get("kind", ""), **row}, f"phase {number}: ", PlanError)
     name = _label(fields)
     if not isinstance(row.get("limits", {}), Mapping):
         raise fields.wrong("limits", 'give a table of texts, such as { landing-speed = "0.3 m/s", control-error = "off" }.')
+    own = Fields(row.get("limits", {}), f"phase {number} ({came(name)}): limits.", PlanError)
+    for key in own.table:
+        limit_text(own, key, rules)
     try:
         return Phase(**fields.table)
     except ScenarioError as e:
@@ -179,7 +182,7 @@ def _operation(top: Fields, phases: tuple[Phase, ...]) -> tuple[float, float | N
     table = Fields(top.table.get("operation", {}), "operation.", PlanError)
     table.known(OPERATION)
     phases_take = sum(phase.duration or 0.0 for phase in phases)
-    T_POP, T_C = table.quantity("T_POP", "time"), table.quantity("T_C", "time")
+    T_POP, T_C = table.quantity("T_POP", "hours"), table.quantity("T_C", "hours")
     if T_C is not None and T_C < 0.0:
         raise table.wrong("T_C", "a contingency is no less than 0 h.")
     hours = f"{number(phases_take / 3600.0, 3)} h"

@@ -18,7 +18,7 @@ from stillhook.library.files import nearest, parsed
 from stillhook.plan.capacities import CAPACITIES
 from stillhook.plan.phases import Phase, PhaseKind
 from stillhook.plan.rules import Level, Rule, RuleSet, Sense
-from stillhook.units import came
+from stillhook.units import KINDS, came
 from stillhook.variables import BY_NAME
 
 QUANTITIES = (
@@ -111,6 +111,22 @@ def rules_of(rules: RuleSet, phase: Phase) -> tuple[Rule, ...]:
         note = f"{own[key].note} Limit of phase {phase.name} in place of {own[key].asked}.".strip()
         own[key] = replace(own[key], limit=limit, factor=factor, written=written, note=note)
     return tuple(own.values())
+
+
+def limit_text(limits: Fields, key: str, rules: RuleSet) -> str:
+    """A limit of a phase as it is written, which is a text. Errors: that of the table, for numbers with the unit of the rule."""
+    value = limits.table[key]
+    if isinstance(value, str):
+        return value
+    rule = next((rule for rule in rules.rules if rule.key == key), None)
+    kind = "" if rule is None else BY_NAME[rule.quantity].kind
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise limits.wrong(key, 'give a text, such as "0.3 m/s" or "off".')
+    if rule is None or not kind:
+        raise limits.wrong(key, f"a bare number; write it as text, {came(f'{value:g}')}.")
+    of_rule = rule.written.partition(" ")[2]
+    unit = of_rule if of_rule in KINDS[kind].allowed else KINDS[kind].display
+    raise limits.wrong(key, f"a bare number; write it as text with its unit, {came(f'{value:g} {unit}')}.")
 
 
 def _bare(text: str) -> str | float:
