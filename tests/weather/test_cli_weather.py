@@ -102,10 +102,23 @@ class TestPersistence:
             (("--limit", "Hs <= 1 m", "--window", "6 h", "--time", "when"), "--time \"when\": no such column"),
             (("--limit", "Hs <= 1 m", "--window", "6 h", "--date-order", "dym"), "is not one of ymd, mdy, dmy"),
             (("--limit", "Hs <= 1 m", "--window", "6 h", "--step", "0 h"), "is not above 0 s"),
+            (("--limit", "Hs <= 1 m", "--window", "6 h", "--step", "7 h"), "--step 7 h: its records are 1 h apart"),
+            (("--limit", "Hs <= 1 m", "--window", "24"), 'write "24 h"'),
         ],
     )  # fmt: skip
     def test_mistakes_are_one_line(self, file, capsys, arguments, says):
         assert says in refusal(capsys, "persistence", file, *arguments)
+
+
+    @pytest.mark.parametrize("cell", ["NaN", "inf", ""])
+    def test_a_column_without_a_number_is_refused(self, tmp_path, capsys, cell):
+        (tmp_path / "none.csv").write_text(f"time,Hs,Tp\n2020-01-01 00:00,{cell},8\n2020-01-01 01:00,{cell},8\n")
+        line = refusal(capsys, "persistence", str(tmp_path / "none.csv"), *self.ASKED)
+        assert "none.csv has no record of H_m0: all 2 are missing" in line
+
+    def test_all_is_a_hundred_per_cent(self, file, capsys):
+        assert run(["weather", "persistence", file, "--limit", "Hs <= 1 m", "--window", "9000 h"]) == 0
+        assert "1440 (100 %) of all records have no later window" in capsys.readouterr().out
 
 
 class TestShow:

@@ -97,6 +97,42 @@ class TestColumns:
         np.testing.assert_allclose(found.columns["wind"], [10 * KNOT, np.nan, 20 * KNOT])
         np.testing.assert_allclose(found.columns["come_from"], np.radians([99.0, np.nan, 1.0]))
 
+    def test_a_period_of_nought_is_missing_and_the_line_is_told(self, read):
+        found = read("time,hs,tp\n2013-12-31 22:00,1,8\n2013-12-31 23:00,0,0\n2014-01-01 00:00,inf,9\n")
+        np.testing.assert_array_equal(found.columns["T_p"], [8.0, np.nan, 9.0])
+        assert any("tp: 1 of 3 missing, 1 of them 0, first in weather.csv: line 3: tp = 0 s" in note for note in found.notes)
+        assert any("hs: 1 of 3 missing, 1 of them marked by 99, inf or the like" in note for note in found.notes)
+
+    def test_a_unit_named_by_the_user_goes_before_that_of_the_heading(self, read):
+        rows = "time,hs [m]\n2013-12-31 22:00,150\n2013-12-31 23:00,160\n"
+        assert read(rows, columns_as={"H_m0": "hs [cm]"}).columns["H_m0"].tolist() == [1.5, 1.6]
+        assert read(rows.replace("[m]", "[cm]"), columns_as={"H_m0": "hs"}).columns["H_m0"].tolist() == [1.5, 1.6]
+
+    @pytest.mark.parametrize(
+        ("heading", "cell", "does"),
+        [
+            ("hs", "150", 'is no height of weather. Mend the line or empty the cell; if the numbers are in cm, say --column "H_m0=hs [cm]".'),
+            ("hs (m)", "150", '--column "H_m0=hs [cm]".'),
+            ("hs", "-2", "is no height of weather. Mend the line or empty the cell."),
+            ("tp [Hz]", "0.1", 'unit "Hz" is not one of s, sec, second, seconds. It is a frequency: export the period.'),
+            ("tp [ms]", "8000", 'Convert its numbers, or say --column "T_p=tp [s]" where'),
+            ("tp", "80", "is no period of weather. Mend the line or empty the cell."),
+            ("wind", "120", 'if the numbers are in kn, say --column "wind=wind [kn]".'),
+            ("wave_from_direction", "400", "line 3: wave_from_direction = 400 deg is no direction of weather. Mend the line or empty the cell."),
+            ("wave_from_direction [rad]", "180", 'if the numbers are in deg, say --column "come_from=wave_from_direction [deg]".'),
+        ],
+    )
+    def test_a_number_that_no_weather_has_is_answered_with_a_unit_that_it_would_fit(self, refused, heading, cell, does):
+        assert does in refused(f"time,{heading}\n2013-12-31 22:00,\n2013-12-31 23:00,{cell}\n")
+
+    def test_the_column_that_is_not_there_is_answered_with_those_of_weather(self, refused):
+        assert "It has hs, tp." in refused("time,hs,tp\n2013-12-31 22:00,1,8\n2013-12-31 23:00,1,8\n", columns_as={"H_m0": "nope"})
+
+    def test_a_step_longer_than_the_spacing_is_refused(self, read, refused):
+        rows = "time,hs\n2013-12-31 22:00,1\n2013-12-31 23:00,1\n2014-01-01 00:00,1\n"
+        assert "--step 7 h: its records are 1 h apart, and a longer step would count time twice. Leave --step out." in refused(rows, step=25200.0)
+        assert read(rows, step=3600.0).step == 3600.0
+
     def test_what_was_assumed_is_said(self, read):
         notes = " ".join(read("time,hs,extra\n2013-12-31 22:00,1,5\n2013-12-31 23:00,1,6\n").notes)
         assert "times taken as UTC" in notes
@@ -177,6 +213,15 @@ class TestDirections:
         found = read(self.TABLE)
         assert list(found.columns) == ["H_m0"]
         assert any("does not say what its wave direction" in note for note in found.notes)
+
+    def test_directions_that_look_like_radians_are_noted_and_read_so_on_demand(self, read):
+        table = "time,MWD [deg]\n" + "".join(f"2013-12-31 0{i}:00,{i}.2\n" for i in range(6))
+        note = 'MWD [deg]: all directions lie within 6.3 deg of north: are they in radians? Then say --column "come_from=MWD [rad]"'
+        assert note in read(table, sense=DirectionSense.FROM_NORTH).notes
+        told = read(table, sense=DirectionSense.FROM_NORTH, columns_as={"come_from": "MWD [rad]"})
+        assert told.columns["come_from"][3] == pytest.approx(3.2)
+        assert not any("radians" in note for note in told.notes)
+        assert not any("radians" in note for note in read(table.replace("5.2", "350"), sense=DirectionSense.FROM_NORTH).notes)
 
     def test_headings_and_comments_that_say_it_need_no_option(self, read):
         said = read(self.TABLE.replace("mean wave direction", "wave_to_direction"))

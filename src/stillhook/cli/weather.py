@@ -81,7 +81,7 @@ def persistence(
     from stillhook.whole import check_folder
 
     limits = [parse_limit(text) for text in limit]
-    length = parse(window, "time", "--window")
+    length = parse(window, "hours", "--window")
     if length <= 0.0:
         raise WeatherError(f"--window {came(window)}: is not above 0 s. Say how long the operation takes.")
     heading, free = _heading(ship, limits)
@@ -117,8 +117,8 @@ def alpha(
     from stillhook.units import parse
     from stillhook.weather.alpha import alpha_of, load_alpha_table
 
-    contingency = None if t_c is None else parse(t_c, "time", "--t-c")
-    found = alpha_of(load_alpha_table(table), parse(hs, "length", "--hs"), parse(t_pop, "time", "--t-pop"), contingency)
+    contingency = None if t_c is None else parse(t_c, "hours", "--t-c")
+    found = alpha_of(load_alpha_table(table), parse(hs, "length", "--hs"), parse(t_pop, "hours", "--t-pop"), contingency)
     if json:
         print_json(found.numbers())
     else:
@@ -164,7 +164,7 @@ def forecast(
     from stillhook.whole import check_folder
 
     limits = [parse_limit(text) for text in limit or ()]
-    when = (None if start is None else _begin(start), parse(horizon, "time", "--horizon"))
+    when = (None if start is None else _begin(start), parse(horizon, "hours", "--horizon"))
     heading = _heading(ship, limits, plan is not None)
     if out is not None:
         check_folder(out, OUT_FILES)
@@ -298,7 +298,7 @@ def _read(
         if not sign or not heading.strip():
             raise WeatherError(f'--column {came(text)}: write a name and a heading, "Hs=waveheight".')
         named |= mapped({name: heading}, "--column")
-    every = None if step is None else parse(step, "time", "--step")
+    every = None if step is None else parse(step, "hours", "--step")
     if every is not None and every <= 0.0:
         raise WeatherError(f"--step {came(step)}: is not above 0 s.")
     sense = None if direction is None else SENSES[direction]

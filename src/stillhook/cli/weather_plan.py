@@ -37,7 +37,7 @@ def by_limits(
         if not given:
             instead = 'Give --limit "Hs <= 2 m" and --t-pop "24 h", or the folder of a saved plan with --plan'
             raise WeatherError(f"{option}: missing. {instead}.")
-    T_POP, T_C = parse(t_pop, "time", "--t-pop"), None if t_c is None else parse(t_c, "time", "--t-c")
+    T_POP, T_C = parse(t_pop, "hours", "--t-pop"), None if t_c is None else parse(t_c, "hours", "--t-c")
     factors, found = load_alpha_table(table), read()
     checked = check_forecast(found, limits, factors, T_POP, T_C, start=when[0], horizon=when[1], ship=heading[0], free=heading[1])
     answer: dict[str, Any] = {"file": found.source, "limits": [one.text for one in limits], "horizon": when[1]}

@@ -6,6 +6,7 @@ from typing import Any
 
 from stillhook.cli.running_text import wrapped
 from stillhook.cli.show import human, print_table, print_values, unit_of
+from stillhook.units import number
 
 
 def print_alpha(answer: dict[str, Any]) -> None:
@@ -74,7 +75,7 @@ def print_persistence(answer: dict[str, Any]) -> None:
     if answer["n_censored"]:
         share = answer["n_censored"] / answer["n_records"]
         end = "of all records have no later window before the series ends: left out of the waits."
-        wrapped(f"{answer['n_censored']} ({100.0 * share:.2g} %) {end}")
+        wrapped(f"{answer['n_censored']} ({number(100.0 * share, 3)} %) {end}")
     for note in answer["notes"]:
         wrapped(note)
 

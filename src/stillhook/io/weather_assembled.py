@@ -8,8 +8,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from stillhook.errors import WeatherError
-from stillhook.io.weather_columns import KINDS, PLAIN, Column, sense_in
-from stillhook.sea.directions import DirectionSense, coming_from
+from stillhook.io.weather_columns import KINDS, PLAIN, UNITS, Column, sense_in, without_unit
+from stillhook.sea.directions import FULL, DirectionSense, coming_from
 from stillhook.sea.weather import FloatArray
 from stillhook.units import came
 
@@ -18,23 +18,27 @@ SENSES = {
     "cartesian-from": DirectionSense.FROM_EAST,
 }  # fmt: skip
 """Words for what directions mean: cartesian is going to, counter-clockwise from east."""
+FEWEST = 3
+"""Different directions from which it may be seen that they are in radians."""
 _SAID = re.compile(r"wave[s]?[ _-]*direction[s]?\s*[:=]\s*(.+)", re.IGNORECASE)
 
 
 def assembled(
-    read: Sequence[tuple[Column, FloatArray, int]], comments: Sequence[str], name: str, sense: DirectionSense | None
+    read: Sequence[tuple[Column, FloatArray, str]], comments: Sequence[str], name: str, sense: DirectionSense | None
 ) -> tuple[dict[str, FloatArray], list[str]]:
     """Columns [SI], directions as coming from, and notes on what was assumed, missing or left out.
 
-    read: column, its numbers (n,) in the file's sense [SI], how many marks such as 99 were missing values; comments: lines of remarks of
-    the file, of which one may say what wave directions mean. Errors: WeatherError where the file and the user differ.
+    read: column, its numbers (n,) in the file's sense [SI], what marks such as 99 were missing values, in words; comments: lines of remarks
+    of the file, of which one may say what wave directions mean. Errors: WeatherError where the file and the user differ.
     """
     values: dict[str, FloatArray] = {}
     notes: list[str] = []
     for column, x, marked in read:
         if missing := int(np.count_nonzero(np.isnan(x))):
-            marks = f", {marked} of them marked by 99 or the like" if marked else ""
-            notes.append(f"{column.heading}: {missing} of {len(x)} missing{marks}")
+            notes.append(f"{column.heading}: {missing} of {len(x)} missing{marked}")
+        if KINDS[column.name] == "direction" and _like_radians(x, column):
+            say = f'--column "{column.name}={without_unit(column.heading)} [rad]"'
+            notes.append(f"{column.heading}: all directions lie within 6.3 deg of north: are they in radians? Then say {say}")
         if KINDS[column.name] != "direction":
             values[column.name] = x
         elif (meant := _meant(column, comments, name, sense)) is not None:
@@ -46,6 +50,12 @@ def assembled(
             )
     guessed = [f"{c.heading} in {PLAIN[KINDS[c.name]]}" for c, _, _ in read if not c.said]
     return values, notes + ([f"units are not in the file and were taken: {', '.join(guessed)}"] if guessed else [])
+
+
+def _like_radians(x: FloatArray, column: Column) -> bool:
+    """Whether directions that are taken for degrees all lie within 2 pi of 0, three or more of them."""
+    known = x[np.isfinite(x)] / UNITS["direction"][column.unit]
+    return UNITS["direction"][column.unit] != 1.0 and len(np.unique(known)) >= FEWEST and bool(np.all(np.abs(known) <= FULL))
 
 
 def _meant(column: Column, comments: Sequence[str], name: str, sense: DirectionSense | None) -> DirectionSense | None:

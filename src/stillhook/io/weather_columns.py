@@ -55,12 +55,15 @@ UNITS: Mapping[str, Mapping[str, float]] = {
 }  # fmt: skip
 PLAIN = {"height": "m", "period": "s", "speed": "m/s", "direction": "deg"}
 """Units that numbers without any are taken for; the reader says so."""
-LARGEST = {"height": 40.0, "period": 60.0, "speed": 110.0, "direction": 4.0 * math.pi}
+LARGEST = {"height": 40.0, "period": 60.0, "speed": 110.0, "direction": 2.0 * math.pi + 1e-6}
 """In SI. Waves above 40 m, periods above 60 s and wind above 110 m/s were never measured; directions go round once at most."""
+OTHERS = {"height": ("cm", "m"), "period": (), "speed": ("kn", "km/h", "cm/s"), "direction": ("deg", "rad")}
+"""Units that numbers may be in which are too large for those that they are in by the file."""
+FREQUENCIES = ("hz", "1/s", "s-1", "s^-1", "rad/s")
 FILLS = (999.0, 9999.0, 99999.0, -99.0, -999.0, -9999.0, -32768.0, 999.9, -999.9, 9.96920996838687e36, 1e20)
 SHORT_FILLS = (99.0, 99.9, 99.99)
 """Stand for a missing number too, but in directions, of which 99 deg is one."""
-MISSING = {"", "-", "--", "---", "nan", "n/a", "na", "#n/a", "null", "none", "mm", "missing", "*", "inf", "-inf"}
+MISSING = {"", "-", "--", "---", "nan", "n/a", "na", "#n/a", "null", "none", "mm", "missing", "*"}
 _BRACKET = re.compile(r"\s*[\[(]\s*([^\])]*?)\s*[\])]\s*$")
 
 
@@ -82,6 +85,11 @@ def bare(heading: str) -> tuple[str, str]:
     return re.sub(r"_\d$", "", name), unit
 
 
+def without_unit(heading: str) -> str:
+    """A heading less its unit in brackets."""
+    return _BRACKET.sub("", heading).strip()
+
+
 def sense_in(heading: str) -> DirectionSense | None:
     """The sense that a heading names itself: ..._from_direction, ..._to_direction."""
     words = bare(heading)[0].split("_")
@@ -99,20 +107,24 @@ def columns(headings: Sequence[str], units: Sequence[str], asked: Mapping[str, s
         unit = given or bare(headings[place])[1] or (units[place] if place < len(units) else "")
         tidy = " ".join(unit.lower().split())
         if tidy and tidy not in UNITS[kind]:
-            raise WeatherError(
-                f"{name}: column {came(headings[place])}: unit {came(unit)} is not one of {', '.join(UNITS[kind])}. "
-                f'Say it with --column "{key}={headings[place]} [{PLAIN[kind]}]".'
-            )
+            plain = f'--column "{key}={without_unit(headings[place])} [{PLAIN[kind]}]"'
+            do = f"Convert its numbers, or say {plain} where that is what they are in."
+            if kind == "period" and tidy in FREQUENCIES:
+                do = "It is a frequency: export the period."
+            raise WeatherError(f"{name}: column {came(headings[place])}: unit {came(unit)} is not one of {', '.join(UNITS[kind])}. {do}")
         found.append(Column(key, place, headings[place], tidy or PLAIN[kind], bool(tidy)))
     return found
 
 
 def _asked(headings: Sequence[str], wanted: str, key: str, name: str) -> int:
-    for text in (wanted, _BRACKET.sub("", wanted)):
-        places = [i for i, h in enumerate(headings) if h.strip().lower() == text.strip().lower()]
+    short = without_unit(wanted)
+    bares = [without_unit(h) for h in headings]
+    for text, among in ((wanted, headings), (short, headings), (short, bares)):
+        places = [i for i, h in enumerate(among) if h.strip().lower() == text.strip().lower()]
         if len(places) == 1:
             return places[0]
-    raise WeatherError(f"{name}: --column {key}={wanted}: no column {came(wanted)}, or several. It has {', '.join(headings)}.")
+    have = ", ".join(h for h in headings if h)
+    raise WeatherError(f"{name}: --column {key}={wanted}: no column {came(wanted)}, or several. It has {have}.")
 
 
 def _recognised(headings: Sequence[str], key: str, name: str) -> int | None:
@@ -128,8 +140,8 @@ def _recognised(headings: Sequence[str], key: str, name: str) -> int | None:
     return None
 
 
-def numbers(cells: Sequence[str], column: Column, lines: Sequence[int], decimal: str, name: str) -> tuple[FloatArray, int]:
-    """A column (n,) in SI (directions in rad, in the file's sense), NaN where missing, and how many marks such as 99 that were.
+def numbers(cells: Sequence[str], column: Column, lines: Sequence[int], decimal: str, name: str) -> tuple[FloatArray, str]:
+    """A column (n,) in SI (directions in rad, in the file's sense), NaN where missing, and what marks of missing numbers it had, in words.
 
     Errors: WeatherError with the line, for words that are no number and for numbers that no weather has.
     """
@@ -141,21 +153,33 @@ def numbers(cells: Sequence[str], column: Column, lines: Sequence[int], decimal:
     return in_si(x, column, lambda i: f"{name}: line {lines[i]}: {column.heading} = {cells[i]} {column.unit}")
 
 
-def in_si(x: FloatArray, column: Column, place: Callable[[int], str]) -> tuple[FloatArray, int]:
-    """Numbers (n,) of a column in SI, marks of missing ones as NaN, and how many such marks there were.
+def in_si(x: FloatArray, column: Column, place: Callable[[int], str]) -> tuple[FloatArray, str]:
+    """Numbers (n,) of a column in SI, marks of missing ones as NaN, and what marks there were, in words.
 
-    place: where a record is and what it says, for the error. Errors: WeatherError for numbers that no weather has.
+    Periods of 0 s, which wave models write into calms, are missing: they would pass for the shortest waves. place: where a record is and
+    what it says, for the error. Errors: WeatherError for numbers that no weather has.
     """
     kind = KINDS[column.name]
-    fills = np.isin(x, FILLS if kind == "direction" else (*FILLS, *SHORT_FILLS))
-    x = np.where(fills | ~np.isfinite(x), np.nan, x) * UNITS[kind][column.unit]
+    fills = np.isin(x, FILLS if kind == "direction" else (*FILLS, *SHORT_FILLS)) | np.isinf(x)
+    none = (x == 0.0) & (kind == "period")
+    x = np.where(fills | none | np.isnan(x), np.nan, x) * UNITS[kind][column.unit]
     wrong = (x > LARGEST[kind]) | (x < (-LARGEST[kind] if kind == "direction" else 0.0))
     if np.any(wrong):
-        raise WeatherError(
-            f"{place(int(np.flatnonzero(wrong)[0]))} is no {kind} of weather. Mend the line or empty the cell; say another unit with "
-            f'--column "{column.name}={column.heading} [{PLAIN[kind]}]".'
-        )
-    return x, int(np.count_nonzero(fills))
+        i = int(np.flatnonzero(wrong)[0])
+        raise WeatherError(f"{place(i)} is no {kind} of weather. Mend the line or empty the cell{_in_another_unit(float(x[i]), column)}.")
+    marks = f", {np.count_nonzero(fills)} of them marked by 99, inf or the like" if fills.any() else ""
+    noughts = f", {np.count_nonzero(none)} of them 0, first in {place(int(np.argmax(none)))}" if none.any() else ""
+    return x, marks + noughts
+
+
+def _in_another_unit(x: float, column: Column) -> str:
+    """What to say where a number [SI] that no weather has would be one in another unit."""
+    kind = KINDS[column.name]
+    for unit in OTHERS[kind]:
+        factor = UNITS[kind][unit] / UNITS[kind][column.unit]
+        if factor < 1.0 and 0.0 < abs(x) * factor <= LARGEST[kind] and (x > 0.0 or kind == "direction"):
+            return f'; if the numbers are in {unit}, say --column "{column.name}={without_unit(column.heading)} [{unit}]"'
+    return ""
 
 
 def _number(text: str, column: Column, line: int, name: str) -> float:

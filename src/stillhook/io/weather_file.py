@@ -24,10 +24,10 @@ from stillhook.io.ndbc_text import is_ndbc, read_bytes
 from stillhook.io.weather_assembled import SENSES, assembled
 from stillhook.io.weather_columns import bare, columns, numbers
 from stillhook.io.weather_netcdf import is_netcdf, read_netcdf
-from stillhook.io.weather_times import ORDERS, read_times, stamped
+from stillhook.io.weather_times import ORDERS, read_times, stamped, step_of
 from stillhook.library.weather import weather_file
 from stillhook.sea.directions import DirectionSense
-from stillhook.sea.weather import Weather, usual_step
+from stillhook.sea.weather import Weather
 from stillhook.units import came
 
 __all__ = ["SENSES", "read_weather"]
@@ -96,7 +96,7 @@ def read_weather(
     values, more = assembled(read, table.comments, path.name, sense)
     left = [h for i, h in enumerate(headings) if h and i not in {c.place for c in found}]
     notes = [*table.comments, *notes, *more, *([f"not read: {', '.join(left)}"] if left else [])]
-    return Weather(time, values, usual_step(time) if step is None else step, path.name, tuple(notes))
+    return Weather(time, values, step_of(time, step, path.name), path.name, tuple(notes))
 
 
 def _ours(text: str) -> str:

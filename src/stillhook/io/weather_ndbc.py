@@ -8,8 +8,9 @@ import numpy as np
 
 from stillhook.io.ndbc_text import SHORT_FILL, numbers, read_records
 from stillhook.io.sea_file import read_sea
+from stillhook.io.weather_times import step_of
 from stillhook.sea.measured import SpectrumSeries
-from stillhook.sea.weather import FloatArray, Weather, usual_step
+from stillhook.sea.weather import FloatArray, Weather
 
 _WIND = (("wind", ("WSPD",)), ("wind_from", ("WDIR", "WD")))
 
@@ -17,14 +18,15 @@ _WIND = (("wind", ("WSPD",)), ("wind_from", ("WDIR", "WD")))
 def read_ndbc_weather(path: Path, step: float | None = None) -> Weather:
     """Heights, periods, wave and wind directions (both coming from, by NDBC's manual) and wind speed. Errors: SeaError of one line."""
     found = read_sea(path)
-    values: dict[str, FloatArray] = {"H_m0": found.H_m0, "T_p": found.T_p, "T_m02": found.T_m02}
+    periods = {name: np.where(T > 0.0, T, np.nan) for name, T in (("T_p", found.T_p), ("T_m02", found.T_m02))}  # 0: a calm
+    values: dict[str, FloatArray] = {"H_m0": found.H_m0, **periods}
     if isinstance(found, SpectrumSeries):
         if found.directional is not None:
             values["come_from"] = np.asarray(found.come_from)
     else:
         values["come_from"] = found.come_from
         values |= _wind(path)
-    return Weather(found.time, values, usual_step(found.time) if step is None else step, found.source, found.notes)
+    return Weather(found.time, values, step_of(found.time, step, found.source), found.source, found.notes)
 
 
 def _wind(path: Path) -> dict[str, FloatArray]:

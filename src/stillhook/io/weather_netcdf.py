@@ -11,8 +11,9 @@ import numpy as np
 from stillhook.errors import WeatherError
 from stillhook.io.weather_assembled import assembled
 from stillhook.io.weather_columns import Column, columns, in_si
+from stillhook.io.weather_times import step_of
 from stillhook.sea.directions import DirectionSense
-from stillhook.sea.weather import FloatArray, Weather, usual_step
+from stillhook.sea.weather import FloatArray, Weather
 
 if TYPE_CHECKING:
     import xarray
@@ -62,7 +63,7 @@ def read_netcdf(
     values, notes = assembled(read, [], path.name, sense)
     left = [name for i, name in enumerate(names) if i not in {c.place for c in found}]
     notes = ["times taken as UTC", *notes, *([f"not read: {', '.join(left)}"] if left else [])]
-    return Weather(time, values, usual_step(time) if step is None else step, path.name, tuple(notes))
+    return Weather(time, values, step_of(time, step, path.name), path.name, tuple(notes))
 
 
 def _heading(data: xarray.Dataset, name: str, asked: Mapping[str, str]) -> str:
@@ -72,7 +73,7 @@ def _heading(data: xarray.Dataset, name: str, asked: Mapping[str, str]) -> str:
     return standard if alone and name not in asked.values() and standard.startswith(("sea_surface_wave_", "wind_")) else name
 
 
-def _read(data: xarray.Dataset, name: str, column: Column, when: str, where: str) -> tuple[Column, FloatArray, int]:
+def _read(data: xarray.Dataset, name: str, column: Column, when: str, where: str) -> tuple[Column, FloatArray, str]:
     variable = data[name]
     if variable.dims != data[when].dims:
         other = ", ".join(f"{d} ({data.sizes[d]})" for d in variable.dims if d not in data[when].dims)

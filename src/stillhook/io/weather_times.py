@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stillhook.errors import WeatherError
-from stillhook.units import came
+from stillhook.sea.weather import usual_step
+from stillhook.units import came, show
 
 Times = NDArray[np.datetime64]
 ORDERS = ("ymd", "mdy", "dmy")
@@ -24,6 +25,8 @@ _CLOCK = r"(?:[T\s,]+(\d{1,2})(?::(\d{1,2})(?::(\d{1,2})(?:[.,]\d+)?)?)?\s*([AaP
 _ZONE = r"\s*(Z|UTC|GMT|[+-]\d{2}:?\d{2})?"
 _DATE = re.compile(rf"(\d{{1,4}})([-/.])(\d{{1,2}}|[A-Za-z]{{3}})\2(\d{{1,4}}){_CLOCK}{_ZONE}")
 _DIGITS = re.compile(r"(\d{4})(\d{2})(\d{2})T?(?:(\d{2})(?:(\d{2})(?:(\d{2}))?)?)?" + _ZONE)
+ROUNDED = 1.01
+"""A step may be so much longer than the usual spacing: times are rounded."""
 _TURN = 70
 """Years of two digits below it are of this century."""
 
@@ -36,6 +39,17 @@ def read_times(texts: Sequence[str], lines: Sequence[int], name: str, order: str
     place = {letter: digits[:, chosen.index(letter)] for letter in "ymd"}
     years = np.where(place["y"] < _TURN, place["y"] + 2000, np.where(place["y"] < 100, place["y"] + 1900, place["y"]))
     return stamped(years, place["m"], place["d"], np.array([f[3] for f in fields], dtype=np.int64), lines, name, texts)
+
+
+def step_of(time: Times, asked: float | None, name: str) -> float:
+    """What a record stands for [s]: as asked, else the usual spacing of times (n,). Errors: WeatherError where it is longer than that."""
+    usual = usual_step(time)
+    if asked is not None and asked > ROUNDED * usual:
+        raise WeatherError(
+            f"{name}: --step {show(asked, 'hours')}: its records are {show(usual, 'hours')} apart, and a longer step would count time "
+            "twice. Leave --step out."
+        )
+    return usual if asked is None else asked
 
 
 def stamped(

@@ -106,7 +106,7 @@ def _table(data: dict[str, Any], name: str, where: str) -> AlphaTable:
     if not isinstance(ends, dict) or set(ends) != {"T_POP_below", "T_R_below"}:
         raise WeatherError(f'{where}: restricted: give [restricted] with T_POP_below = "72 h" and T_R_below = "96 h".')
     Hs = tuple(parse(h, "length", f"{where}: Hs[{i}]") for i, h in enumerate(heights))
-    T_POP = tuple(parse(r["T_POP"], "time", f"{where}: row[{i}].T_POP") for i, r in enumerate(rows))
+    T_POP = tuple(parse(r["T_POP"], "hours", f"{where}: row[{i}].T_POP") for i, r in enumerate(rows))
     for field_name, ascending in (("Hs", Hs), ("T_POP", T_POP)):
         if any(b <= a for a, b in zip((0.0, *ascending), ascending, strict=False)):
             raise WeatherError(f"{where}: {field_name}: must rise from above 0. Put columns and rows in order.")
@@ -114,7 +114,7 @@ def _table(data: dict[str, Any], name: str, where: str) -> AlphaTable:
     if any(not isinstance(text, str) for text in texts.values()) or not texts["standard"]:
         raise WeatherError(f"{where}: {', '.join(_TEXTS)}: give texts; standard says what the factors are from.")
     alpha = tuple(_row(r["alpha"], len(Hs), f"{where}: row[{i}].alpha") for i, r in enumerate(rows))
-    T_POP_below, T_R_below = (parse(ends[key], "time", f"{where}: restricted.{key}") for key in ("T_POP_below", "T_R_below"))
+    T_POP_below, T_R_below = (parse(ends[key], "hours", f"{where}: restricted.{key}") for key in ("T_POP_below", "T_R_below"))
     return AlphaTable(name, Hs, T_POP, alpha, T_POP_below, T_R_below, texts)
 
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from stillhook.sea.directions import FULL
 from stillhook.sea.weather import HOUR, FloatArray, Weather
+from stillhook.units import number
 from stillhook.weather.limit_text import BETA, KIND, Limit, by_heading, inside
 from stillhook.weather.persistence import IN_TIME, gaps, persistence, seconds
 from stillhook.weather.thinned import every
@@ -29,7 +30,8 @@ def persistence_answer(
     workable, valid = inside(limits, weather, ship, free=free)
     rows, step = every(weather, valid)
     found = persistence(workable[rows], weather.time[rows], step, window, valid=valid[rows])
-    less = f"limits can be judged on 1 of {len(weather) / len(rows):.2g} records only, {step / 60.0:g} min apart: the answer is about these"
+    part = f"1 of {number(len(weather) / len(rows), 3)} records"
+    less = f"limits can be judged on {part} only, {step / 60.0:g} min apart: the answer is about these"
     notes = [*([less] if len(rows) < len(weather) else []), *weather.notes]
     turned = any(BETA in limit.columns for limit in limits)
     numbers = found.numbers()

@@ -171,4 +171,9 @@ def values(weather: Weather, name: str, limit: Limit, ship: float | None) -> Flo
         do = why[:1].upper() + why[1:] if why else "Drop the limit, or map a column to it with --column."
         raise WeatherError(f"--limit {came(limit.text)}: {weather.source} tells no {column}; it tells {have}. {do}")
     x = weather.columns[column]
+    if not np.isfinite(x).any():
+        raise WeatherError(
+            f"--limit {came(limit.text)}: {weather.source} has no record of {column}: all {len(x)} are missing. Choose another column with "
+            "--column, or drop the limit."
+        )
     return relative(x, ship) if name == BETA and ship is not None else x
