@@ -23,6 +23,8 @@ STORE_HELP = "Folder in which runs of the twin are kept: a plan that was stopped
 EXAMPLE = "example"
 LEAST = 1e-3
 """Shares below it are told as 0."""
+HOURS = 365.25 * 24.0
+"""Of a year."""
 
 
 def register(app: typer.Typer) -> None:
@@ -187,24 +189,31 @@ def _height(value: Any, attrs: dict[str, Any]) -> str:
 
 
 def _print_weather(found: PlanResult) -> None:
-    """A table: how often each alternative can work, how long it waits, and what it gains in a year, as modelled and as credited."""
+    """A table: how often each alternative can work, how long it waits, and what it gains an operation, as modelled; as credited where that
+    differs, alike ones in one row."""
     block = found["weather"]
     synthetic = "SYNTHETIC weather, " if block.attrs["synthetic"] else ""
     years = f"{block.attrs['first'][:10]} to {block.attrs['last'][:10]}"
     title = f"{synthetic}{block.attrs['source']}, {years}, window {block.attrs['T_R'] / 3600.0:.3g} h"
-    rows = []
-    for credit in ("twin", "credited"):
-        for name in block["alternative"].values:
-            year = block.sel(credit=credit, alternative=name, month=0)
-            waits = [_days(float(year[key])) for key in ("wait_mean", "wait_p50", "wait_p90")]
-            days = [_number(float(year["days_gained"].sel(over=over)), 1) for over in block["over"].values]
-            hours = [_number(float(year["hours_gained"].sel(over=over)), 0) for over in block["over"].values]
-            worked = float(year["operability"])
-            rows.append([credit, str(name), _share(worked), *waits, _number(float(year["vessel_days"]), 1), *days, *hours])
-    over = [str(name).replace("best-classic", "best\nclassic") for name in block["over"].values]
-    head = ["limit", "winch", "workable", "wait\nmean", "wait\nP50", "wait\nP90", "vessel\ndays"]
-    head += [f"days gained\nover {name}" for name in over] + [f"hours a year\nover {name}" for name in over]
-    print_table(head, rows, title=title, left=2)
+    names = [str(name) for name in block["alternative"].values]
+    own, credited = ({name: _weather_row(block.sel(credit=c, alternative=name, month=0)) for name in names} for c in ("twin", "credited"))
+    rows = [["twin", name, *cells] for name, cells in own.items()]
+    alike: dict[tuple[str, ...], list[str]] = {}
+    for name, cells in credited.items():
+        if cells != own[name]:
+            alike.setdefault(tuple(cells), []).append(name)
+    rows += [["credited", ",\n".join(those), *cells] for cells, those in alike.items()]
+    over = [str(name).replace("-", " ") for name in block["over"].values]
+    head = ["limit", "winch", "workable", "hours\na year", "wait\nmean", "wait\nP50", "wait\nP90", "vessel\ndays"]
+    print_table([*head, *(f"days gained\nover {name}" for name in over)], rows, title=title, left=2)
+
+
+def _weather_row(year: Any) -> list[str]:
+    """Workable share and hours of a year, waits, vessel days, and days gained over each of the block's alternatives."""
+    worked = float(year["operability"])
+    waits = [_days(float(year[key])) for key in ("wait_mean", "wait_p50", "wait_p90")]
+    days = [_number(float(x), 1) for x in year["days_gained"].values]
+    return [_share(worked), _number(worked * HOURS, 0), *waits, _number(float(year["vessel_days"]), 1), *days]
 
 
 def _days(seconds: float) -> str:
