@@ -56,3 +56,15 @@ def test_every_example_plan_finds_its_weather():
     for name in shelf("plans"):
         use = load_plan(name).weather
         assert use is None or len(weather_used(use)) > 0
+
+
+def test_weather_without_a_height_is_refused_and_one_without_a_period_goes_by_what_there_is(plan, tmp_path):
+    use = load_plan(plan(OWN)).weather
+    site = tmp_path / "plan" / "site.csv"
+    site.write_text(TABLE.replace("150", "NaN").replace("160", "inf"))
+    with pytest.raises(StillhookError, match=r"site.csv: no record of wave height: all 2 are missing. Give weather that has them."):
+        weather_used(use)
+    site.write_text(TABLE.replace(";8", ";0"))
+    found = weather_used(use)
+    assert "T_p" not in found.columns
+    assert any("Tp: 2 of 2 missing, 2 of them 0, first in site.csv: line 2" in note for note in found.notes)

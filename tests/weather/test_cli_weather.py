@@ -104,6 +104,7 @@ class TestPersistence:
             (("--limit", "Hs <= 1 m", "--window", "6 h", "--step", "0 h"), "is not above 0 s"),
             (("--limit", "Hs <= 1 m", "--window", "6 h", "--step", "7 h"), "--step 7 h: its records are 1 h apart"),
             (("--limit", "Hs <= 1 m", "--window", "24"), 'write "24 h"'),
+            (("--limit", "beta 0..90 deg", "--window", "6 h", "--ship", "400"), '--ship "400": is not between 0 deg and 360 deg'),
         ],
     )  # fmt: skip
     def test_mistakes_are_one_line(self, file, capsys, arguments, says):
@@ -121,6 +122,12 @@ class TestPersistence:
         assert "1440 (100 %) of all records have no later window" in capsys.readouterr().out
 
 
+    def test_a_direction_or_a_horizon_that_cannot_be_is_refused_in_the_other_commands_too(self, file, capsys):
+        assert '--heading "400": is not between 0 deg and 360 deg' in refusal(capsys, "lift", "template-to-1500m", file, "--heading", "400")
+        asked = ("forecast", file, "--limit", "Hs <= 2 m", "--t-pop", "6 h")
+        assert '--horizon "0 h": is not above 0 h' in refusal(capsys, *asked, "--horizon", "0 h")
+
+
 class TestShow:
     def test_columns_gaps_and_what_was_made_of_directions(self, file, capsys):
         found = answer(capsys, "show", file)
@@ -128,6 +135,10 @@ class TestShow:
         assert set(found) <= set(BY_NAME)
         assert "does not say what its wave direction" in found["notes"][0]
         assert set(answer(capsys, "show", file, "--direction", "coming-from")["columns"]) == {"H_m0", "come_from"}
+
+    def test_directions_are_told_from_least_to_most(self, file, capsys):
+        found = answer(capsys, "show", file, "--direction", "coming-from")["columns"]["come_from"]
+        assert (found["min"], found["max"]) == (0.0, pytest.approx(1.5 * np.pi))
 
     def test_the_table_for_people(self, capsys):
         assert run(["weather", "show", "SYNTHETIC-norwegian-sea"]) == 0

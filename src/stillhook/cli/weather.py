@@ -72,7 +72,9 @@ def persistence(
     A record counts one step. Windows break at gaps in time and at records with missing values. Waits are taken from every record to the
     first at or after it from which a window of the asked length is left.
 
-    Example: stillhook weather persistence hindcast.csv --limit "Hs <= 1.5 m" --limit "wind <= 10 m/s" --window "24 h"
+    Exit code 0 whatever the weather is, also where no window is ever long enough.
+
+    Example: stillhook weather persistence SYNTHETIC-norwegian-sea --limit "Hs <= 1.5 m" --limit "wind <= 10 m/s" --window "24 h"
     """
     from stillhook.errors import WeatherError
     from stillhook.units import came, parse
@@ -83,7 +85,7 @@ def persistence(
     limits = [parse_limit(text) for text in limit]
     length = parse(window, "hours", "--window")
     if length <= 0.0:
-        raise WeatherError(f"--window {came(window)}: is not above 0 s. Say how long the operation takes.")
+        raise WeatherError(f"--window {came(window)}: is not above 0 h. Say how long the operation takes.")
     heading, free = _heading(ship, limits)
     if out is not None:
         check_folder(out, OUT_FILES)
@@ -159,12 +161,15 @@ def forecast(
     """
     from stillhook.cli.tip_inputs import refuse
     from stillhook.cli.weather_plan import by_limits, by_plan
-    from stillhook.units import parse
+    from stillhook.errors import WeatherError
+    from stillhook.units import came, parse
     from stillhook.weather.limit_text import parse_limit
     from stillhook.whole import check_folder
 
     limits = [parse_limit(text) for text in limit or ()]
     when = (None if start is None else _begin(start), parse(horizon, "hours", "--horizon"))
+    if when[1] <= 0.0:
+        raise WeatherError(f"--horizon {came(horizon)}: is not above 0 h. Say over which time starts are looked for.")
     heading = _heading(ship, limits, plan is not None)
     if out is not None:
         check_folder(out, OUT_FILES)
@@ -207,7 +212,7 @@ def lift(
     """Windows and waiting of a lift plan in a hindcast with full spectra: every record by the frequency road, under every alternative.
 
     The window is the plan's T_R, the forecast factor is in the limits. What the road does not tell (the splash zone) is judged by the
-    plan's table in closed form. A year of hourly spectra takes about 20 s.
+    plan's table in closed form. A year of hourly spectra takes about 20 s. Exit code 0 whatever the weather is.
 
     Example: stillhook weather lift template-to-1500m 46042w1996.txt.gz --heading 180
     """
@@ -218,6 +223,9 @@ def lift(
     from stillhook.plan.spectral_persistence import spectral_persistence
     from stillhook.weather.alpha import load_alpha_table
 
+    for text, option in ((heading, "--heading"), (ship, "--ship")):
+        if text is not None:
+            _direction(text, option)
     asked, factors = load_plan(plan), load_alpha_table(table)
     wanted = chosen_alternatives(alternative or (), asked.alternatives)
     waves = waves_of_file(file, heading, spread, ship)
@@ -241,7 +249,7 @@ def show(
 ) -> None:
     """What a weather file holds, and what was made of it: times, gaps, columns, units, directions, missing values.
 
-    Example: stillhook weather show hindcast.csv --direction coming-from
+    Example: stillhook weather show SYNTHETIC-norwegian-sea
     """
     from stillhook.weather.answer import show_answer
 
@@ -269,7 +277,6 @@ def _written(out: Path | None) -> None:
 
 def _heading(ship: str | None, limits: Sequence[Limit], planned: bool = False) -> tuple[float | None, bool]:
     """Heading of the ship [rad], and whether it is free; planned: a plan asks for it as well as limits on beta."""
-    from stillhook.cli.tip_inputs import angle
     from stillhook.errors import WeatherError
     from stillhook.weather.limit_text import BETA
 
@@ -277,7 +284,20 @@ def _heading(ship: str | None, limits: Sequence[Limit], planned: bool = False) -
         raise WeatherError('--ship: no limit asks for beta. Leave it out, or write a limit such as "Hs <= 3 m for beta 150..210 deg".')
     if ship is None or ship.strip().lower() == "free":
         return None, ship is not None
-    return angle(ship, "--ship"), False
+    return _direction(ship, "--ship"), False
+
+
+def _direction(text: str, option: str) -> float:
+    """A direction [rad] that goes round once at most."""
+    from stillhook.cli.tip_inputs import angle
+    from stillhook.errors import WeatherError
+    from stillhook.sea.directions import FULL
+    from stillhook.units import came
+
+    value = angle(text, option)
+    if not 0.0 <= value <= FULL + 1e-9:
+        raise WeatherError(f"{option} {came(text)}: is not between 0 deg and 360 deg. Mend it.")
+    return value
 
 
 def _read(

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
-from stillhook.errors import PlanError
+from dataclasses import replace
+
+import numpy as np
+
+from stillhook.errors import PlanError, WeatherError
 from stillhook.io.weather_file import SENSES, read_weather
 from stillhook.library.files import nearest
 from stillhook.plan.lift_plan import WeatherUse
@@ -11,8 +15,15 @@ from stillhook.units import came
 
 
 def weather_used(use: WeatherUse) -> Weather:
-    """The weather, read as the plan says. Errors: WeatherError of one line for the file, PlanError for a sense that is none."""
+    """The weather, read as the plan says; columns without any number are left out.
+
+    Errors: WeatherError of one line for the file and where no height is known, PlanError for a sense that is none.
+    """
     if use.sense is not None and use.sense not in SENSES:
         raise PlanError(f"weather.sense = {came(use.sense)}: is not one of {', '.join(SENSES)}{nearest(use.sense, tuple(SENSES))}")
     sense = None if use.sense is None else SENSES[use.sense]
-    return read_weather(use.file, sense=sense, columns_as=use.columns, time_column=use.time, date_order=use.date_order)
+    found = read_weather(use.file, sense=sense, columns_as=use.columns, time_column=use.time, date_order=use.date_order)
+    known = {name: x for name, x in found.columns.items() if np.isfinite(x).any()}
+    if "H_m0" in found.columns and "H_m0" not in known:
+        raise WeatherError(f"{found.source}: no record of wave height: all {len(found)} are missing. Give weather that has them.")
+    return replace(found, columns=known)

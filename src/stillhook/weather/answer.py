@@ -52,7 +52,7 @@ def _hours(numbers: dict[str, Any]) -> dict[str, float]:
 
 
 def show_answer(weather: Weather) -> dict[str, Any]:
-    """What a series holds, column by column [SI]; of directions the mean direction. absent: time in gaps [s]."""
+    """What a series holds, column by column [SI]; of directions the mean direction, least and most. absent: time in gaps [s]."""
     apart = np.diff(seconds(weather.time))
     broken = gaps(weather.time, weather.step)
     return (
@@ -69,7 +69,7 @@ def _column(name: str, x: FloatArray) -> dict[str, float | int | None]:
         return counts | dict.fromkeys(("min", "mean", "p90", "max"))
     if KIND[name] == "angle":
         mean = float(np.angle(np.mean(np.exp(1j * known)))) % FULL
-        return counts | {"min": None, "mean": mean, "p90": None, "max": None}
+        return counts | {"min": float(known.min()), "mean": mean, "p90": None, "max": float(known.max())}
     return counts | {
         "min": float(known.min()), "mean": float(known.mean()), "p90": float(np.percentile(known, 90.0)), "max": float(known.max())
     }  # fmt: skip
