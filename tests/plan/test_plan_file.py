@@ -292,6 +292,14 @@ BAD = [
     ),
     ('kind = "landing"', 'kind = "landing"\nlimits = { landing-speed = true }', ['limits.landing-speed = true: give a text, such as "0.3 m/s" or "off"']),
     ('kind = "splash-zone"', 'kind = "splash-zone"\nlimits = { slack-sling = 0.2 }', ['a bare number; write it as text, "0.2"']),
+    (
+        '"manifold-60t"', '{ name = "tank", mass = "30 t", volume = "30 m^3", shape = "plate", length = "9 m", width = "9 m", height = "1 m" }',
+        ['payload "tank": it floats, or nearly: it weighs 30 t', "displace 30.75 t of water. Check mass and volume."],
+    ),
+    (
+        'T_POP = "4 h"', 'T_POP = "4 h"\n[weather]\nfile = "SYNTHETIC-norwegian-sea"',
+        ["environment.headings 180 deg: none can be kept within 15 deg (heading_tolerance)", "165, 180 and 195 deg, a smaller heading_tolerance, or weather.ship"],
+    ),
     ('T_POP = "4 h"', "T_POP = 8", ["operation.T_POP = 8", '"8 h"']),
     ('kind = "deep"', 'kind = "deep"\nmode = "ssc"', ['"deep"', "deep has one of ahc, manual; controllers are told by alternatives"]),
     ("[operation]", "[wire]\nnodes = 0\n[operation]", ["plan.toml: wire.nodes = 0: "]),

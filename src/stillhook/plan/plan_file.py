@@ -12,8 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from stillhook.crane import content
-from stillhook.engine.lift_checks import check_lift
-from stillhook.errors import LiftError, PlanError, ScenarioError, SeaError, UnitError, WeatherError
+from stillhook.errors import PlanError, ScenarioError, WeatherError
 from stillhook.io.fields import Fields, described
 from stillhook.io.lift_file import parts_of, payload_of, water_of
 from stillhook.io.lift_place import boom_of, depth_notes, still_place
@@ -23,15 +22,17 @@ from stillhook.library import load_crane
 from stillhook.library.files import nearest, shelf, toml_text
 from stillhook.library.weather import weather_file
 from stillhook.plan.alternatives import Alternative
-from stillhook.plan.courses import CLOSE, Water, called, joined
+from stillhook.plan.courses import Water, joined
+from stillhook.plan.hangs import check_sinks, check_tips, check_wire
 from stillhook.plan.lift_plan import ALL, Environment, LiftPlan, WeatherUse
 from stillhook.plan.phases import Phase
 from stillhook.plan.rule_file import limit_text, load_rules, rules_of
 from stillhook.plan.rules import RuleSet
 from stillhook.plan.sea_range import spelled
+from stillhook.plan.weather_value import check_headings
 from stillhook.sea.rao import Rao
 from stillhook.sea.tip import TipPoint
-from stillhook.units import came, number, show
+from stillhook.units import came, number
 from stillhook.weather.mapped import mapped
 
 SHELF = "plans"
@@ -98,6 +99,7 @@ def _plan(table: Mapping[str, Any], file: Path) -> LiftPlan:
     top.need("crane", "vessel", "payload", "water", "environment")
     depth, rho = water_of(top)
     payload = payload_of(top, file.parent)
+    check_sinks(payload, rho)
     rules = _rules(top, file.parent)
     phases = joined(_phases(table.get("phase"), rules), Water(depth, payload.reach(rho)))
     for phase in phases:
@@ -124,8 +126,10 @@ def _plan(table: Mapping[str, Any], file: Path) -> LiftPlan:
         notes=(*notes, *_ideal(table, phases), *depth_notes(vessel, max(environment.Tp), depth)),
         **given,
     )
-    _check_tips(plan, top)
-    _check_wire(plan)
+    check_tips(plan, boom_of(top) if "boom" in top else None)
+    check_wire(plan)
+    if plan.weather is not None:
+        check_headings(plan, plan.weather.ship)
     return replace(plan, digest=_digest(plan))
 
 
@@ -253,36 +257,6 @@ def _weather(top: Fields, folder: Path) -> WeatherUse | None:
         raise table.wrong("date_order", f"is not one of {', '.join(ORDERS)}.")
     time = table.text("time") if "time" in table else None
     return WeatherUse(file, table.quantity("ship", "angle"), sense, columns, time, order)
-
-
-def _check_tips(plan: LiftPlan, top: Fields) -> None:
-    """The crane reaches every place that a phase names, and what hangs fits under it."""
-    boom = boom_of(top) if "boom" in top else None
-    room = plan.payload.height + plan.rigging.height
-    for phase in plan.phases:
-        try:
-            at = plan.tip_of(phase)
-            if phase.tip is not None and boom is not None:
-                boom.reaching(at.x, at.y, at.z)
-        except (SeaError, UnitError) as e:
-            raise PlanError(f"{called(phase)}: {e}") from None
-        highest = max(z for z in (phase.start, phase.end) if z is not None)
-        free = _height(at) - room - highest
-        if free <= 0.0:
-            raise PlanError(
-                f"{called(phase)}: underside at {show(highest, 'length')}, payload and rigging {show(room, 'length')} high: they cannot "
-                f"hang under the crane tip at {show(_height(at), 'length')}. Raise the tip, or lower the heights."
-            )
-
-
-def _check_wire(plan: LiftPlan) -> None:
-    """The crane may carry the payload, and has wire for the deepest phase."""
-    deepest = min(plan.phases, key=lambda phase: min(phase.start or 0.0, phase.end or 0.0))
-    z = max(min(deepest.start or 0.0, deepest.end or 0.0), -plan.depth + CLOSE)
-    try:
-        check_lift(plan.crane, plan.hanging(z))
-    except LiftError as e:
-        raise PlanError(f"{called(deepest)}: {str(e).replace('z_0 = ', 'underside at ')}") from None
 
 
 def _digest(plan: LiftPlan) -> str:

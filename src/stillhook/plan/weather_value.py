@@ -130,7 +130,7 @@ def seas_of(plan: LiftPlan, weather: Weather) -> tuple[Records, tuple[str, ...]]
     notes = []
     periods, said = _periods(weather, len(Hs))
     notes += [said] if said else []
-    _check_headings(plan, ship)
+    check_headings(plan, ship)
     if ship is None:
         notes.append("vessel free to turn: each record at the best heading of the table")
         return Records(Hs, periods, None), tuple(notes)
@@ -144,15 +144,16 @@ def seas_of(plan: LiftPlan, weather: Weather) -> tuple[Records, tuple[str, ...]]
     return Records(Hs, periods, relative(weather.columns["come_from"], ship)), tuple(notes)
 
 
-def _check_headings(plan: LiftPlan, ship: float | None) -> None:
-    """Refuse headings that tell of no sea from beside them."""
+def check_headings(plan: LiftPlan, ship: float | None) -> None:
+    """Refuse headings that tell of no sea from beside them. Errors: PlanError; ship as in `WeatherUse`."""
     env = plan.environment
     headings, tolerance = np.array(env.headings), env.heading_tolerance
     there = ", ".join(show(beta, "angle", 4) for beta in env.headings)
     if ship is None and not kept(headings, tolerance).any():
         raise PlanError(
             f"environment.headings {there}: none can be kept within {show(tolerance, 'angle', 4)} (heading_tolerance), for no neighbours "
-            "span that on both sides of it. For weather, give headings such as 165, 180 and 195 deg."
+            "span that on both sides of it. For weather, give headings on both sides such as 165, 180 and 195 deg, a smaller "
+            "heading_tolerance, or weather.ship."
         )
     apart = np.diff(np.sort(np.append(headings, headings.min() + FULL)))
     if ship is not None and not (apart <= 2.0 * tolerance * (1.0 + SAME)).any():
