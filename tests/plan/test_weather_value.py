@@ -183,6 +183,19 @@ def test_days_gained_are_taken_over_starts_from_which_both_get_their_window(plan
     assert float(block["n_censored"].sel(credit="twin", alternative="none", month=0)) > HOURS // 2
 
 
+def test_records_that_the_table_does_not_reach_are_told_for_they_are_no_bad_weather(plan, season):
+    long = replace(season, columns={**season.columns, "T_p": np.where(np.arange(HOURS) % 4 == 0, 16.0, 8.0)})
+    said = "25 % of the records lie above 14 s, the highest period of the table"
+    assert f"{said}: counted as not workable" in seas_of(plan, long)[1]
+    held = replace(plan, weather=WeatherUse("season", ship=0.0))
+    beta = [math.degrees(b) for b in plan.environment.headings]
+    outside = 100.0 * (1.0 - (max(beta) - min(beta)) / 360.0)  # waves come from all round
+    (line,) = (note for note in seas_of(held, long)[1] if "counted as not workable" in note)
+    assert line.startswith(said)
+    assert float(line.split(", ")[-1].split(" %")[0]) == pytest.approx(outside, abs=0.5)  # a degree between records
+    assert not any("counted as" in note for note in seas_of(plan, season)[1])
+
+
 def test_headings_without_neighbours_tell_nothing_of_a_real_sea_and_are_refused(plan, season):
     lone = replace(plan, environment=replace_headings(plan, "180 deg"))
     with pytest.raises(PlanError, match=r"headings 180 deg: none can be kept within 15 deg .* such as 165, 180 and 195 deg"):

@@ -19,7 +19,7 @@ from stillhook.errors import PlanError, WeatherError
 from stillhook.plan.alternatives import Alternative
 from stillhook.plan.lift_plan import LiftPlan
 from stillhook.plan.result import CREDITS, Credit
-from stillhook.plan.table import SAME, Axes, Governed, LimitTable, kept
+from stillhook.plan.table import SAME, Axes, Governed, LimitTable, bracketed, kept
 from stillhook.sea.directions import FULL, relative
 from stillhook.sea.parametric import Jonswap, pierson_moskowitz
 from stillhook.sea.weather import Weather
@@ -133,6 +133,7 @@ def seas_of(plan: LiftPlan, weather: Weather) -> tuple[Records, tuple[str, ...]]
     check_headings(plan, ship)
     if ship is None:
         notes.append("vessel free to turn: each record at the best heading of the table")
+        notes += _outside(plan, periods, None)
         return Records(Hs, periods, None), tuple(notes)
     if "come_from" not in weather.columns:
         why = next((f" ({note})" for note in weather.notes if "direction" in note), "")
@@ -141,7 +142,20 @@ def seas_of(plan: LiftPlan, weather: Weather) -> tuple[Records, tuple[str, ...]]
             "Say what the file's directions mean by weather.sense, or leave weather.ship out."
         )
     notes.append(f"vessel's heading fixed at {show(ship, 'angle', 4)} from north")
-    return Records(Hs, periods, relative(weather.columns["come_from"], ship)), tuple(notes)
+    beta = relative(weather.columns["come_from"], ship)
+    return Records(Hs, periods, beta), (*notes, *_outside(plan, periods, beta))
+
+
+def _outside(plan: LiftPlan, periods: tuple[FloatArray, ...], beta: FloatArray | None) -> list[str]:
+    """How many of the records the plan's table does not reach, where its limit is 0 m: that is the table's and not the weather's."""
+    env = plan.environment
+    highest = max(env.Tp)
+    high = np.any([period > highest for period in periods], axis=0)
+    said = [f"{100.0 * high.mean():.3g} % of the records lie above {highest:g} s, the highest period of the table"] if high.any() else []
+    if beta is not None:
+        aside = np.isfinite(beta) & ~bracketed(np.array(env.headings), env.heading_tolerance, beta)[1]
+        said += [f"{100.0 * aside.mean():.3g} % of the records have waves outside the table's headings"] if aside.any() else []
+    return [f"{', '.join(said)}: counted as not workable"] if said else []
 
 
 def check_headings(plan: LiftPlan, ship: float | None) -> None:
