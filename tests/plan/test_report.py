@@ -355,3 +355,74 @@ def test_a_report_that_cannot_be_set_leaves_nothing_behind(result, tmp_path, mon
     with pytest.raises(PlanError, match="cannot be set"):
         save_report(result, tmp_path / "out")
     assert not (tmp_path / "out").exists()
+
+
+def refused(folder: Path, capsys) -> str:
+    """The one line by which the command refuses a folder, which it leaves as it is."""
+    before = {path.name: path.read_bytes() for path in folder.iterdir()}
+    assert command(["report", str(folder)]) == 2
+    error = capsys.readouterr().err.strip().removeprefix("drawing and setting the report ...").strip()
+    assert error.startswith("error: ")
+    assert error.count("\n") == 0
+    assert {path.name: path.read_bytes() for path in folder.iterdir()} == before
+    return error
+
+
+def damaged(saved: Path, folder: Path, *, known: bool = True, numbers=lambda raw: raw, facts=lambda told: told) -> Path:
+    """A copy of results with numbers (bytes) or facts changed; known: whether the facts tell the hash of the numbers."""
+    folder.mkdir()
+    told = json.loads((saved / "plan.json").read_text())
+    if not known:
+        del told["numbers_sha256"]
+    (folder / "plan.json").write_text(json.dumps(facts(told)))
+    (folder / "plan.nc").write_bytes(numbers((saved / "plan.nc").read_bytes()))
+    return folder
+
+
+def turned(raw: bytes, at: int) -> bytes:
+    return raw[:at] + bytes([raw[at] ^ 0xFF]) + raw[at + 1 :]
+
+
+def test_a_turned_byte_anywhere_in_the_numbers_is_refused(saved, tmp_path, capsys):
+    size = (saved / "plan.nc").stat().st_size
+    for i, at in enumerate(range(0, size, size // 7)):
+        folder = damaged(saved, tmp_path / str(i), numbers=lambda raw, at=at: turned(raw, at))
+        assert "plan.nc: not as it was written with plan.json: damaged, or of another plan. Run the plan again." in refused(folder, capsys)
+
+
+def test_numbers_that_break_off_are_refused_even_where_no_hash_is_known(saved, tmp_path, capsys):
+    for part in (0.0, 0.3, 0.97):
+        folder = damaged(saved, tmp_path / str(part), known=False, numbers=lambda raw, part=part: raw[: int(part * len(raw))])
+        assert "plan.nc: not the numbers of a plan" in refused(folder, capsys)
+
+
+def test_damage_of_any_kind_in_numbers_without_a_hash_never_ends_in_a_traceback(saved, tmp_path):
+    for at in range(0, 4000, 500):
+        folder = damaged(saved, tmp_path / str(at), known=False, numbers=lambda raw, at=at: turned(raw, at))
+        try:
+            load_plan_result(folder)
+        except PlanError as e:
+            assert "\n" not in str(e)  # noqa: PT017 - some bytes mean nothing: then it is read
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "said"),
+    [
+        ("phases", "x", 'plan.json: not the facts of a plan: phases = "x": it must be a list. Run the plan again.'),
+        ("phases", [{"name": 3}], "phases[0].name = 3: it must be a text"),
+        ("operation", {"T_POP": "8 h"}, 'operation.T_POP = "8 h": it must be a number'),
+        ("rules", [], "rules = []: it must be a table"),
+        ("date", "yesterday", 'date = "yesterday": it must be a date'),
+        ("alternatives", [], "its facts name other alternatives than its numbers"),
+        ("crane", {"name": "crane"}, "crane.title: missing"),
+        ("remarks", "none", "remarks"),
+    ],
+)
+def test_facts_of_a_wrong_kind_are_refused_by_their_name(saved, tmp_path, capsys, key, value, said):
+    assert said in refused(damaged(saved, tmp_path / "odd", facts=lambda told: {**told, key: value}), capsys)
+
+
+@pytest.mark.parametrize("key", ["summary", "limits", "operation"])
+def test_facts_without_an_essential_part_are_refused(saved, tmp_path, capsys, key):
+    folder = damaged(saved, tmp_path / "part", facts=lambda told: {k: v for k, v in told.items() if k != key})
+    assert f'report of "made-up": its facts lack {key}. Run the plan again.' in refused(folder, capsys)

@@ -29,11 +29,12 @@ def report(results: Results, out: Out = None, figures: Figures = False, json: Js
     Example: stillhook report my-plan
     """
     from stillhook.plan.plan_files import PLAN_FILES, load_plan_result
-    from stillhook.plan.report import save_report
+    from stillhook.plan.report import check, save_report
     from stillhook.plan.report_sheet import headline
 
     found = load_plan_result(results)
     folder = out or (results.parent if results.name in PLAN_FILES else results)
+    check(found)
     say("drawing and setting the report ...")
     names = save_report(found, folder, figures=figures)
     told = headline(found)

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from stillhook.errors import PlanError
 from stillhook.io.results import save_json
+from stillhook.plan.facts_check import odd_fact
 from stillhook.plan.report import REPORT_FILES, write_report
 from stillhook.plan.result import BLOCKS, PlanResult
 from stillhook.units import came
@@ -20,6 +22,10 @@ NUMBERS, FACTS = "plan.nc", "plan.json"
 PLAN_FILES = (NUMBERS, FACTS)
 OUT_FILES = (*REPORT_FILES, *PLAN_FILES)
 NEEDED = {"name", "Hs_lowest", "Hs_highest"}
+DIGITS = 18
+"""Most digits of a whole number among the facts."""
+HASH = "numbers_sha256"
+"""Key in the file of facts of the hash of the file of numbers that belongs to it."""
 
 
 def save_plan(result: PlanResult, folder: str | Path) -> Path:
@@ -44,7 +50,11 @@ def write_plan(result: PlanResult, part: Path) -> None:
         if name in result:
             block = result[name]
             block.to_netcdf(part / NUMBERS, engine="h5netcdf", mode="a", group=name, encoding=_packed(block))
-    save_json(dict(result.facts), part / FACTS)
+    save_json({**result.facts, HASH: _hash(part / NUMBERS)}, part / FACTS)
+
+
+def _hash(path: Path) -> str:
+    return hashlib.sha256(path.read_bytes()).hexdigest()
 
 
 def _packed(data: xarray.Dataset) -> dict[Any, dict[str, Any]]:
@@ -52,7 +62,8 @@ def _packed(data: xarray.Dataset) -> dict[Any, dict[str, Any]]:
 
 
 def load_plan_result(folder: str | Path) -> PlanResult:
-    """The result that `save_plan` wrote. Errors: PlanError, one line, for a folder without one, or whose files are of two plans."""
+    """The result that `save_plan` wrote. Errors: PlanError, one line, for a folder without one, and for files that are damaged,
+    changed in their shape, or of two plans."""
     where = Path(folder)
     if where.name in PLAN_FILES:
         where = where.parent
@@ -60,10 +71,11 @@ def load_plan_result(folder: str | Path) -> PlanResult:
         if not (where / name).is_file():
             raise PlanError(f"{came(str(folder))}: no {name} there. Give the folder that stillhook plan --out wrote.")
     facts = _facts(where / FACTS)
+    _check_hash(facts.pop(HASH, None), where)
     try:
         data, blocks = _datasets(where / NUMBERS)
-    except (OSError, ValueError, KeyError) as e:
-        raise PlanError(f"{where / NUMBERS}: not the numbers of a plan ({' '.join(str(e).split())[:120]}). Run the plan again.") from None
+    except Exception as e:  # a damaged file: h5netcdf raises whatever it stumbles over
+        raise PlanError(f"{where / NUMBERS}: not the numbers of a plan ({_in_a_line(e)}). Run the plan again.") from None
     if missing := NEEDED - set(data.attrs):
         raise PlanError(f"{where / NUMBERS}: not the numbers of a plan, {', '.join(sorted(missing))} missing. Run the plan again.")
     if data.attrs["name"] != facts["name"] or data.attrs.get("digest", "") != facts.get("digest", ""):
@@ -71,22 +83,44 @@ def load_plan_result(folder: str | Path) -> PlanResult:
     return PlanResult(data, facts, blocks)
 
 
+def _in_a_line(e: Exception) -> str:
+    return " ".join(str(e).split())[:120] or type(e).__name__
+
+
+def _check_hash(told: object, where: Path) -> None:
+    """Refuse numbers other than those that the facts were written with; facts of older versions tell no hash."""
+    try:
+        same = told is None or told == _hash(where / NUMBERS)
+    except OSError as e:
+        raise PlanError(f"{where / NUMBERS}: cannot be read ({_in_a_line(e)}).") from None
+    if not same:
+        raise PlanError(f"{where / NUMBERS}: not as it was written with {FACTS}: damaged, or of another plan. Run the plan again.")
+
+
+def _whole(digits: str) -> int:
+    if len(digits) > DIGITS:
+        raise ValueError(f"a number of {len(digits)} digits")
+    return int(digits)
+
+
 def _facts(path: Path) -> dict[str, Any]:
     try:
-        facts = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as e:
-        raise PlanError(f"{path}: not JSON ({' '.join(str(e).split())[:120]}). Run the plan again.") from None
+        facts = json.loads(path.read_text(encoding="utf-8"), parse_int=_whole)
+    except (OSError, ValueError, RecursionError) as e:
+        raise PlanError(f"{path}: not JSON ({_in_a_line(e)}). Run the plan again.") from None
     if not isinstance(facts, dict) or not isinstance(facts.get("name"), str):
         raise PlanError(f"{path}: not the facts of a plan. Run the plan again.")
+    if odd := odd_fact(facts):
+        raise PlanError(f"{path}: not the facts of a plan: {odd}. Run the plan again.")
     return facts
 
 
 def _datasets(path: Path) -> tuple[xarray.Dataset, dict[str, xarray.Dataset]]:
-    import h5netcdf
+    import h5py  # type: ignore[import-untyped]
     import xarray  # heavy: only where results are read
 
-    with h5netcdf.File(path) as file:
-        groups = [name for name in BLOCKS if name in file.groups]
+    with h5py.File(path) as file:
+        groups = [name for name in BLOCKS if name in file]
     read = []
     for group in (None, *groups):
         with xarray.open_dataset(path, engine="h5netcdf", group=group) as data:

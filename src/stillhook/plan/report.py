@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from stillhook.errors import PlanError
+from stillhook.plan.facts_check import odd_fact, odd_numbers, of_two
 from stillhook.plan.figures import pictures
 from stillhook.plan.report_page import html
 from stillhook.plan.report_pdf import pdf
@@ -14,7 +15,10 @@ from stillhook.whole import check_folder, whole_folder
 
 PDF, PAGE = "report.pdf", "report.html"
 REPORT_FILES = (PDF, PAGE)
-NEEDED = ("name", "date", "phases", "rules", "alternatives")
+NEEDED = (
+    "name", "date", "phases", "rules", "alternatives", "settings", "crane", "vessel", "payload", "place", "limited", "inputs", "operation",
+    "runs", "remarks", "not_covered", "summary", "limits",
+)  # fmt: skip
 """Facts without which there is no report."""
 FIGURE = "figure-"
 """Begins the names of figures that are written beside."""
@@ -25,8 +29,7 @@ def write_report(result: PlanResult, folder: Path, *, figures: bool = False) -> 
 
     figures: also every figure as a picture of its own. The same result gives the same bytes. Errors: PlanError where it cannot be set.
     """
-    if missing := [key for key in NEEDED if key not in result.facts]:
-        raise PlanError(f"report of {came(result.facts.get('name'))}: its facts lack {', '.join(missing)}. Run the plan again.")
+    check(result)
     drawn = pictures(result)
     content = {PDF: pdf(result, drawn), PAGE: html(result, drawn).encode()}
     if figures:
@@ -34,6 +37,16 @@ def write_report(result: PlanResult, folder: Path, *, figures: bool = False) -> 
     for name, data in content.items():
         (folder / name).write_bytes(data)
     return tuple(content)
+
+
+def check(result: PlanResult) -> None:
+    """Refuse results that no report can be made of. Errors: PlanError."""
+    if missing := [key for key in NEEDED if key not in result.facts]:
+        said = f"its facts lack {', '.join(missing)}"
+    else:
+        said = odd_fact(result.facts) or odd_numbers(result.data) or of_two(result.data, result.facts)
+    if said:
+        raise PlanError(f"report of {came(result.facts.get('name'))}: {said}. Run the plan again.")
 
 
 def save_report(result: PlanResult, folder: str | Path, *, figures: bool = False) -> tuple[str, ...]:
