@@ -112,7 +112,7 @@ def test_the_example_is_copied_to_be_edited_and_planned(tmp_path, capsys):
         (["no-such-lift.toml"], "no-such-lift.toml"),
         (["template-to-1500m", "elsewhere"], 'a folder stands after "example" only'),
         (["template-to-1500m", "--tier", "tmie"], 'tier "tmie": is none. Give one of closed-form, frequency, time'),
-        (["template-to-1500m", "--quick", "--alpha", "nobody"], "no such table of alpha factors"),
+        (["template-to-1500m", "--quick", "--alpha", "nobody"], '--alpha "nobody": no such table of alpha factors'),
         (["template-to-1500m", "--quick", "--tier", "time"], "--quick with --tier time: --quick is --tier frequency. Leave one of them out."),
         (["template-to-1500m", "--threads", "0"], "--threads"),
         (["template-to-1500m", "--quick", "--scheduler", "nowhere"], "--scheduler"),

@@ -22,6 +22,7 @@ from stillhook.plan.figure_parts import height, named
 from stillhook.plan.figures import closed_form as figures_of_closed
 from stillhook.plan.figures import differs, figures, limit_tables, pictures
 from stillhook.plan.figures_detail import depth, sensitivity
+from stillhook.plan.plan_file import load_plan
 from stillhook.plan.plan_files import load_plan_result, save_plan
 from stillhook.plan.report import save_report
 from stillhook.plan.report_page import html
@@ -426,3 +427,31 @@ def test_facts_of_a_wrong_kind_are_refused_by_their_name(saved, tmp_path, capsys
 def test_facts_without_an_essential_part_are_refused(saved, tmp_path, capsys, key):
     folder = damaged(saved, tmp_path / "part", facts=lambda told: {k: v for k, v in told.items() if k != key})
     assert f'report of "made-up": its facts lack {key}. Run the plan again.' in refused(folder, capsys)
+
+
+def test_the_box_tells_the_low_end_of_the_interval_and_what_was_assumed(result):
+    data = result.data.copy(deep=True)
+    at = {"credit": "credited", "alternative": "strong-ssc", "period": 8.0}
+    data["Hs_limit_low"].loc[at] = 1.9
+    data["Hs_limit"].loc[{"credit": "credited", "alternative": "none", "period": 5.0}] = 0.8
+    weather = result["weather"].assign_attrs(outside=0.34)
+    operation = {**result.facts["operation"], "T_POP_given": False}
+    odd = replace(result, data=data, facts={**result.facts, "operation": operation}, blocks={**result.blocks, "weather": weather})
+    said = " ".join(headline(odd)["said"])
+    assert "The estimate counts; the low end of its 95 % interval is Hs 1.90 m, in the 3 of 30 cells that tell one." in said
+    assert "T_POP 24 h (not given: the sum of the phases stands for it)" in said
+    assert re.search(r"Without compensation the waiting is flattered in \d+ of 30 cells \(below 1 m no alpha is told, and that of 1 m is taken\)", said)
+    assert "34 % of the records lie outside the table's periods and headings and count as not workable." in said
+    assert "not given" not in " ".join(headline(result)["said"])
+
+
+def test_what_is_not_computed_is_told_with_its_reason(result):
+    facts = {**result.facts, "not_computed": {"sensitivity": "no rule governs any cell"}}
+    assert "Not computed in this run: sensitivity (no rule governs any cell)." in told(
+        replace(result, facts=facts, blocks={k: v for k, v in result.blocks.items() if k != "sensitivity"})
+    )
+
+
+def test_a_plan_of_the_library_is_repeated_by_its_name(result):
+    assert load_plan("template-to-1500m").source == "template-to-1500m"
+    assert "To repeat: stillhook plan template-to-1500m " in told(replace(result, facts={**result.facts, "source": "template-to-1500m"}))

@@ -208,3 +208,10 @@ def replace_headings(plan, *headings):
     """The seas of a plan from other headings."""
     env = plan.environment
     return Environment(Hs=tuple(f"{h} m" for h in env.Hs), Tp=tuple(f"{t} s" for t in env.Tp), headings=headings)
+
+
+def test_shares_of_records_outside_the_table_stand_in_the_block(plan, season):
+    T_p = np.where(np.arange(HOURS) % 4 == 0, 30.0, 8.0)
+    _, block, _ = valued(plan, replace(season, columns={**season.columns, "T_p": T_p}), LIMITS)
+    assert block.attrs["above_period"] == block.attrs["outside"] == 0.25
+    assert block.attrs["outside_headings"] == block.attrs["no_direction"] == 0.0

@@ -79,7 +79,8 @@ class LiftPlan:
     """Everything a plan follows from.
 
     at: crane tip from the vessel's reference point, h_tip its height above still water [m]; depth of the water [m]; T_POP planned time of
-    the operation [s], T_C contingency (None: not assessed, T_R is then twice T_POP); alternatives side by side; digest of every input.
+    the operation [s] (T_POP_given: not the sum of the phases), T_C
+    contingency (None: not assessed, T_R is then twice T_POP); alternatives side by side; digest of every input.
     """
 
     name: str
@@ -95,6 +96,7 @@ class LiftPlan:
     rules: RuleSet = field(repr=False)
     T_POP: float
     T_C: float | None = None
+    T_POP_given: bool = True
     rigging: Rigging = field(default_factory=Rigging)
     wire: DeepWire = field(default_factory=DeepWire)
     winch: WinchSettings = field(default_factory=WinchSettings)

@@ -83,7 +83,7 @@ def load_plan(name_or_path: str | Path) -> LiftPlan:
     name = str(name_or_path)
     if name in plans():
         with as_file(files("stillhook.library") / SHELF / f"{name}.toml") as file:
-            return described(file, _plan)
+            return replace(described(file, _plan), source=name)
     have = f"{', '.join(plans())}"
     if not name.endswith(".toml") and not Path(name_or_path).exists():
         raise PlanError(f"No plan {came(name)}: the library has {have}{nearest(name, plans())} A file's name ends in .toml.")
@@ -122,6 +122,7 @@ def _plan(table: Mapping[str, Any], file: Path) -> LiftPlan:
         rules=rules,
         T_POP=T_POP,
         T_C=T_C,
+        T_POP_given=not notes,
         source=file.name,
         notes=(*notes, *_ideal(table, phases), *depth_notes(vessel, max(environment.Tp), depth)),
         **given,

@@ -25,7 +25,7 @@ from stillhook.plan.limits import Limits, limits_of
 from stillhook.plan.parts import Parts
 from stillhook.plan.plan_file import load_plan
 from stillhook.plan.reference import reference_blocks
-from stillhook.plan.remarks import facts_found
+from stillhook.plan.remarks import facts_found, not_computed
 from stillhook.plan.result import CREDITS, PlanResult
 from stillhook.plan.rules import Limited
 from stillhook.plan.table import Axes, chosen, gathered, governed
@@ -65,7 +65,7 @@ def plan(
     """
     asked, last = lift if isinstance(lift, LiftPlan) else load_plan(lift), tier_of(tier)
     begun, told = time.perf_counter(), Parts(progress)
-    table, records = load_alpha_table(alpha), weather_of(asked, weather)
+    table, records = load_alpha_table(alpha, "--alpha"), weather_of(asked, weather)
     if records is not None:
         seas_of(asked, records)  # refused now rather than after the runs
     axes, seas = Axes.of(asked), asked.environment.table()
@@ -92,6 +92,7 @@ def plan(
     blocks |= {} if twin is None else twin.blocks
     facts = facts_of(asked, by, Beside(tuple(t.value for t in UP_TO[last]), table, records))
     facts |= facts_found(asked, of, forecast, value, twin)
+    facts["not_computed"] = not_computed(asked, last, blocks)
     facts["summary"] = summary_of(of, of.shown(), blocks.get("weather"))
     facts["limits"] = rows_of(of, forecast, max(asked.environment.Hs))
     facts["runs"] |= {"wall": time.perf_counter() - begun}

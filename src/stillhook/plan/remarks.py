@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import Any
 
 import numpy as np
@@ -11,8 +11,10 @@ from stillhook.certified import CAP
 from stillhook.plan import closed_form
 from stillhook.plan.alternatives import Alternative
 from stillhook.plan.answer import Answered
+from stillhook.plan.demand import Tier
 from stillhook.plan.facts import SAYS, described
 from stillhook.plan.lift_plan import LiftPlan
+from stillhook.plan.phases import PhaseKind
 from stillhook.plan.reference import reference_of
 from stillhook.plan.table import TIERS, LimitTable, untold
 from stillhook.plan.twin_tier import TwinTier
@@ -65,10 +67,26 @@ def operation(plan: LiftPlan, of: Answered, forecast: Forecast) -> dict[str, Any
     cell = (1, i, at.heading, at.period)
     named = {"name": table.name, **{key: table.texts.get(key, "") for key in ("version", "standard", "edition", "clause", "note")}}
     return {
-        "T_POP": plan.T_POP, "T_C": plan.T_C, "T_R": forecast.T_R, "weather_restricted": forecast.restricted,
+        "T_POP": plan.T_POP, "T_POP_given": plan.T_POP_given, "T_C": plan.T_C, "T_R": forecast.T_R,
+        "weather_restricted": forecast.restricted,
         "alternative": of.shown().value, "Tp": at.Tp, "beta": at.beta, "OP_LIM": float(min(of.Hs[cell], max(plan.environment.Hs))),
-        "alpha": float(forecast.alpha[cell]), "op_wf": float(forecast.op_wf[cell]), "alpha_table": named,
+        "alpha": float(forecast.alpha[cell]), "op_wf": float(forecast.op_wf[cell]),
+        "alpha_table": {**named, "Hs_lowest": float(table.Hs[0])},
     }  # fmt: skip
+
+
+def not_computed(plan: LiftPlan, tier: Tier, blocks: Collection[str]) -> dict[str, str]:
+    """Why blocks that a report shows are not there, by their name."""
+    still = not any(phase.compensated for phase in plan.phases)
+    road = "the closed form alone was asked" if tier is Tier.CLOSED_FORM else "no phase is compensated" if still else ""
+    ran = "" if tier is Tier.TIME else "the twin was not run in time (--tier time)"
+    lands = any(phase.kind is PhaseKind.LANDING for phase in plan.phases)
+    why = {
+        "depth": road, "efficiency": road, "sensitivity": road or "no rule governs any cell",
+        "landing": ran or ("no limit was found at the middle period" if lands else "the plan has no landing"),
+        "convergence": ran or "no limit was found by runs at the middle period",
+    }  # fmt: skip
+    return {name: text for name, text in why.items() if name not in blocks}
 
 
 def remarks(plan: LiftPlan, of: Answered, forecast: Forecast, value: WeatherValue | None) -> list[str]:

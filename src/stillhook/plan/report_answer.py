@@ -43,6 +43,10 @@ RUN = ("frequency", "time")
 """Tiers that ask the twin."""
 CENSORED = 0.02
 """Share of starts without a window from which on waiting is told to be longer."""
+NONE, LOWEST = "none", 1.0
+"""The alternative without compensation, and the lowest height [m] of the usual tables of forecast factors."""
+OUTSIDE = 0.005
+"""Share of records outside the table from which on it is told."""
 NAMED = 3
 """Phases and rules that are named as governing at most."""
 PERIODS, HEADINGS = 12, 4
@@ -70,7 +74,18 @@ def _seas(result: PlanResult) -> str:
 
 def _credited(result: PlanResult, name: str) -> str:
     Hs = limits(result, CREDITED, name)
-    return f"Credited limit with {named(name)}: Hs {between(Hs, highest(result))} for {_seas(result)}. {_mostly(result, name, CREDITED)}"
+    said = f"Credited limit with {named(name)}: Hs {between(Hs, highest(result))} for {_seas(result)}."
+    return f"{said}{_ends(result, name)} {_mostly(result, name, CREDITED)}"
+
+
+def _ends(result: PlanResult, name: str) -> str:
+    """The low ends of the limits' 95 % intervals, and that the estimates count."""
+    low = np.asarray(result.data["Hs_limit_low"].sel(credit=CREDITED, alternative=name).values, dtype=float)
+    told = np.isfinite(low)
+    if not told.any():
+        return ""
+    where = "" if told.all() else f", in the {int(told.sum())} of {told.size} cells that tell one"
+    return f" The estimate counts; the low end of its 95 % interval is Hs {between(low, highest(result))}{where}."
 
 
 def _mostly(result: PlanResult, name: str, credit: Credit) -> str:
@@ -117,7 +132,8 @@ def _operation(result: PlanResult, name: str) -> str:
     here = result.data.sel(credit=CREDITED, alternative=name)
     alpha, op_wf = (np.asarray(here[k].values, dtype=float) for k in ("alpha", "op_wf")) if "alpha" in here else (np.array([]),) * 2
     told = alpha[np.isfinite(alpha)]
-    said = f"T_POP {hours(op.get('T_POP'))}, {contingency}: T_R {hours(op.get('T_R'))}, {kind}."
+    summed = "" if op.get("T_POP_given", True) else " (not given: the sum of the phases stands for it)"
+    said = f"T_POP {hours(op.get('T_POP'))}{summed}, {contingency}: T_R {hours(op.get('T_R'))}, {kind}."
     if told.size:
         ends = "" if told.min() == told.max() else f" to {told.max():.2f}"
         said += f" alpha {told.min():.2f}{ends}: forecast limit OP_WF Hs {between(op_wf[np.isfinite(alpha)], math.inf)}."
@@ -139,9 +155,27 @@ def _waiting(result: PlanResult, name: str) -> list[str]:
     )
     tail = f" Vessel days gained each operation, credited: {', '.join(gains)}." if gains else ""
     operability = percent(float(here["operability"]))
-    tail += _censored(block, here)
+    tail += _flattered(result) + _beyond(block) + _censored(block, here)
     said = f"Waiting for a window of {hours(block.attrs.get('T_R'))} ({mark}whole year): {waits}; operability {operability}.{tail}"
     return [said]
+
+
+def _flattered(result: PlanResult) -> str:
+    """That limits without compensation which lie below the table of forecast factors are compared by its lowest factor."""
+    lowest = ((result.facts.get("operation") or {}).get("alpha_table") or {}).get("Hs_lowest", LOWEST)
+    if NONE not in names(result.data):
+        return ""
+    Hs = limits(result, CREDITED, NONE)
+    below = int(((Hs > 0.0) & (Hs < lowest)).sum())
+    why = f"below {lowest:g} m no alpha is told, and that of {lowest:g} m is taken"
+    return f" Without compensation the waiting is flattered in {below} of {Hs.size} cells ({why}): gains over it are at least these." if below else ""
+
+
+def _beyond(block: xarray.Dataset) -> str:
+    """How much of the weather the table does not reach, where it is some."""
+    part = float(block.attrs.get("outside", 0.0))
+    said = f" {percent(part)} of the records lie outside the table's periods and headings and count as not workable."
+    return said if part >= OUTSIDE else ""
 
 
 def _censored(block: xarray.Dataset, here: xarray.Dataset) -> str:

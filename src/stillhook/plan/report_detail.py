@@ -205,6 +205,8 @@ def _series(result: PlanResult) -> list[tuple[str, str]]:
         rows.append(("from, to", f"{attrs['first']} to {attrs.get('last', '-')}"))
     rows.append(("hours, gaps", f"{_count(here, 'n_hours')} h, {_count(here, 'n_gaps')} gaps"))
     rows.append(("window", f"T_R = {hours(attrs.get('T_R', attrs.get('window')))}"))
+    if "outside" in attrs:
+        rows.append(("outside the table", f"{percent(float(attrs['outside']))} of the records: counted as not workable"))
     if attrs.get("limit"):
         rows.append(("limit", str(attrs["limit"])))
     rows.append(("vessel's heading", _ship(attrs)))
@@ -260,7 +262,9 @@ def behind(result: PlanResult) -> list[Part]:
             parts += [text(str(notes))] if isinstance(notes, str) and notes else []
             parts += _sensitivity(result) if name == "sensitivity" else []
     missing = [name for name in captions if name not in result]
-    return [*parts, text(f"Not computed in this run: {', '.join(missing)}.")] if missing else parts
+    why = result.facts.get("not_computed") or {}
+    said = [f"{name} ({why[name]})" if why.get(name) else name for name in missing]
+    return [*parts, text(f"Not computed in this run: {', '.join(said)}.")] if missing else parts
 
 
 def _sensitivity(result: PlanResult) -> list[Part]:

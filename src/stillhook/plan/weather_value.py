@@ -148,14 +148,27 @@ def seas_of(plan: LiftPlan, weather: Weather) -> tuple[Records, tuple[str, ...]]
 
 def _outside(plan: LiftPlan, periods: tuple[FloatArray, ...], beta: FloatArray | None) -> list[str]:
     """How many of the records the plan's table does not reach, where its limit is 0 m: that is the table's and not the weather's."""
-    env = plan.environment
-    highest = max(env.Tp)
-    high = np.any([period > highest for period in periods], axis=0)
-    said = [f"{100.0 * high.mean():.3g} % of the records lie above {highest:g} s, the highest period of the table"] if high.any() else []
-    if beta is not None:
-        aside = np.isfinite(beta) & ~bracketed(np.array(env.headings), env.heading_tolerance, beta)[1]
-        said += [f"{100.0 * aside.mean():.3g} % of the records have waves outside the table's headings"] if aside.any() else []
+    words = {
+        "above_period": f"lie above {max(plan.environment.Tp):g} s, the highest period of the table",
+        "outside_headings": "have waves outside the table's headings",
+        "no_direction": "tell no direction",
+    }
+    found = outside(plan, periods, beta)
+    said = [f"{100.0 * found[key]:.3g} % of the records {text}" for key, text in words.items() if found[key] > 0.0]
     return [f"{', '.join(said)}: counted as not workable"] if said else []
+
+
+def outside(plan: LiftPlan, periods: tuple[FloatArray, ...], beta: FloatArray | None) -> dict[str, float]:
+    """Shares of records that the plan's table does not reach: above its highest period (periods (n,) [s], of which one is enough), beside
+    its headings or without a direction (beta (n,) [rad]; None where the vessel turns); outside: any of these."""
+    env = plan.environment
+    high = np.any([period > max(env.Tp) for period in periods], axis=0)
+    aside, blind = np.zeros_like(high), np.zeros_like(high)
+    if beta is not None:
+        blind = np.isnan(beta)
+        aside = ~blind & ~bracketed(np.array(env.headings), env.heading_tolerance, beta)[1]
+    parts = {"above_period": high, "outside_headings": aside, "no_direction": blind, "outside": high | aside | blind}
+    return {key: float(part.mean()) for key, part in parts.items()}
 
 
 def check_headings(plan: LiftPlan, ship: float | None) -> None:
@@ -221,12 +234,13 @@ def _described(plan: LiftPlan, weather: Weather, forecast: Forecast) -> dict[str
     """Attributes of the block: weather, window, vessel, forecast factors."""
     ship = None if plan.weather is None else plan.weather.ship
     first, last = (np.datetime_as_string(weather.time[k], unit="m") for k in (0, -1))
+    seas, _ = seas_of(plan, weather)
     synthetic = any(SYNTHETIC in text.lower() for text in (weather.source, *weather.notes))
     return {
         "source": weather.source, "synthetic": int(synthetic), "first": str(first), "last": str(last), "step": weather.step,
         "window": forecast.T_R, "T_R": forecast.T_R, "T_POP": plan.T_POP, "alpha_table": forecast.table.source,
         "limit": "wave height at most OP_WF of its period and direction", "free": int(ship is None),
-        "ship": math.nan if ship is None else ship,
+        "ship": math.nan if ship is None else ship, **outside(plan, seas.periods, seas.beta),
     }  # fmt: skip
 
 

@@ -78,12 +78,15 @@ def alpha_tables() -> tuple[str, ...]:
     return tuple(sorted(file.stem for file in _SHELF.glob("*.toml")))
 
 
-def load_alpha_table(name_or_path: str = DEFAULT) -> AlphaTable:
-    """A table by name or from a file of one's own. Errors: WeatherError of one line that names file and field."""
+def load_alpha_table(name_or_path: str = DEFAULT, option: str = "--table") -> AlphaTable:
+    """A table by name or from a file of one's own; option by which it was asked for.
+
+    Errors: WeatherError of one line that names file and field.
+    """
     own = Path(name_or_path)
     if name_or_path not in alpha_tables() and not own.suffix:
         raise WeatherError(
-            f"--table {came(name_or_path)}: no such table of alpha factors. There are {', '.join(alpha_tables())}"
+            f"{option} {came(name_or_path)}: no such table of alpha factors. There are {', '.join(alpha_tables())}"
             f"{nearest(name_or_path, alpha_tables())[:-1]}, or give a TOML file."
         )
     file = _SHELF / f"{name_or_path}.toml" if name_or_path in alpha_tables() else own
