@@ -168,7 +168,8 @@ def _flattered(result: PlanResult) -> str:
     Hs = limits(result, CREDITED, NONE)
     below = int(((Hs > 0.0) & (Hs < lowest)).sum())
     why = f"below {lowest:g} m no alpha is told, and that of {lowest:g} m is taken"
-    return f" Without compensation the waiting is flattered in {below} of {Hs.size} cells ({why}): gains over it are at least these." if below else ""
+    said = f" Without compensation the waiting is flattered in {below} of {Hs.size} cells ({why}): gains over it are at least these."
+    return said if below else ""
 
 
 def _beyond(block: xarray.Dataset) -> str:
