@@ -17,6 +17,7 @@ from stillhook.plan.limits import limits_of
 from stillhook.plan.plan_file import load_plan
 from stillhook.plan.plan_files import load_plan_result, save_plan
 from stillhook.plan.planning import plan
+from stillhook.plan.report import check
 from stillhook.plan.table import Axes, chosen, gathered, governed
 from stillhook.weather.alpha import load_alpha_table
 
@@ -176,3 +177,9 @@ def test_every_input_stands_with_its_hash(found):
     assert {"plan", "crane", "vessel", "payload", "rules", "forecast factors", "weather"} <= set(inputs)
     assert all(len(digest) == 64 for digest in inputs.values())
     assert found.data.attrs["digest"] == found.facts["digest"]
+
+
+def test_what_a_plan_did_not_compute_has_its_reason_and_its_facts_have_the_shape_that_a_report_asks(found):
+    assert set(found.facts["not_computed"]) == {"landing", "convergence"}
+    assert found.facts["not_computed"]["landing"] == "no runs in the time domain were asked: --tier time"
+    check(found)

@@ -87,10 +87,10 @@ def _odd(value: Any, shape: Shape, where: str) -> str:
         right = isinstance(value, shape) and (not isinstance(value, bool) or bool in shape)
         return "" if right else f"{where} = {came(value)}: it must be a {' or '.join(dict.fromkeys(WORDS[each] for each in shape))}"
     if isinstance(shape, list):
-        if not isinstance(value, list):
+        if not isinstance(value, list | tuple):
             return f"{where} = {came(value)}: it must be a list"
         return next((said for i, each in enumerate(value) if (said := _odd(each, shape[0], f"{where}[{i}]"))), "")
-    if not isinstance(value, dict):
+    if not isinstance(value, Mapping):
         return f"{where} = {came(value)}: it must be a table"
     for key, inner in shape.items():
         name = key.removesuffix("?")

@@ -79,7 +79,7 @@ def not_computed(plan: LiftPlan, tier: Tier, blocks: Collection[str]) -> dict[st
     """Why blocks that a report shows are not there, by their name."""
     still = not any(phase.compensated for phase in plan.phases)
     road = "the closed form alone was asked" if tier is Tier.CLOSED_FORM else "no phase is compensated" if still else ""
-    ran = "" if tier is Tier.TIME else "the twin was not run in time (--tier time)"
+    ran = "" if tier is Tier.TIME else "no runs in the time domain were asked: --tier time"
     lands = any(phase.kind is PhaseKind.LANDING for phase in plan.phases)
     why = {
         "depth": road, "efficiency": road, "sensitivity": road or "no rule governs any cell",
