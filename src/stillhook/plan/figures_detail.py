@@ -157,5 +157,5 @@ def convergence(block: xarray.Dataset) -> Figure:
         ax.set_xlabel("seeds", fontsize="small")
     for ax in axes[:, 0]:
         ax.set_ylabel("demand over limit [-]", fontsize="small")
-    figure.suptitle("Convergence: band is the 95 % interval of the Gumbel fit", fontsize="medium")
+    figure.suptitle("Convergence: band is the 95 % interval (surface passages and touch-downs: by order statistics)", fontsize="medium")
     return figure
