@@ -17,6 +17,7 @@ from stillhook.plan.limits import limits_of
 from stillhook.plan.plan_file import load_plan
 from stillhook.plan.plan_files import load_plan_result, save_plan
 from stillhook.plan.planning import plan
+from stillhook.plan.remarks import without_runs
 from stillhook.plan.report import check
 from stillhook.plan.table import Axes, chosen, gathered, governed
 from stillhook.weather.alpha import load_alpha_table
@@ -183,3 +184,9 @@ def test_what_a_plan_did_not_compute_has_its_reason_and_its_facts_have_the_shape
     assert set(found.facts["not_computed"]) == {"landing", "convergence"}
     assert found.facts["not_computed"]["landing"] == "no runs in the time domain were asked: --tier time"
     check(found)
+
+
+def test_a_planwithout_runs_says_what_the_road_levels_out():
+    found = without_runs(load_plan("template-to-1500m"))
+    assert len(found) == 1
+    assert found[0].startswith("frequency road, upper water")

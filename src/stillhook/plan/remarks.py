@@ -32,8 +32,19 @@ def facts_found(plan: LiftPlan, of: Answered, forecast: Forecast, value: Weather
         "operation": operation(plan, of, forecast),
         "phases": phases(plan, of, twin),
         "runs": {} if twin is None else dict(twin.runs),
-        "remarks": [*remarks(plan, of, forecast, value), *(() if twin is None else twin.notes)],
+        "remarks": [*remarks(plan, of, forecast, value), *(without_runs(plan) if twin is None else twin.notes)],
     }
+
+
+def without_runs(plan: LiftPlan) -> list[str]:
+    """What a reader of limits without runs of the twin must know."""
+    by_hand = [p.name for p in plan.phases if p.kind is PhaseKind.LOWERING and not p.compensated]
+    if not by_hand:
+        return []
+    return [
+        f"frequency road, {', '.join(by_hand)}: drag on a sinking load pulls harder down-going than up-going, which the road levels out: "
+        "slings lose up to a third more of their tension than it says (docs/explanation/lift-plan-frequency.md)"
+    ]
 
 
 def phases(plan: LiftPlan, of: Answered, twin: TwinTier | None) -> list[dict[str, Any]]:
