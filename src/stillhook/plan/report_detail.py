@@ -164,13 +164,11 @@ def weather(result: PlanResult) -> list[Part]:
     for name in names(block):
         for credit in (CREDITED, TWIN) if differs(result, name) else (CREDITED,):
             here = year.sel(credit=credit, alternative=name)
-            gains = [float(here["days_gained"].sel(over=o)) for o in over]
+            gains = [_gains(here.sel(over=o)) for o in over]
             waits = [days(float(here[k])) for k in ("wait_mean", "wait_p50", "wait_p90")]
             label = named(name) if credit == CREDITED else f"{named(name)}, by the twin"
             vessel = number(float(here["vessel_days"]), 3) if math.isfinite(float(here["vessel_days"])) else "-"
-            rows.append(
-                [label, percent(float(here["operability"])), *waits, vessel, *(_gain(x) for x in gains), _count(here, "n_censored")]
-            )
+            rows.append([label, percent(float(here["operability"])), *waits, vessel, *gains, _count(here, "n_censored")])
     heads = {"none": "over none", "cap-80": "over cap", "best-classic": "over classic"}
     head = ("", "operability", "mean wait", "P50", "P90", "vessel days", *(heads.get(o, o) for o in over), "censored")
     mark = [text(f"{say.SYNTHETIC}.")] if synthetic else []
@@ -178,7 +176,7 @@ def weather(result: PlanResult) -> list[Part]:
         *mark,
         text(say.PERSISTENCE),
         facts(_series(result)),
-        sub("Whole year; vessel days gained each operation over no compensation, the cap, the best classic controller"),
+        sub("Whole year; gained over no compensation, the cap, the best classic controller: vessel days an operation, hours a year"),
     ]
     parts.append(table(head, rows, wide=[0], numbers=range(1, len(head)), small=True))
     parts.append(figure("waiting-by-month", "Operability and waiting by month of readiness."))
@@ -186,8 +184,16 @@ def weather(result: PlanResult) -> list[Part]:
     return [*parts, sub(f"By month with {named(leading(result))}, credited"), _by_month(result)]
 
 
-def _gain(x: float) -> str:
-    return "-" if math.isnan(x) else f"{x:+.1f}" if abs(x) >= 0.05 else "0"
+def _gains(here: Any) -> str:
+    """Days of waiting an operation and workable hours a year that are gained, of a row of the weather block."""
+    return f"{_more(float(here['days_gained']), 1)} d, {_more(float(here['hours_gained']), 0)} h"
+
+
+def _more(x: float, digits: int) -> str:
+    if math.isnan(x):
+        return "-"
+    rounded = round(x, digits)
+    return f"{rounded:+.{digits}f}" if rounded else "0"
 
 
 def _count(here: object, key: str) -> str:
