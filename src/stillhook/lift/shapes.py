@@ -13,6 +13,7 @@ inside a body comes on top, evenly over the depth `filling`.
 from __future__ import annotations
 
 import math
+from abc import abstractmethod
 from typing import Annotated, ClassVar, Literal
 
 import numpy as np
@@ -43,9 +44,9 @@ class Shape(Record):
     default_C_D: ClassVar[float] = 2.5
 
     @property
+    @abstractmethod
     def tall(self) -> float:
         """Height from the underside to the top [m]."""
-        raise NotImplementedError
 
     @property
     def outside(self) -> float:
@@ -68,9 +69,9 @@ class Shape(Record):
         return 0.0
 
     @property
+    @abstractmethod
     def solid_area(self) -> float:
         """Projected area that stops water, openings left out [m^2]."""
-        raise NotImplementedError
 
     @property
     def mouth(self) -> float:
@@ -81,17 +82,17 @@ class Shape(Record):
         """Part of the displaced volume that lies under the surface [-]; h depth of the underside [m]."""
         return np.clip(h / self.tall, 0.0, 1.0)
 
+    @abstractmethod
     def area(self, h: FloatArray) -> FloatArray:
         """Projected area that drag acts on [m^2]."""
-        raise NotImplementedError
 
+    @abstractmethod
     def added_mass(self, h: FloatArray, rho: float) -> FloatArray:
         """Added mass with the underside h under the surface [kg]."""
-        raise NotImplementedError
 
+    @abstractmethod
     def reach(self, rho: float) -> float:
         """Depth beyond which nothing changes any more [m]."""
-        raise NotImplementedError
 
     def vent_drag(self, rho: float) -> float:
         """Quadratic drag of the water that has to leave through openings once the underside is on the seabed [N s^2/m^2]; 0: none."""
@@ -103,9 +104,9 @@ class Body(Shape):
 
     C_s: Number = Field(default=C_S_FLAT, gt=0, description="slamming coefficient, 2 / (rho A_s) dA33/dh at the first touch")
 
+    @abstractmethod
     def outer_mass(self, rho: float) -> float:
         """Added mass of the flow around the body in unbounded water [kg]."""
-        raise NotImplementedError
 
     def inner_mass(self, rho: float) -> float:
         """Water inside that goes along with the covered body [kg]."""

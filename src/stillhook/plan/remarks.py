@@ -112,8 +112,7 @@ def remarks(plan: LiftPlan, of: Answered, forecast: Forecast, value: WeatherValu
     if forecast.why:
         lowest = f"{forecast.table.Hs[0]:g} m"
         meanwhile = f"so that such limits can be compared in the weather, the factor of {lowest} is taken, which flatters them"
-        why = forecast.why.replace("(--table)", "(--alpha)")
-        found.append(f"forecast factor: {why} Here, {meanwhile}: what is gained over them is at least what is told")
+        found.append(f"forecast factor: {forecast.why} Here, {meanwhile}: what is gained over them is at least what is told")
     if not forecast.restricted:
         found.append("not weather restricted: waiting is not reckoned; plan for extremes of the season, or divide the operation")
     if plan.weather is None:

@@ -226,7 +226,7 @@ def _file(name: str) -> str:
 
 
 RUNS = {
-    "n": "runs in the time domain", "n_unique": "of these computed (alike in several alternatives: once)", "n_failed": "failed runs",
+    "n": "runs in the time domain (alike in several alternatives: once)", "n_failed": "failed runs",
     "n_cells": "cells of phase, winch and sea", "seeds_per_cell": "seeds a cell, least and most", "seeds_first": "first seed",
     "seeds_least": "least seeds a cell", "seeds_most": "most seeds a cell", "step": "time step [s]", "simulated": "simulated time",
 }  # fmt: skip

@@ -140,7 +140,6 @@ def _runs(cells: Cells) -> dict[str, Any]:
     sizes = [len(runs["duration"]) for (_, _, spot), runs in cells.runs.items() if spot.Hs > 0.0]
     return {
         "n": cells.n_runs,
-        "n_unique": cells.n_runs,
         "n_failed": cells.n_failed,
         "n_cells": len(sizes),
         "seeds_first": 1,

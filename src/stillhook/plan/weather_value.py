@@ -25,7 +25,7 @@ from stillhook.sea.parametric import Jonswap, pierson_moskowitz
 from stillhook.sea.weather import Weather
 from stillhook.units import show
 from stillhook.variables import attributes
-from stillhook.weather.alpha import AlphaTable, alpha_of, alphas
+from stillhook.weather.alpha import AlphaTable, alpha_of, alphas, reference_period
 from stillhook.weather.persistence import SLACK, Persistence, persistence, waits, windows_of
 
 if TYPE_CHECKING:
@@ -66,13 +66,13 @@ class Forecast:
 def forecast_limits(plan: LiftPlan, table: AlphaTable, limits: Mapping[Credit, Governed], Hs_highest: float) -> Forecast:
     """alpha and OP_WF of every limit; one above the highest sea that was asked is taken as that height."""
     Hs = np.stack([np.minimum(limits[credit].Hs, Hs_highest) for credit in CREDITS])
-    operation = alpha_of(table, Hs_highest, plan.T_POP, plan.T_C)
+    T_R, restricted = reference_period(table, plan.T_POP, plan.T_C)
     alpha = np.where(Hs > 0.0, alphas(table, Hs, plan.T_POP), np.nan)
     open_ = Hs[(Hs > 0.0) & np.isnan(alpha)]
-    why = alpha_of(table, float(open_.max()), plan.T_POP, plan.T_C).why if len(open_) else ""
+    why = alpha_of(table, float(open_.max()), plan.T_POP, plan.T_C, option="--alpha").why if len(open_) else ""
     used = Hs * alphas(table, np.maximum(Hs, table.Hs[0]), plan.T_POP)
     op_wf = np.where(Hs == 0.0, 0.0, alpha * Hs)
-    return Forecast(alpha, op_wf, used, operation.T_R, operation.weather_restricted, why, table)
+    return Forecast(alpha, op_wf, used, T_R, restricted, why, table)
 
 
 @dataclass(frozen=True, eq=False)

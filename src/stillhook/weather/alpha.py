@@ -129,8 +129,9 @@ def _row(numbers: Any, count: int, where: str) -> tuple[float, ...]:
     return tuple(float(x) for x in numbers)
 
 
-def alpha_of(table: AlphaTable, hs: float, T_POP: float, T_C: float | None = None) -> Alpha:
-    """Alpha of an operation with limiting height hs [m] (its OP_LIM) and planned time T_POP [s]; T_C contingency [s], None: not assessed.
+def alpha_of(table: AlphaTable, hs: float, T_POP: float, T_C: float | None = None, *, option: str = "--table") -> Alpha:
+    """Alpha of an operation with limiting height hs [m] (its OP_LIM) and planned time T_POP [s]; T_C contingency [s], None: not assessed;
+    option: by which a command takes a table of one's own, for what is said where the table leaves the factor open.
 
     Errors: WeatherError for a height or time that is not above 0, and a contingency below 0.
     """
@@ -140,7 +141,7 @@ def alpha_of(table: AlphaTable, hs: float, T_POP: float, T_C: float | None = Non
             "above 0, the contingency not below. Check the numbers."
         )
     T_R, restricted = reference_period(table, T_POP, T_C)
-    alpha, why = _alpha(table, hs, T_POP)
+    alpha, why = _alpha(table, hs, T_POP, option)
     if not restricted and not why:
         why = _unrestricted(table, T_POP, T_R)
     op_wf = None if alpha is None else alpha * hs
@@ -169,7 +170,7 @@ def _unrestricted(table: AlphaTable, T_POP: float, T_R: float) -> str:
     )
 
 
-def _alpha(table: AlphaTable, hs: float, T_POP: float) -> tuple[float | None, str]:
+def _alpha(table: AlphaTable, hs: float, T_POP: float, option: str) -> tuple[float | None, str]:
     if T_POP > table.T_POP[-1] + _ROUND:
         return None, (
             f"no alpha: T_POP {_hours(T_POP)} is beyond the {_hours(table.T_POP[-1])} of the table, and the operation is not "
@@ -178,7 +179,7 @@ def _alpha(table: AlphaTable, hs: float, T_POP: float) -> tuple[float | None, st
     if hs < table.Hs[0] - _ROUND:
         return None, (
             f"no alpha: a limiting Hs of {show(hs, 'length')} is below the {show(table.Hs[0], 'length')} of the table: case by case. "
-            "Agree a factor with your warranty surveyor, and put it into a table of your own (--table)."
+            f"Agree a factor with your warranty surveyor, and put it into a table of your own ({option})."
         )
     return float(alphas(table, np.array([hs]), T_POP)[0]), ""
 
