@@ -26,7 +26,7 @@ from stillhook.sea.weather import Weather
 from stillhook.units import show
 from stillhook.variables import attributes
 from stillhook.weather.alpha import AlphaTable, alpha_of, alphas, reference_period
-from stillhook.weather.persistence import SLACK, Persistence, persistence, waits, windows_of
+from stillhook.weather.persistence import Persistence, persistence, waits, windows_of
 
 if TYPE_CHECKING:
     import xarray
@@ -103,7 +103,7 @@ def weather_value(plan: LiftPlan, axes: Axes, forecast: Forecast, weather: Weath
             limit = np.min([table.at(Tp, seas.beta) for Tp in seas.periods], axis=0)
             good = np.asarray((seas.Hs <= limit) & (limit > 0.0))
             found[credit, alternative] = persistence(good, weather.time, weather.step, forecast.T_R, valid=np.isfinite(seas.Hs))
-            can_start = windows_of(good, weather.time, weather.step).reach >= forecast.T_R - SLACK
+            can_start = windows_of(good, weather.time, weather.step).starts(forecast.T_R)
             waited[credit, alternative] = waits(can_start, weather.time)
     best = {credit: _best(found, credit, [a for a in CLASSIC if a in axes.alternatives]) for credit in CREDITS}
     month = np.asarray(weather.time.astype("datetime64[M]").astype(np.int64) % 12 + 1)

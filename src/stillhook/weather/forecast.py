@@ -104,13 +104,13 @@ def starts_of(
     weather: Weather, met: BoolArray, valid: BoolArray, upper: Sequence[Bound], rows: NDArray[np.intp], T_R: float
 ) -> tuple[Start, ...]:
     """Every start of rows (k,), judged by which records meet all limits and which are known (n,); upper tells which limit governs."""
-    within, told = (windows_of(mask, weather.time, weather.step).reach for mask in (met, valid))
+    within, told = (windows_of(mask, weather.time, weather.step).starts(T_R) for mask in (met, valid))
     t = seconds(weather.time)
     starts = []
     for i in rows:
         last = int(np.searchsorted(t, t[i] + T_R - SLACK))
-        go: bool | None = bool(within[i] >= T_R - SLACK)
-        if not go and told[i] < T_R - SLACK and not np.any(valid[i:last] & ~met[i:last]):
+        go: bool | None = bool(within[i])
+        if not go and not told[i] and not np.any(valid[i:last] & ~met[i:last]):
             go = None
         starts.append(Start(weather.time[i], go, *_governing(upper, slice(int(i), last))))
     return tuple(starts)

@@ -74,6 +74,10 @@ class Windows:
     length: FloatArray
     reach: FloatArray = field(repr=False)
 
+    def starts(self, window: float) -> BoolArray:
+        """Whether what takes a window [s] can start in each record (n,)."""
+        return np.asarray(self.reach >= window - SLACK)
+
 
 def seconds(time: NDArray[np.datetime64]) -> FloatArray:
     """Times as seconds from the first."""
@@ -83,7 +87,6 @@ def seconds(time: NDArray[np.datetime64]) -> FloatArray:
 def gaps(time: NDArray[np.datetime64], step: float) -> BoolArray:
     """Whether there is a gap between each record and the next (n - 1,)."""
     return np.asarray(np.diff(seconds(time)) > GAP * step)
-
 
 
 def windows_of(workable: BoolArray, time: NDArray[np.datetime64], step: float) -> Windows:
@@ -126,7 +129,7 @@ def persistence(
         raise WeatherError(f"weather: a window of {window:g} s in steps of {step:g} s. Give times longer than 0 s.")
     work = np.asarray(workable, dtype=np.bool_) & known
     found = windows_of(work, time, step)
-    can_start = found.reach >= window - SLACK
+    can_start = found.starts(window)
     parts = (time, step, window, work, known, found, can_start, waits(can_start, time))
     months = np.asarray(time.astype("datetime64[M]").astype(np.int64) % 12 + 1)
     return _counted(*parts, months=months, tell=(*(m for m in range(1, 13) if np.any(months == m)),))
