@@ -353,6 +353,11 @@ class Control(Spec):
     K_acc: u.GainPerPressure = Field(ge=0, description="passive pump command per gas pressure below p_0")
     B_v: u.ViscousTorque = Field(ge=0, description="viscous friction of the linear analysis, for all friction models")
 
+    @property
+    def computing(self) -> float:
+        """Time from reading to writing within a cycle [s]."""
+        return self.t_compute or 0.0
+
 
 class Crane(Spec):
     """One crane winch."""
@@ -440,16 +445,16 @@ def _misfits(crane: Crane) -> Iterator[str]:
         need, do = ("needs a", "add") if crane.passive is None else ("has no", "remove")
         yield f'plant "{crane.plant}" {need} passive circuit. Change plant, or {do} [passive].'
     drum, wire, control, alpha_min = crane.drum, crane.wire, crane.control, crane.active.motor.alpha_min
-    if (control.t_compute or 0.0) > control.t_cycle:
+    if control.t_compute is not None and control.t_compute > control.t_cycle:
         yield (
-            f"control.t_compute {u.show(control.t_compute or 0.0, 'time')} is longer than a cycle of {u.show(control.t_cycle, 'time')}. "
+            f"control.t_compute {u.show(control.t_compute, 'time')} is longer than a cycle of {u.show(control.t_cycle, 'time')}. "
             "Give at most control.t_cycle."
         )
     low, high = damping_range(wire)
     if not low <= wire.zeta <= high:
         yield f"wire.zeta {wire.zeta:g} is not within zeta_low {low:g} to zeta_high {high:g}. Change the one that is out of place."
     T_hold = (crane.SWL + crane.hook_mass) * G * crane.drum.d_max / 2.0 / crane.i_hD
-    if crane.brake is not None and crane.brake.T < T_hold:
+    if crane.brake is not None and T_hold > crane.brake.T:
         yield (
             f"brake.T {u.show(crane.brake.T, 'torque')} does not hold SWL and hook on the full drum: {u.show(T_hold, 'torque')} at the "
             "motor shaft. Raise brake.T."

@@ -1,7 +1,8 @@
 """What stops a winch at one load on one layer, in one direction: the speed that each limit alone would allow.
 
 The pumps' flow, the pressure of the relief valves, the power of the hydraulic power units, the torque that must stay in reserve, and the
-speed limits of active and passive motors, all for the whole plant (`stillhook.analysis.operation`) while it compensates: the tip moves, the load stands.
+speed limits of active and passive motors, all for the whole plant (`stillhook.analysis.operation`) while it compensates: the tip moves, the
+load stands.
 """
 
 from __future__ import annotations

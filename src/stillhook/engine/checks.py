@@ -215,8 +215,8 @@ def _weight_notes(crane: Crane, case: Scenario) -> list[str]:
     if m <= WIRE_SHARE * load:
         return []
     return [
-        f"the wire of {show(case.s_w, 'length')} weighs {show(m, 'mass', 3)} in air, {m / load:.0%} of the hook load, and is left out here. Use "
-        "stillhook lower for long wires"
+        f"the wire of {show(case.s_w, 'length')} weighs {show(m, 'mass', 3)} in air, {m / load:.0%} of the hook load, and is left out; "
+        "stillhook lower has it"
     ]
 
 

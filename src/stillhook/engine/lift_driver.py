@@ -53,7 +53,9 @@ step, in_force, tip_between, take_tick = base.step, base.in_force, base.tip_betw
 put_x, put_u, put_geo, put_m, put_st, put_y, put_tip = (
     base.put_x, base.put_u, base.put_geo, base.put_m, base.put_st, base.put_y, base.put_tip,
 )  # fmt: skip
-X, U, U_0, GEO, M, ST, Y, TIP_0, TIP_1, TIP_2 = base.X, base.U, base.U_0, base.GEO, base.M, base.ST, base.Y, base.TIP_0, base.TIP_1, base.TIP_2
+X, U, U_0, GEO, M, ST, Y, TIP_0, TIP_1, TIP_2 = (
+    base.X, base.U, base.U_0, base.GEO, base.M, base.ST, base.Y, base.TIP_0, base.TIP_1, base.TIP_2,
+)  # fmt: skip
 
 Lane = NamedTuple(
     "Lane",

@@ -11,8 +11,8 @@ from stillhook.control.brake import BrakeSettings
 from stillhook.control.loop import Loop
 from stillhook.control.motors import MotorSettings
 from stillhook.control.passive import PassiveSettings
-from stillhook.control.power import PowerLimit
 from stillhook.control.plc import HS, LEVEL_1, LEVEL_2, MANUAL, NS, SSC, SSC_CUBIC, Memory, Plc
+from stillhook.control.power import PowerLimit
 from stillhook.crane import Crane
 from stillhook.engine.gas_fit import gas_record
 from stillhook.library import leak_table
@@ -258,7 +258,7 @@ def plc_record(crane: Crane, operator: Operator | None = None) -> Plc:
     alpha_swl = c.alpha_ns if c.alpha_swl is None else c.alpha_swl
     settings = MotorSettings(crane.active.motor.alpha_min, c.alpha_ns, c.alpha_hs, alpha_swl, c.u_thr, 1.0 / F_swl, K_outer, alpha_hold)
     return Plc(
-        gains(crane), settings, c.t_cycle, c.tau_F, c.tau_acc, c.t_bumpless, c.t_lead or 0.0, c.t_compute or 0.0, _power(crane), _brake(crane)
+        gains(crane), settings, c.t_cycle, c.tau_F, c.tau_acc, c.t_bumpless, c.t_lead or 0.0, c.computing, _power(crane), _brake(crane),
     )  # fmt: skip
 
 
