@@ -236,7 +236,7 @@ def _control_slopes(crane: Crane, point: OperatingPoint, mode: Mode) -> tuple[Fl
     p = _free_stops(point.params)._replace(plc=plc._replace(gains=plc.gains._replace(K_p=0.0)))
     tick = _tick(point, mode)
     p_o = point.p_hp if point.plant is active_passive else 0.0
-    memory = Memory(MODE_CODE[mode], 0.0, point.F_w, p_o, 0.0, point.u_m, 0.0, 0.0, point.u_m, 0.0, 0.0)
+    memory = Memory(MODE_CODE[mode], 0.0, point.F_w, p_o, 0.0, point.u_m, 0.0, 0.0, point.u_m, 0.0, 0.0, 1.0)
     commands = tuple(n for n in point.command._fields if n.startswith("u_"))
     states = point.state._fields
 
@@ -268,7 +268,7 @@ def settled_displacement(crane: Crane, point_at: Callable[[float], OperatingPoin
 
     def wish(alpha_m: float) -> float:
         point = point_at(alpha_m)
-        memory = Memory(MODE_CODE[code], 0.0, point.F_w, point.p_hp, 0.0, alpha_m, 0.0, 0.0, alpha_m, 0.0, 0.0)
+        memory = Memory(MODE_CODE[code], 0.0, point.F_w, point.p_hp, 0.0, alpha_m, 0.0, 0.0, alpha_m, 0.0, 0.0, 1.0)
         u, _, _ = point.plant.control(point.state, memory, _tick(point, code), point.tip, point.geometry, point.params)
         return float(u.u_m)
 

@@ -12,7 +12,7 @@ from stillhook.control.motors import (
     reduction_cubic,
     reduction_linear,
 )
-from stillhook.control.power import PowerLimit, within_power
+from stillhook.control.power import PowerLimit, stroke_left, within_stroke
 from stillhook.physics.scalar import clip, scalar
 
 MANUAL = 0.0
@@ -65,7 +65,8 @@ class Sensed(NamedTuple):
 class Memory(NamedTuple):
     """What the PLC remembers: mode; datum of the wire reference [m]; filtered load F [N]; slow mean of the accumulator pressure [Pa];
     last commands u_p, u_m; fading bumpless biases b_p, b_m; held value of the motor control's play; brake how far the holding brake is
-    closed [-]; idle time at zero commanded speed, see `stillhook.control.brake.idle_time` [s]."""
+    closed [-]; idle time at zero commanded speed, see `stillhook.control.brake.idle_time` [s]; stroke of the pumps that the torque limit
+    leaves [-]."""
 
     mode: float
     datum: float
@@ -78,6 +79,7 @@ class Memory(NamedTuple):
     held: float
     brake: float
     idle: float
+    stroke: float
 
 
 class Drive(NamedTuple):
@@ -182,12 +184,13 @@ def cycle(sensed, m, p_hp, plc):
     b_m = m.u_m - wish if changed else m.b_m * fade
     filling = fill(y.dp_load, missing, plc.brake) if idle < 0.0 else 0.0
     u_raw = filling if brake > 0.0 else demand + b_p
-    u_p = within_power(clip(u_raw, -1.0, 1.0), y.dp, y.f_pump * plc.power.Q_p, y.f_pump * plc.power.P_max)
+    stroke = stroke_left(clip(u_raw, -1.0, 1.0), y.dp, y.f_pump * plc.power.Q_p, y.f_pump * plc.power.P_max, m.stroke, t_cycle)
+    u_p = within_stroke(u_raw, stroke)
     u_m = clip(wish + b_m, plc.motors.alpha_min, 1.0)
-    return Drive(u_p, u_m, u_ff, u_raw, e_c, brake), Memory(y.mode, datum, F, p_mean, u_p, u_m, b_p, b_m, m.held, brake, idle)
+    return Drive(u_p, u_m, u_ff, u_raw, e_c, brake), Memory(y.mode, datum, F, p_mean, u_p, u_m, b_p, b_m, m.held, brake, idle, stroke)
 
 
 @scalar
 def hold(m, held):
     """The memory with the held value of the motor control's play."""
-    return Memory(m.mode, m.datum, m.F, m.p_mean, m.u_p, m.u_m, m.b_p, m.b_m, held, m.brake, m.idle)
+    return Memory(m.mode, m.datum, m.F, m.p_mean, m.u_p, m.u_m, m.b_p, m.b_m, held, m.brake, m.idle, m.stroke)

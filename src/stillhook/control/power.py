@@ -2,7 +2,11 @@
 
 from typing import NamedTuple
 
-from stillhook.physics.scalar import scalar
+from stillhook.physics.scalar import clip, fmin, scalar
+
+RETURN = 0.2
+"""Rate at which the stroke that was taken back is given again [1/s]: slow beside the oil's swing, which a limit that returns at once would
+feed. Assumed."""
 
 
 class PowerLimit(NamedTuple):
@@ -22,3 +26,20 @@ def within_power(u, dp, Q, P):
     """
     P_u = Q * u * dp
     return u * (P / P_u) if P_u > P else u
+
+
+@scalar
+def stroke_left(u, dp, Q, P, before, t_cycle):
+    """Largest pump stroke that the torque limit leaves [-], from that of the cycle before: taken back at once, given again slowly.
+
+    u, dp, Q, P as in `within_power`.
+    """
+    held = within_power(u, dp, Q, P)
+    grown = fmin(before + RETURN * t_cycle, 1.0)
+    return fmin(grown, abs(held)) if held != u else grown
+
+
+@scalar
+def within_stroke(u, left):
+    """Pump command within the stroke that is left [-]."""
+    return clip(u, -left, left)

@@ -304,7 +304,7 @@ def pack(crane: Crane, case: Scenario) -> Packed:
     if case.commands is not None:
         plc = plc._replace(brake=plc.brake._replace(fitted=0.0))  # the record moves the winch, and nothing of the PLC
     on = 1.0 if braked_at_start(crane, case) else 0.0
-    memory = Memory(mode, 0.0, hoist.load.W, p_0, 0.0, 1.0, 0.0, 0.0, 1.0, brake=on, idle=0.0)
+    memory = Memory(mode, 0.0, hoist.load.W, p_0, 0.0, 1.0, 0.0, 0.0, 1.0, brake=on, idle=0.0, stroke=1.0)
     if crane.plant is spec.Plant.PURE_ACTIVE:
         params: Any = pure_active.Params(active_record(crane), hoist, plc, sensors)
         return Packed(pure_active, crane.plant.value, params, memory, case.s_w)

@@ -284,7 +284,7 @@ def control(x, m, tick, tip, geo, p):
     u_pm = displacement_for_weight(m.F, geo.lever, p_hp, P.settings)
     u_pp = make_up(m.p_mean, u_pm, tick.v_op / geo.lever, P.settings)
     u_p = drive.u_p + e.late * (before - drive.u_p)
-    m = Memory(m.mode, m.datum, m.F, m.p_mean, drive.u_p, m.u_m, m.b_p, m.b_m, held, m.brake, m.idle)
+    m = Memory(m.mode, m.datum, m.F, m.p_mean, drive.u_p, m.u_m, m.b_p, m.b_m, held, m.brake, m.idle, m.stroke)
     return Command(u_p, u_m, u_pp, u_pm, tick.f_pump, tick.f_passive, drive.brake), m, drive
 
 
