@@ -157,8 +157,9 @@ def _memory(record: Record, mode: FloatArray, a: int, datum: float, F: FloatArra
         before = MODE_CODE[Mode.LEVEL_1 if mode[a] != MODE_CODE[Mode.LEVEL_1] else Mode.LEVEL_2]  # a change that keeps the datum
     u_m = float(record.signals["u_m"][at]) if u_m_logged else 1.0
     early = F[: max(1, round(1.0 / record.step))]
+    u_m = u_m if np.isfinite(u_m) else 1.0
     return Memory(
-        before, datum, float(early.mean()), 0.0, float(record.signals["u_p"][at]), u_m if np.isfinite(u_m) else 1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0
+        before, datum, float(early.mean()), 0.0, float(record.signals["u_p"][at]), u_m, 0.0, 0.0, 1.0, brake=0.0, idle=0.0, stroke=1.0
     )
 
 
