@@ -137,11 +137,11 @@ def test_water_at_the_load_is_that_of_the_wave_at_its_depth() -> None:
     run = lower(deep(), case, every="10 ms")
     omega, t, z = 2.0 * math.pi / 8.0, run.time.values, run.z_load.values
     assert np.abs(run.eta.values - np.cos(omega * t)).max() < 1e-5  # cubic in time over 0.1 s: (omega dt)^4 / 384
-    covered = z < -5.0
+    covered = z < -6.0 - 0.01  # in the trough as well
     k = omega**2 / G
     decay = (np.exp(k * (z + 5.0)) - np.exp(k * z)) / (5.0 * k)  # mean over the covered box
     w = -omega * np.sin(omega * t) * decay
-    assert np.abs(run.w_water.values - w)[covered].max() < 2e-4  # cubic between levels: 1e-4 of 0.79 m/s
+    assert np.abs(run.w_water.values - w)[covered].max() < 2e-4  # cubic between levels: 1e-4 of 0.79 m/s, and two heights for the mean
 
 
 def test_waves_pull_at_a_deep_load_with_the_force_of_froude_krylov_and_added_mass() -> None:
@@ -198,7 +198,8 @@ def test_a_lift_goes_through_its_stages_and_lands_at_the_lowering_speed() -> Non
     assert str(run.status.values) == "ok"
     begun = run.stage_t_begin.values
     assert np.all(np.diff(begun) > 0.0)
-    assert 0.05 < float(run.v_landed) < 0.15  # 6 m/min, give or take what compensation leaves
+    left = 0.15 * 0.5 * 2.0 * math.pi / 8.0  # of the tip's speed, by an eta_c of 0.85
+    assert float(run.v_landed) == pytest.approx(0.1, abs=left)  # 6 m/min, give or take what compensation leaves
     assert -60.1 < float(run.z_load_end) < -60.0  # on the bottom, settled less than under its whole weight
     assert float(run.eta_c) > 0.85
     assert float(run.stage_e_c_pp[1]) == pytest.approx(float(run.e_c_pp))
@@ -277,6 +278,10 @@ def test_the_speed_of_a_touch_is_that_at_the_seabed_whatever_the_step() -> None:
     assert t[1] == pytest.approx(crossing, abs=2e-4)
 
 
+STANDS = 0.05
+"""Depth at which a load comes to rest [m]: what the position loop, which has no integrator, leaves at rest (36 mm), and the load's swing."""
+
+
 @pytest.mark.parametrize("mode", ["manual", "ahc"])
 def test_a_depth_is_reached_and_not_passed(mode: str) -> None:
     """36 m/min with a ramp of 0.07 m/s^2: a ramp that begins at the depth would end 2.6 m below it."""
@@ -286,9 +291,8 @@ def test_a_depth_is_reached_and_not_passed(mode: str) -> None:
     run = lower(deep(), case)
     assert str(run.status.values) == "ok"
     z = run.z_load.values
-    assert z[-1] == pytest.approx(-200.0, abs=0.03)
-    assert z.min() > -200.06
-    assert float(run.stage_z_load_min[0]) == pytest.approx(-200.0, abs=0.05)
+    assert z[-1] == pytest.approx(-200.0, abs=STANDS)
+    assert z.min() > -200.0 - STANDS
 
 
 @pytest.mark.parametrize("name", ["nov-250t", "nov-100t-pure-active"])

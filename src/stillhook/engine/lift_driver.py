@@ -16,7 +16,7 @@ from stillhook.control.plc import Memory, Plc
 from stillhook.engine.lanes import access, fields, offset, replace, size
 from stillhook.engine.stats import Stats, fold
 from stillhook.engine.window import window_add, window_turn
-from stillhook.physics.payload import LEVELS, Heights, Water, WettedLevel, heights, submergence, water_force, wetted
+from stillhook.physics.payload import LEVELS, Heights, Payload, Water, WettedLevel, heights, submergence, water_force, wetted
 from stillhook.physics.rope import Element, element, element_weight, pull_of_sling, sling_energy, sling_mean
 from stillhook.physics.scalar import STRICT, align_stack, scalar
 from stillhook.physics.wire import Wire
@@ -107,6 +107,7 @@ NST, NT = size(Stats), size(Stats) + size(LiftStats)
 NG = NT + SIGNALS
 """Numbers that are kept of a stage."""
 STAGE_SIZE = size(Stage)
+REACH = LIFT + offset(Lift, "load", LANES) + offset(Payload, "reach", LANES)
 COLUMNS = size(WettedLevel)
 HALF = (LEVELS - 1) // 2
 """First stride of the search for a level."""
@@ -194,9 +195,14 @@ def take_water(A, B, N, T, lo, hi, H_w, levels):
 
 @scalar
 def look_up(A, T):
-    """The levels above and below every lane's submergence A[H_WET], from the table T, which rises with h in its first column."""
+    """The levels above and below every lane's submergence A[H_WET], from the table T; where the last ones still are, nothing is done.
+
+    Their depth h is the first column, rising.
+    """
     for l in range(LANES):
         h, j, stride = A[H_WET + l], 0, HALF
+        if h >= A[LO + l] and (h < A[HI + l] or A[HI + l] >= A[REACH + l]):
+            continue
         while stride > 0:
             j += stride if T[(j + stride) * COLUMNS * LANES + l] <= h else 0
             stride //= 2
