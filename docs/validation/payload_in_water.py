@@ -89,7 +89,7 @@ def by_momentum(load: Payload, times: np.ndarray, *, smooth: bool) -> tuple[np.n
 
     smooth: volume and drag from their smooth curves as well, else from the levels.
     """
-    fine, (record, rows) = load.curve(RHO, 20_001), pack_payload(load, RHO, 1e4)
+    fine, rows = load.curve(RHO, 20_001), pack_payload(load, RHO, 1e4)[1]
     of_levels = tuple(rows[:, COLUMNS.index(name)] for name in ("h", "V", "B"))
     h_V, V, B = (fine.h, fine.V, 0.5 * RHO * load.C_D * fine.A_p) if smooth else of_levels
 

@@ -134,8 +134,8 @@ def centres(payload: Payload, h: Array, short: Array, rho: float) -> tuple[Array
         added, drag = evenly(at.A33, 0.0, wet), evenly(payload.at(short, rho).A_p, 0.0, wet)
     else:
         shares = [(s, np.clip(h - s.at, 0.0, s.body.tall)) for s in payload.shape.shares]
-        added = total([evenly(s.count * s.body.added_mass(h - s.at, rho), s.at, over) for s, over in shares])
-        drag = total([evenly(s.count * s.body.area(short - s.at), s.at, over) for s, over in shares])
+        added = total([evenly(s.n * s.body.added_mass(h - s.at, rho), s.at, over) for s, over in shares])
+        drag = total([evenly(s.n * s.body.area(short - s.at), s.at, over) for s, over in shares])
     first = evenly(np.full_like(h, at.V[0]), 0.0, wet)
     dV = np.diff(at.V)
     lo, hi = h[:-1], h[1:]

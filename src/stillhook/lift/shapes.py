@@ -39,10 +39,10 @@ Open = Annotated[Number, Field(ge=0, le=formula.PERFORATION_MOST)]
 
 
 class Share(NamedTuple):
-    """`count` bodies of a shape with their undersides `at` above that of the whole [m]."""
+    """n bodies of a shape with their undersides `at` above that of the whole [m]."""
 
     at: float
-    count: int
+    n: int
     body: Body
 
 
