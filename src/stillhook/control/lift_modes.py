@@ -138,8 +138,7 @@ def speed_to_target(v_joy, left, stage, s):
     r"""Joystick speed that the stage asks for, hoisting positive [m/s]: its own, and less from where the joystick's ramp must begin for it
     to be at v_end as the target comes.
 
-    .. math:: v^2 = v_{end}^2 + 2 a\left(s - 	frac12 T (v_0 + v)
-ight)
+    .. math:: v^2 = v_{end}^2 + 2 a\left(s - \tfrac12 T (v_0 + v)\right)
 
     Parameters: v_joy speed v_0 of the joystick now [m/s]; left wire s to the target [m].
     """
@@ -254,8 +253,8 @@ def supervise(y, m, stage, s):
     F_ref = low_pass(m.F_ref, stage.F_set, s.t_fade, s.t_cycle) if tension else F_1
     s_joy = m.s_ref - v_joy * s.t_cycle
     trim = trim_speed(y.s_w, s_joy, v_joy, s.omega_s)
-    held_back = y.s_w - trim / s.omega_s if manual and s.omega_s > 0.0 else y.s_w
-    s_ref = s_joy if splash else held_back
+    s_near = y.s_w - trim / s.omega_s if manual and s.omega_s > 0.0 else y.s_w  # no further away than the correction reaches
+    s_ref = s_joy if splash else s_near
     k = s.EA / (s.L_0 + fmax(y.s_w, 0.0))
     F_soft = fmax(s.F_soft, k * G / (s.omega_soft * s.omega_soft))
     soft = grown * soft_speed(F_1, F_slow, F_soft, s.v_soft) + s.omega_s * (y.s_w - s_ref)
