@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from scipy.integrate import solve_ivp
 
 from stillhook import load_crane
-from stillhook.engine.lift_payload import pack_payload
+from stillhook.engine.lift_payload import COLUMNS, pack_payload, wetted_at
 from stillhook.engine.lower import lower
 from stillhook.io.figures import COLOURS, GREY
 from stillhook.library.payloads import read_payload
@@ -21,7 +21,7 @@ from stillhook.lift.lowering import Lowering
 from stillhook.lift.payload import Payload
 from stillhook.lift.programme import Stage
 from stillhook.physics import payload as phys
-from stillhook.physics.payload import LEVELS, Water, Wetted
+from stillhook.physics.payload import Water
 from stillhook.physics.scalar import G
 
 PAGE = "payload-in-water.md"
@@ -42,6 +42,7 @@ DROP_HEAD = (
     "`sqrt(W'/B)`",
 )
 FALL = 1.0  # m, underside above still water
+STILL = Water(*[0.0] * len(Water._fields))
 STEP = 1e-3
 SPEED = 0.5  # m/s
 
@@ -58,13 +59,11 @@ class Drop(NamedTuple):
 
 
 def wet_at(z: float, record: Any, rows: np.ndarray) -> Any:
-    place = phys.submergence(z, 0.0, record.reach) * record.i_dh
-    j = min(int(place), LEVELS - 2)
-    return phys.wetted(place - j, Wetted(*rows[j]), Wetted(*rows[j + 1]))
+    return wetted_at(phys.submergence(z, 0.0, record.reach), rows)
 
 
 def acceleration(z: float, v: float, record: Any, rows: np.ndarray) -> float:
-    f = phys.water_force(z, v, wet_at(z, record, rows), Water(0.0, 0.0, 0.0, 0.0), record)
+    f = phys.water_force(z, v, wet_at(z, record, rows), STILL, record)
     return float((f.buoyancy + f.inertia + f.drag + f.slam + f.bottom - record.W) / (record.m + f.m_a))
 
 
@@ -90,9 +89,9 @@ def by_momentum(load: Payload, times: np.ndarray, *, smooth: bool) -> tuple[np.n
 
     smooth: volume and drag from their smooth curves as well, else from the levels.
     """
-    fine, (record, rows) = load.curve(RHO, 20_001), pack_payload(load, RHO, 1e4)
-    levels = np.arange(LEVELS) / record.i_dh
-    h_V, V, B = (fine.h, fine.V, 0.5 * RHO * load.C_D * fine.A_p) if smooth else (levels, rows[:, 0], rows[:, 3])
+    fine, rows = load.curve(RHO, 20_001), pack_payload(load, RHO, 1e4)[1]
+    of_levels = tuple(rows[:, COLUMNS.index(name)] for name in ("h", "V", "B"))
+    h_V, V, B = (fine.h, fine.V, 0.5 * RHO * load.C_D * fine.A_p) if smooth else of_levels
 
     def rate(t: float, y: np.ndarray) -> list[float]:
         U = y[1] / (load.mass + np.interp(y[0], fine.h, fine.A33, left=0.0))
@@ -106,7 +105,7 @@ def by_momentum(load: Payload, times: np.ndarray, *, smooth: bool) -> tuple[np.n
 def kept_energy(load: Payload) -> tuple[float, float]:
     """Part of the energy that is left in body and water after an entry without weight and drag: by momentum, and by the kernels' forces."""
     record, rows = pack_payload(load, RHO, 1e4)
-    record, rows = record._replace(W=1e-9, g=0.0), rows * np.array([1.0, 1.0, 1.0, 0.0])
+    record, rows = record._replace(W=1e-9, g=0.0), rows * np.array([name != "B" for name in COLUMNS])
     z, v = 0.0, -3.0
     while z > -record.reach - 0.1:
         k = acceleration(z, v, record, rows)
@@ -133,11 +132,11 @@ def lowered(name: str) -> Statics:
     z, v, F = (run[k].values for k in ("z_load", "v_load", "F_sling"))
     record, rows = pack_payload(load, RHO, 500.0)
     h = -z
-    V, A33, _, B = (np.interp(h, np.arange(LEVELS) / record.i_dh, rows[:, i]) for i in range(4))
-    slope = np.where((h > 0.0) & (h < record.reach), rows[np.clip((h * record.i_dh).astype(int), 0, LEVELS - 1), 2], 0.0)
+    V, A33, rise, B = np.array([wet_at(x, record, rows)[:4] for x in z]).T
+    slope = np.where((h > 0.0) & (h < record.reach), rise, 0.0)
     a = np.gradient(v, run["time"].values)
     closed = (record.m + A33) * a + record.W - RHO * G * V + B * v * abs(v) - slope * v * v
-    level = np.floor(np.clip(h, -1e-9, record.reach) * record.i_dh)
+    level = np.searchsorted(rows[:, COLUMNS.index("h")], h, side="right")
     corner = np.zeros(len(h), bool)
     corner[1:-1] = level[2:] != level[:-2]  # the acceleration jumps there: differences across it mean nothing
     moving = (h > -2.0) & (h < 20.0) & ~corner

@@ -73,7 +73,7 @@ KINDS: Mapping[str, Kind] = MappingProxyType(
         "force": _kind("N", "kN", "MN"),
         "force_per_speed": _kind("N s/m", "kN s/m"),
         "force_per_speed_squared": _kind("N s^2/m^2", "kN s^2/m^2"),
-        "stiffness": _kind("N/m", "kN/m", "MN/m"),
+        "stiffness": _kind("N/m", "kN/m", "MN/m", "kN/mm"),
         "torque": _kind("N m", "N m", "kN m", "MN m"),
         "drum_torque": _kind("N m", "kN m", "MN m"),
         "torque_loss_turbulent": _kind("N m s^2/rad^2/(m^3/rad)^3", "N m s^2/rad^2/(m^3/rad)^3"),

@@ -1,6 +1,7 @@
 """`stillhook lower` as a user meets it."""
 
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -151,6 +152,16 @@ def test_a_run_that_ends_before_its_programme_answers_with_1(capsys, lift_toml):
     out = capsys.readouterr().out
     assert "status: unfinished" in out
     assert 'the run of 20 s ends in stage "through"' in out
+
+
+def test_a_load_that_touches_the_seabed_on_its_way_down_answers_with_1_and_names_the_stage(capsys, lift_toml):
+    text = lift_toml.read_text().replace('depth = "20 m"', 'time = "40 s"').replace('time = "20 s"', 'time = "10 s"')
+    lift_toml.write_text(text)
+    assert run(["lower", str(lift_toml)]) == 1
+    out = " ".join(capsys.readouterr().out.split())
+    assert "touchdown" in out
+    assert re.search(r'stage "down" does not land, and the load touches the seabed in it after [\d.]+ s at [\d.]+ m/min', out)
+    assert re.search(r"touched down after [\d.]+ s at [\d.]+ m/min", out)
 
 
 def test_a_stage_that_times_out_leaves_the_programme_stuck(capsys, lift_toml):

@@ -36,6 +36,7 @@ READ = [
     ("10 ms", "time", 0.01),
     ("0.5 Hz", "frequency", math.pi),
     ("210 GPa", "modulus", 210e9),
+    ("3.5 kN/mm", "stiffness", 3.5e6),
     ("0.1 1/bar", "gain_per_pressure", 1e-6),
     ("3.69e10 N m s^2/rad^2/(m^3/rad)^3", "torque_loss_turbulent", 3.69e10),
     ("+.5 m", "length", 0.5),

@@ -107,6 +107,26 @@ def test_stages_become_rows_in_which_hoisting_is_positive_and_the_last_one_says_
     assert (second.F_set, second.until, second.last) == (1e5, modes.UNTIL_LANDED, 1.0)
 
 
+@pytest.mark.parametrize(
+    ("first", "second", "v_end"),
+    [
+        ({"mode": "ahc", "lower": "30 m/min"}, {"mode": "ahc", "lower": "30 m/min", "time": "9 s"}, -0.5),  # goes on
+        ({"mode": "ahc", "lower": "30 m/min"}, {"mode": "landing", "lower": "6 m/min", "hold": "300 kN", "time": "9 s"}, -0.1),  # slower
+        ({"mode": "ahc", "lower": "6 m/min"}, {"mode": "ahc", "lower": "30 m/min", "time": "9 s"}, -0.1),  # speeds up afterwards
+        ({"mode": "ahc", "lower": "30 m/min"}, {"mode": "ahc", "time": "9 s"}, 0.0),  # stands
+        ({"mode": "ahc", "lower": "30 m/min"}, {"mode": "ahc", "lower": "-6 m/min", "time": "9 s"}, 0.0),  # turns back
+        ({"mode": "ahc", "lower": "30 m/min"}, {"mode": "constant-tension", "hold": "300 kN", "time": "9 s"}, 0.0),
+        ({"mode": "splash", "lower": "30 m/min"}, {"mode": "ahc", "lower": "30 m/min", "time": "9 s"}, 0.0),  # waits for the tip to turn
+        ({"mode": "splash", "lower": "30 m/min"}, {"mode": "manual", "lower": "30 m/min", "time": "9 s"}, -0.5),
+    ],
+)
+def test_a_stage_that_ends_at_a_depth_stops_there_unless_the_next_goes_on(first, second, v_end):
+    row = modes.Stage(*pack_programme(CRANE, lift(Stage(**first, depth="1000 m"), Stage(**second))).rows[0])
+    assert row.v_end == pytest.approx(v_end)
+    alone = modes.Stage(*pack_programme(CRANE, lift(Stage(**first, depth="1000 m"))).rows[0])
+    assert alone.v_end == 0.0
+
+
 def test_stages_of_one_name_are_told_apart():
     twice = Stage(name="rest", mode="ahc", time="5 s")
     assert pack_programme(CRANE, lift(twice, twice)).names == ("rest (1)", "rest (2)")

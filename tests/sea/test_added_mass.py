@@ -8,7 +8,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from stillhook.engine.lift_payload import pack_payload
+from stillhook.engine.lift_payload import COLUMNS, pack_payload
+from stillhook.errors import LiftError
 from stillhook.lift import added_mass as formula
 from stillhook.lift.payload import Payload
 from stillhook.physics.payload import LEVELS
@@ -29,6 +30,15 @@ KINDS = {
     "frame": {"diameter": "0.8 m", "length": "100 m", "height": "5 m"},
 }
 kinds = pytest.mark.parametrize("kind", sorted(KINDS))
+
+
+def column(rows, name):
+    return rows[:, COLUMNS.index(name)]
+
+
+def slopes(rows):
+    """Slopes of the added mass at both ends of every piece."""
+    return rows[:, [COLUMNS.index("dA33"), COLUMNS.index("dA33_next")]]
 
 
 def payload(kind: str, **more) -> Payload:
@@ -117,33 +127,65 @@ def test_payloads_of_twice_the_size_carry_eight_times_the_water(kind):
 @kinds
 def test_the_levels_lose_no_momentum(kind):
     record, rows = pack_payload(payload(kind), RHO, 100.0)
-    assert rows.shape == (LEVELS, 4)
-    assert rows[:-1, 2].sum() / record.i_dh == pytest.approx(payload(kind).covered(RHO).A33, rel=1e-9)
-    assert record.reach >= record.H
-    assert record.i_dh == pytest.approx((LEVELS - 1) / record.reach)
+    assert rows.shape == (LEVELS, len(COLUMNS))
+    h = column(rows, "h")
+    assert np.sum(slopes(rows)[:-1].mean(axis=1) * np.diff(h)) == pytest.approx(payload(kind).covered(RHO).A33, rel=1e-9)
+    assert h[0] == 0.0
+    assert np.all(np.diff(h) > 0.0)
+    assert h[-1] == record.reach >= record.H
+
+
+@kinds
+def test_every_face_has_a_level(kind):
+    load = payload(kind)
+    h = column(pack_payload(load, RHO, 100.0)[1], "h")
+    for face in (0.0, load.shape.contact, load.height):
+        assert np.abs(h - face).min() == 0.0
+
+
+def test_every_face_of_every_part_of_an_assembly_has_a_level():
+    """Undersides, roofs and tops of parts at four heights: what slams there is not spread over a level that began before."""
+    parts = [{"shape": "disc", "at": f"{at} m", **KINDS["disc"]} for at in (0.0, 1.37, 2.91)]
+    parts.append({"shape": "suction-anchor", "at": "0.11 m", **KINDS["suction-anchor"]})
+    load = Payload(name="tower", mass="200 t", shape="assembly", parts=parts)
+    _, rows = pack_payload(load, RHO, 100.0)
+    h, slope = column(rows, "h"), column(rows, "dA33")
+    for at, body in ((0.0, load.shape.parts[0].shape), (1.37, load.shape.parts[1].shape), (2.91, load.shape.parts[2].shape)):
+        assert np.abs(h - at).min() < 1e-12
+        jump = slope[np.abs(h - at).argmin()] - (column(rows, "dA33_next")[np.abs(h - at).argmin() - 1] if at > 0.0 else 0.0)
+        assert jump == pytest.approx(0.5 * RHO * body.C_s * body.solid_area, rel=0.01)
+    roof = 0.11 + load.shape.parts[3].shape.contact
+    assert np.abs(h - roof).min() < 1e-12
+
+
+def test_more_heights_than_levels_are_refused_in_one_line():
+    levels = [{"h": f"{0.05 * i!r} m", "V": f"{i} L", "A33": f"{10 * i} kg", "A_p": "1 m^2"} for i in range(200)]
+    load = Payload(name="stairs", mass="60 t", height="9.95 m", C_D=2.0, levels=levels)
+    with pytest.raises(LiftError, match=r'Payload "stairs": 200 different heights .* at most 129 .* give fewer levels') as e:
+        pack_payload(load, RHO, 100.0)
+    assert "\n" not in str(e.value)
 
 
 @pytest.mark.parametrize("kind", ["plate", "disc", "spool"])
 def test_the_steepest_rise_of_the_added_mass_is_that_of_the_slamming_coefficient(kind):
-    """The curve begins with the slope 1/2 rho C_s A_s; the levels' first straight piece is a few per cent less steep."""
+    """The curve begins with the slope 1/2 rho C_s A_s, and so do the levels."""
     load = payload(kind, C_s=4.0)
     _, rows = pack_payload(load, RHO, 100.0)
-    assert rows[:, 2].max() == pytest.approx(0.5 * RHO * 4.0 * load.shape.solid_area, rel=0.05)
-    assert rows[:, 2].max() == rows[0, 2]
+    assert slopes(rows).max() == pytest.approx(0.5 * RHO * 4.0 * load.shape.solid_area, rel=1e-5)
+    assert slopes(rows).max() == column(rows, "dA33")[0]
 
 
 def test_a_suction_anchor_slams_once_the_water_reaches_its_roof():
     load = payload("suction-anchor")
-    record, rows = pack_payload(load, RHO, 100.0)
-    h = np.arange(LEVELS) / record.i_dh
-    first = int(np.flatnonzero(rows[:, 2])[0])
-    assert h[first] == pytest.approx(9.7, rel=1e-9)
+    _, rows = pack_payload(load, RHO, 100.0)
+    first = int(np.flatnonzero(column(rows, "dA33"))[0])
+    assert column(rows, "h")[first] == pytest.approx(9.7, rel=1e-9)
     roof = 0.5 * RHO * 5.0 * math.pi / 4.0 * (5.0**2 - 0.03 * 4.94**2)
     inside = RHO * math.pi / 4.0 * 4.94**2 * 9.7 / (0.25 * 9.7)
-    assert rows[first, 2] == pytest.approx(roof + inside, rel=0.06)
+    assert column(rows, "dA33")[first] == pytest.approx(roof + inside, rel=1e-5)
     gentle = pack_payload(payload("suction-anchor", engaged="9 m"), RHO, 100.0)[1]
-    assert gentle[:, 2].max() < 0.6 * rows[:, 2].max()
-    assert gentle[-1, 1] == pytest.approx(rows[-1, 1])
+    assert slopes(gentle).max() < 0.6 * slopes(rows).max()
+    assert column(gentle, "A33")[-1] == pytest.approx(column(rows, "A33")[-1])
 
 
 def test_a_suction_anchor_takes_the_water_inside_along():
@@ -176,15 +218,15 @@ def test_a_frame_whose_members_lie_in_one_layer_is_a_spool():
 
 def test_a_tall_frame_slams_less_than_a_flat_one_and_carries_the_same_water():
     tall, flat = (pack_payload(payload("frame", height=h), RHO, 100.0)[1] for h in ("5 m", "0.8 m"))
-    assert tall[:, 2].max() < 0.4 * flat[:, 2].max()
-    assert tall[-1, 1] == pytest.approx(flat[-1, 1])
+    assert slopes(tall).max() < 0.4 * slopes(flat).max()
+    assert column(tall, "A33")[-1] == pytest.approx(column(flat, "A33")[-1])
 
 
 def test_a_tall_frame_of_thin_members_is_known_up_to_its_top():
     load = payload("frame", diameter="0.3 m", height="12 m", C_s=8.0)
     record, rows = pack_payload(load, RHO, 100.0)
     assert record.reach == 12.0
-    assert rows[-1, 0] == pytest.approx(60e3 / 7850.0)
+    assert column(rows, "V")[-1] == pytest.approx(60e3 / 7850.0)
 
 
 def test_a_frames_added_mass_is_the_mean_of_its_members():

@@ -14,6 +14,7 @@ from stillhook.errors import LiftError, StillhookError
 from stillhook.library.files import LABELS
 from stillhook.library.payloads import payloads, read_payload
 from stillhook.lift.payload import Payload
+from stillhook.physics.payload import WettedLevel
 
 RHO = 1025.0
 names = pytest.mark.parametrize("name", payloads())
@@ -60,10 +61,11 @@ def test_a_library_payload_sinks_lands_and_is_slammed_within_reason(name):
     """Speeds of free sinking from 1 to 5 m/s, water taken along from a third to twenty times the mass."""
     load = read_payload(name)
     record, rows = pack_payload(load, RHO, 500.0)
-    W = record.W - RHO * record.g * rows[-1, 0]
+    covered = WettedLevel(*rows[-1])
+    W = record.W - RHO * record.g * covered.V
     assert 0.5 * record.W < W < record.W
-    assert 1.0 < math.sqrt(W / rows[-1, 3]) < 5.0
-    assert 0.3 < rows[-1, 1] / load.mass < 20.0
+    assert 1.0 < math.sqrt(W / covered.B) < 5.0
+    assert 0.3 < covered.A33 / load.mass < 20.0
     assert 0.0 < record.gap_B <= record.gap_0 < load.height + 3.0
 
 

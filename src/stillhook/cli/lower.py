@@ -38,7 +38,8 @@ def lower(
 ) -> None:
     """Lower a payload by a winch programme: splash zone, lowering in heave compensation, landing, all in one run.
 
-    Exit code 1 where a limit was passed, the load was too heavy, slings went slack, or the programme got stuck or was not finished.
+    Exit code 1 where a limit was passed, the load was too heavy, slings went slack before touch-down, the load touched the seabed in a
+    stage that does not land, or the programme got stuck or was not finished.
 
     Example: stillhook lower anchor-to-3000m --out anchor
     """
@@ -84,7 +85,9 @@ def _print(file: LiftFile, answer: dict[str, Any]) -> None:
     allowed = (file.crane.SWL + file.crane.hook_mass) * G
     print(f"most at the crane tip: {show(answer['F_w_max'], 'force')}, SWL and hook: {show(allowed, 'force')}")
     if not math.isnan(answer["t_landed"]):
-        print(f"landed after {show(answer['t_landed'], 'time')} at {show(answer['v_landed'], 'speed')}")
+        slack = answer["sling_slack_landed_time"]
+        after = f", slings slack for {show(slack, 'time')} from then on" if slack > 0.0 else ""
+        print(f"touched down after {show(answer['t_landed'], 'time')} at {show(answer['v_landed'], 'speed')}{after}")
     held = [row for row in answer["stages"] if row["mode"] == "ahc" and not math.isnan(row["eta_load"])]
     if held:
         least = min(held, key=lambda row: row["eta_load"])

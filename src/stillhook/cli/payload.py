@@ -17,7 +17,7 @@ LIGHT, DENSE = 900.0, 1300.0  # kg/m^3: fresh water to brine, and some room
 OUT_FILES = ("payload.png", "payload.json")
 PAYLOAD_HELP = "Name of the library, or path of a payload file (TOML)."
 COLUMNS = ("h", "V", "A33", "dA33", "B")
-EVERY = 4  # of the levels, on the printed table
+EVERY = 16  # of the levels, on the printed table
 
 
 @app.command("list")
@@ -75,7 +75,7 @@ def _print(answer: dict[str, Any]) -> None:
     levels = answer["levels"]
     dust = {name: 1e-9 * max(abs(level[name]) for level in levels) for name in COLUMNS}
     rows = [[human(name, level[name] if abs(level[name]) > dust[name] else 0.0, 4) for name in COLUMNS] for level in levels[::EVERY]]
-    print_table(header, rows, left=0, title="Over submergence: every fourth level")
+    print_table(header, rows, left=0, title="Over submergence: every sixteenth level")
     stated = [(s["field"], s["kind"], s["source"]) for s in answer["sources"]]
     print_table(("field", "kind", "source"), stated, left=3)
     if answer["shape"] != "levels":

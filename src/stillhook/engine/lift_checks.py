@@ -12,6 +12,7 @@ from stillhook.errors import LiftError, SpecError
 from stillhook.lift.lowering import Lowering
 from stillhook.lift.programme import Stage, StageMode
 from stillhook.physics.drum import LAST_TURNS, wire_usable
+from stillhook.physics.payload import WettedLevel
 from stillhook.physics.scalar import G
 from stillhook.plants.hoist import drum_geometry
 from stillhook.scenario import LONGEST
@@ -137,8 +138,8 @@ def check_lift_step(packed: PackedLift, step: float) -> None:
     geo = drum_geometry(packed.winch.s_w, hoist)
     k_0 = packed.lift.rope.EA / (hoist.wire.L_0 * packed.lift.rope.EA / hoist.wire.EA)
     rates["wire against the winch's inertia"] = math.sqrt(0.25 * k_0 * geo.lever**2 * geo.i_J / COUPLING)
-    load, wet = packed.lift.load, packed.table[-1]
-    m = load.m + wet[1]
+    load, covered = packed.lift.load, WettedLevel(*packed.table[-1].tolist())
+    m = load.m + covered.A33
     rates["payload on the spring of the seabed"] = math.sqrt(load.k_soil / m) / SOIL_LIMIT
     rates["payload in the damper of the seabed"] = load.c_soil / m / SOIL_LIMIT
     name, rate = max(rates.items(), key=lambda i: i[1])

@@ -16,7 +16,7 @@ from stillhook.control.plc import Memory, Plc
 from stillhook.engine.lanes import access, fields, offset, replace, size
 from stillhook.engine.stats import Stats, fold
 from stillhook.engine.window import window_add, window_turn
-from stillhook.physics.payload import LEVELS, Water, Wetted, middle, submergence, water_force, wetted
+from stillhook.physics.payload import LEVELS, Heights, Payload, Water, WettedLevel, heights, submergence, water_force, wetted
 from stillhook.physics.rope import Element, element, element_weight, pull_of_sling, sling_energy, sling_mean
 from stillhook.physics.scalar import STRICT, align_stack, scalar
 from stillhook.plants.lift import (
@@ -37,6 +37,7 @@ from stillhook.plants.lift import (
     fold_step,
     later,
     level_of,
+    on_ground,
     place,
     take_weights,
     waiting,
@@ -61,7 +62,7 @@ Lane = NamedTuple(
     "Lane",
     [
         *fields(base.Lane), ("ls", LiftStats), ("ly", LiftSignals), ("hang", Hanging), ("solve", Solve), ("sums", Sums), ("F_s", float),
-        ("lift", Lift), ("stage", Stage), ("lo", Wetted), ("hi", Wetted), ("part", float), ("seen", Windowed),
+        ("lift", Lift), ("stage", Stage), ("lo", WettedLevel), ("hi", WettedLevel), ("h_wet", float), ("seen", Windowed),
     ],
 )  # fmt: skip
 """Everything that one trajectory carries, beside the rows of its wire; begins as the lane of `stillhook.engine.driver` does."""
@@ -78,17 +79,17 @@ def store(cls: type):  # type: ignore[no-untyped-def]
 load = access(Lane, LANES).load
 with_plc, with_tau, with_F = replace(base.Params, "plc"), replace(Plc, "tau_F"), replace(Memory, "F")
 with_c = replace(Geometry, "c")
-put_ls, put_ly, put_solve, put_water, put_works = (
-    store(LiftStats), store(LiftSignals), store(Solve), store(Water), store(Works),
+put_ls, put_ly, put_solve, put_water, put_levels, put_works = (
+    store(LiftStats), store(LiftSignals), store(Solve), store(Water), store(Heights), store(Works),
 )  # fmt: skip
-LS, LY, HANG, SOLVE, SUMS, F_S, LIFT, STAGE_NOW, LO, HI, PART, SEEN = (
-    offset(Lane, f, LANES) for f in ("ls", "ly", "hang", "solve", "sums", "F_s", "lift", "stage", "lo", "hi", "part", "seen")
+LS, LY, HANG, SOLVE, SUMS, F_S, LIFT, STAGE_NOW, LO, HI, H_WET, SEEN = (
+    offset(Lane, f, LANES) for f in ("ls", "ly", "hang", "solve", "sums", "F_s", "lift", "stage", "lo", "hi", "h_wet", "seen")
 )
-SUP, ELEMENT, WATER, LEVEL, OMEGA_0, A_LOAD, SINCE, S_JOY, E_HELD, STAGE, K_STAGE, E_NOW, WORKS, V_BEFORE, DATUM = (
+SUP, ELEMENT, WATER, LEVEL, OMEGA_0, A_LOAD, SINCE, S_JOY, E_HELD, STAGE, K_STAGE, E_NOW, WORKS, V_BEFORE, DATUM, GROUNDED = (
     HANG + offset(Hanging, f, LANES)
     for f in (
         "sup", "element", "water", "level", "omega_0", "a_load", "since_taut", "s_joy", "e_held", "stage", "k_stage", "E", "works",
-        "v_before", "datum",
+        "v_before", "datum", "grounded",
     )
 )  # fmt: skip
 get_element, get_solve, get_lift, get_hang = (access(c, LANES).load for c in (Element, Solve, Lift, Hanging))
@@ -105,7 +106,10 @@ NST, NT = size(Stats), size(Stats) + size(LiftStats)
 NG = NT + SIGNALS
 """Numbers that are kept of a stage."""
 STAGE_SIZE = size(Stage)
-LAST_LEVEL = LEVELS - 1.0
+REACH = LIFT + offset(Lift, "load", LANES) + offset(Payload, "reach", LANES)
+COLUMNS = size(WettedLevel)
+HALF = (LEVELS - 1) // 2
+"""First stride of the search for a level."""
 
 
 @scalar
@@ -149,42 +153,62 @@ def water_between(lo, hi, l, j, H_w, last):
 
 
 @scalar
-def take_water(A, B, N, lo, hi, H_w, levels):
-    """The water at every load at the start of a cycle, from the samples before and after: cubic in time and over the levels of depth."""
+def water_at(y, last_moving, lo, hi, l, H_w, last):
+    """Speed and acceleration of the water at level y, between two samples: cubic in time and over the levels of depth."""
+    j, f = place(y, last_moving)
+    w_0, a_0 = water_between(lo, hi, l, j - 1, H_w, last)
+    w_1, a_1 = water_between(lo, hi, l, j, H_w, last)
+    w_2, a_2 = water_between(lo, hi, l, j + 1, H_w, last)
+    w_3, a_3 = water_between(lo, hi, l, j + 2, H_w, last)
+    moves = 1.0 if y <= last_moving else 0.0
+    return moves * cubic(w_0, w_1, w_2, w_3, f), moves * cubic(a_0, a_1, a_2, a_3, f)
+
+
+@scalar
+def take_water(A, B, N, T, lo, hi, H_w, levels):
+    """The water at every load at the start of a cycle, from the samples before and after, over its part that is wet now."""
     pay = B[(N + 1) * ROW :]
-    last = levels - 1
+    for l in range(LANES):
+        eta, eta_dot, eta_1, eta_dot_1 = lo[l], lo[LANES + l], hi[l], hi[LANES + l]
+        surface = H_w[0] * eta + H_w[1] * eta_dot + H_w[2] * eta_1 + H_w[3] * eta_dot_1
+        A[WATER + l] = surface
+        A[WATER + LANES + l] = H_w[4] * eta + H_w[5] * eta_dot + H_w[6] * eta_1 + H_w[7] * eta_dot_1
+        lift = get_lift(A, LIFT + l)
+        A[H_WET + l] = submergence(lift.z_ref + pay[Q + l], surface, lift.load.reach)
+    look_up(A, T)
     for l in range(LANES):
         b = load(A, l)
-        z = middle(b.lift.z_ref + pay[Q + l], b.lift.load)
-        y = level_of(z, b.hang.level, b.lift.field)
-        j, f = place(y, b.lift.field.last)
-        w_0, a_0 = water_between(lo, hi, l, j - 1, H_w, last)
-        w_1, a_1 = water_between(lo, hi, l, j, H_w, last)
-        w_2, a_2 = water_between(lo, hi, l, j + 1, H_w, last)
-        w_3, a_3 = water_between(lo, hi, l, j + 2, H_w, last)
-        moves = 1.0 if y <= b.lift.field.last else 0.0
-        eta, eta_dot = lo[l], lo[LANES + l]
-        eta_1, eta_dot_1 = hi[l], hi[LANES + l]
-        water = Water(
-            H_w[0] * eta + H_w[1] * eta_dot + H_w[2] * eta_1 + H_w[3] * eta_dot_1,
-            H_w[4] * eta + H_w[5] * eta_dot + H_w[6] * eta_1 + H_w[7] * eta_dot_1,
-            moves * cubic(w_0, w_1, w_2, w_3, f),
-            moves * cubic(a_0, a_1, a_2, a_3, f),
-        )
-        put_water(A, WATER + l, water)
-        A[LEVEL + l] = y
+        field, last = b.lift.field, levels - 1
+        z = heights(b.lift.z_ref + pay[Q + l], wetted(b.h_wet, b.lo, b.hi))
+        y = Heights(
+            level_of(z.m_1, b.hang.level.m_1, field), level_of(z.m_2, b.hang.level.m_2, field), level_of(z.d_1, b.hang.level.d_1, field),
+            level_of(z.d_2, b.hang.level.d_2, field),
+        )  # fmt: skip
+        _, a_1 = water_at(y.m_1, field.last, lo, hi, l, H_w, last)
+        _, a_2 = water_at(y.m_2, field.last, lo, hi, l, H_w, last)
+        w_1, b_1 = water_at(y.d_1, field.last, lo, hi, l, H_w, last)
+        w_2, b_2 = water_at(y.d_2, field.last, lo, hi, l, H_w, last)
+        put_water(A, WATER + l, Water(b.hang.water.eta, b.hang.water.eta_dot, a_1, a_2, w_1, w_2, b_1, b_2))
+        put_levels(A, LEVEL + l, y)
 
 
 @scalar
 def look_up(A, T):
-    """The levels beside every lane's level A[PART], from the table T; A[PART] is then the part of the way between them."""
+    """The levels above and below every lane's submergence A[H_WET], from the table T; where the last ones still are, nothing is done.
+
+    Their depth h is the first column, rising.
+    """
     for l in range(LANES):
-        j, f = place(A[PART + l], LAST_LEVEL)
-        row = T[4 * j * LANES :]
-        for c in range(4):
+        h, j, stride = A[H_WET + l], 0, HALF
+        if h >= A[LO + l] and (h < A[HI + l] or A[HI + l] >= A[REACH + l]):
+            continue
+        while stride > 0:
+            j += stride if T[(j + stride) * COLUMNS * LANES + l] <= h else 0
+            stride //= 2
+        row = T[j * COLUMNS * LANES :]
+        for c in range(COLUMNS):
             A[LO + c * LANES + l] = row[c * LANES + l]
-            A[HI + c * LANES + l] = row[(4 + c) * LANES + l]
-        A[PART + l] = f
+            A[HI + c * LANES + l] = row[(COLUMNS + c) * LANES + l]
 
 
 @scalar
@@ -236,7 +260,7 @@ def cycle(A, B, N, S, T, n_stages, t, w):
         e, rope = b.hang.element, b.lift.rope
         geo = with_c(geometry(b.x, b.p), e.c / e.k * rope.EA / rope.L_0)  # from drum to tip the wire is damped as its elements are
         raw = sense(b.x, b.m, b.tick, tip, geo, 0.0, b.p)
-        order, sup = supervise(Watch(t, raw.s_w, raw.F, raw.v_tip), b.hang.sup, b.stage, b.lift.settings)
+        order, sup = supervise(Watch(t, raw.s_w, raw.F, raw.s_tip, raw.v_tip), b.hang.sup, b.stage, b.lift.settings)
         o = b.tick
         tick = Tick(
             o.s, o.v, o.a, o.s_m, o.v_m, o.a_m, order.v_op, order.s_op, order.mode, o.f_pump, o.f_known, o.n_s, o.n_F, o.f_passive,
@@ -263,9 +287,9 @@ def cycle(A, B, N, S, T, n_stages, t, w):
     for l in range(LANES):
         b = load(A, l)
         q = hook[ROW + Q + l]
-        A[PART + l] = submergence(b.lift.z_ref + q, b.hang.water.eta, b.lift.load.reach) * b.lift.load.i_dh
+        A[H_WET + l] = submergence(b.lift.z_ref + q, b.hang.water.eta, b.lift.load.reach)
         sup, beside = b.hang.sup, q - b.hang.s_joy
-        over = sup.stage + sup.done != b.hang.stage or (b.stage.mode == STAGE_LANDING and (sup.landed > 0.0 or b.ls.t_landed < NEVER))
+        over = sup.stage + sup.done != b.hang.stage or (b.stage.mode == STAGE_LANDING and (sup.landed > 0.0 or b.hang.grounded > 0.0))
         anew = b.hang.datum >= NEVER or waiting(sup, b.stage, b.lift.settings.code) > 0.5
         datum = beside if anew and not over else b.hang.datum
         stretch = hook[Q + l] - q
@@ -279,13 +303,13 @@ def cycle(A, B, N, S, T, n_stages, t, w):
         b = load(A, l)
         q, v = hook[ROW + Q + l], hook[ROW + V + l]
         z, water = b.lift.z_ref + q, b.hang.water
-        force = water_force(z, v, wetted(b.part, b.lo, b.hi), water, b.lift.load)
+        force = water_force(z, v, wetted(b.h_wet, b.lo, b.hi), water, b.lift.load)
         h = submergence(z, water.eta, b.lift.load.H)
         put_ly(
             A, LY + l,
             LiftSignals(
                 z, hook[Q + l], hook[V + l], b.F_s, force.buoyancy, force.inertia, force.drag, force.slam, force.bottom,
-                water.eta, water.w, h, b.hang.stage,
+                water.eta, 0.5 * (water.w_1 + water.w_2), h, b.hang.stage,
             ),
         )  # fmt: skip
         A[S_LOAD + l] = q
@@ -310,14 +334,14 @@ def wire_step(A, B, N, T, t, tau, h):
     for l in range(LANES):
         g, lift = get_hang(A, HANG + l), get_lift(A, LIFT + l)
         z = lift.z_ref + ahead(hook[ROW + Q + l], hook[ROW + V + l], g.a_load, 0.5 * h)
-        A[PART + l] = submergence(z, later(g.water, tau + 0.5 * h).eta, lift.load.reach) * lift.load.i_dh
+        A[H_WET + l] = submergence(z, later(g.water, tau + 0.5 * h).eta, lift.load.reach)
     look_up(A, T)
     for l in range(LANES):
         b = load(A, l)
         q, v = hook[ROW + Q + l], hook[ROW + V + l]
         z, v_mid = b.lift.z_ref + ahead(q, v, b.hang.a_load, 0.5 * h), v + 0.5 * h * b.hang.a_load
-        force = water_force(z, v_mid, wetted(b.part, b.lo, b.hi), later(b.hang.water, tau + 0.5 * h), b.lift.load)
-        put_solve(A, SOLVE + l, begin(b, B[Q + l], v, v_mid, later(b.hang.water, tau + 0.5 * h).w, force, h))
+        force = water_force(z, v_mid, wetted(b.h_wet, b.lo, b.hi), later(b.hang.water, tau + 0.5 * h), b.lift.load)
+        put_solve(A, SOLVE + l, begin(b, B[Q + l], v, v_mid, force, h))
         A[SUMS + l] = 0.0
         A[SUMS + LANES + l] = 0.0
     for l in range(LANES):
@@ -365,19 +389,20 @@ def finish(A, B, N, t, h):
         f, w = s.force, g.works
         put_works(A, WORKS + l, Works(
             w.top, w.damping + lost, w.gravity + h * lift.load.W * v_p, w.buoyancy + h * f.buoyancy * v_p,
-            w.inertia + (h * f.inertia - f.m_a * dv) * v_p, w.drag + h * (f.drag - s.slope * (v_p - s.v_mid)) * v_p,
+            w.inertia + (h * f.inertia - f.m_a * dv) * v_p, w.drag + h * (f.drag - f.damping * (v_p - s.v_mid)) * v_p,
             w.slam + h * f.slam * v_p, w.bottom + h * f.bottom * v_p, w.relay,
         ))  # fmt: skip
-        before = lift.z_ref + hook[ROW + Q + l] < -lift.load.depth
+        z_0, v_0 = lift.z_ref + hook[ROW + Q + l], hook[ROW + V + l]
         hook[ROW + Q + l] += h * v_p
         hook[ROW + V + l] += dv
         hook[V + l] = 2.0 * v_h - hook[V + l]
         hook[Q + l] += h * v_h
         A[SUMS + LANES + l] = hook[W + l] * v_h
         since = g.since_taut + h if F_s > 0.0 else 0.0
-        snapping = 1.0 if F_s > 0.0 and since < SNAP and b.ls.slack > 0.0 else 0.0
+        snapping = 1.0 if F_s > 0.0 and since < SNAP and b.ls.slack + b.ls.slack_landed > 0.0 else 0.0
         z, v = lift.z_ref + hook[ROW + Q + l], hook[ROW + V + l]
-        put_ls(A, LS + l, fold_step(b.ls, t, h, z, v, F_s, snapping, f, before, lift.load))
+        put_ls(A, LS + l, fold_step(b.ls, t, h, z_0, v_0, z, v, F_s, snapping, f, g.grounded, lift.load))
+        A[GROUNDED + l] = on_ground(g.grounded, z, lift.load)
         A[A_LOAD + l] = dv / h
         A[SINCE + l] = since
         A[F_S + l] = F_s
@@ -421,7 +446,7 @@ def run(A, B, N, D_, cols, H, S, n_stages, T, E, H_w, levels, dt_w, i_0, W_, G, 
             i = int(place_w + 1.0e-9)
             take_weights(H_w, place_w - i, dt_w)
             sample = E[(i - i_0) * (2 + 2 * levels) * LANES :]
-            take_water(A, B, N, sample, sample[(2 + 2 * levels) * LANES :], H_w, levels)
+            take_water(A, B, N, T, sample, sample[(2 + 2 * levels) * LANES :], H_w, levels)
         relay(A, B, N)
         new_stages(A, W_, G, starts, first, n_stages, k, n_win, t_cycle)
         cycle(A, B, N, S, T, n_stages, k * t_cycle, 0.5 if (k == 0 or k == final) else 1.0)

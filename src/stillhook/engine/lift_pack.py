@@ -10,17 +10,17 @@ from numpy.typing import NDArray
 from stillhook.control.lift_modes import Watch, supervisor_at_rest
 from stillhook.control.plc import MANUAL
 from stillhook.crane import Crane
-from stillhook.engine.lift_payload import pack_payload
+from stillhook.engine.lift_payload import pack_payload, wetted_at
 from stillhook.engine.lift_programme import Programme, hanging, pack_programme, wire_strength
 from stillhook.engine.pack import MODE_CODE, Packed, pack
 from stillhook.lift.lowering import Lowering
 from stillhook.lift.programme import StageMode
 from stillhook.physics.load import Load
-from stillhook.physics.payload import Payload, Water, Wetted, middle, submergence, wetted
+from stillhook.physics.payload import Heights, Water, heights, submergence
 from stillhook.physics.rope import Element, Rope, Sling, element, element_weight
 from stillhook.physics.scalar import G
 from stillhook.physics.wire import Wire
-from stillhook.plants.lift import Field, Hanging, Hook, Lift, Works, level_of, place
+from stillhook.plants.lift import Field, Hanging, Hook, Lift, Works, level_of
 from stillhook.scenario import Operator, Scenario
 from stillhook.sea.kinematics import WaveField
 
@@ -86,13 +86,6 @@ def rope_record(crane: Crane, case: Lowering, M: float) -> Rope:
     )
 
 
-def payload_at(z: float, load: Payload, table: Array) -> Wetted:
-    """The payload's numbers with its underside at z in still water [m]."""
-    h = submergence(z, 0.0, load.reach)
-    i, f = place(h * load.i_dh, len(table) - 1.0)
-    return wetted(f, Wetted(*table[i]), Wetted(*table[i + 1]))
-
-
 def field_record(waves: WaveField | None) -> Field:
     return STILL_WATER if waves is None else Field(waves.z_0, 1.0 / waves.ds, waves.w.shape[1] - 1.0)
 
@@ -109,7 +102,7 @@ def pack_lift(crane: Crane, case: Lowering, s_tip: float = 0.0) -> PackedLift:
     programme = pack_programme(crane, case)
     s_w = hanging(crane, case, case.z_0).s_w
     load, table = pack_payload(case.payload, case.rho, case.depth)
-    wet = payload_at(case.z_0, load, table)
+    wet = wetted_at(submergence(case.z_0, 0.0, load.reach), table)
     m_s, r = load.m, case.rigging
     sling = Sling(k=r.stiffness, c=2.0 * r.zeta * math.sqrt(r.stiffness * m_s))
     hook = Hook(crane.hook_mass, crane.hook_mass * G)
@@ -127,15 +120,16 @@ def pack_lift(crane: Crane, case: Lowering, s_tip: float = 0.0) -> PackedLift:
     lift = Lift(rope, sling, hook, load, settings, field, 0.0, settings.t_cycle)
     q = at_rest(lift, s_tip, k_0, weights, F_sling, e)
     lift = lift._replace(z_ref=case.z_0 + s_tip - float(q[-1]))
-    sup = supervisor_at_rest(Watch(0.0, s_w, F_top, 0.0), settings)
-    z = middle(case.z_0 + s_tip, load)
-    level = math.log(1.0 + max(-z, 0.0) / field.z_w) * field.i_ds
-    still = Water(0.0, 0.0, 0.0, 0.0)
+    sup = supervisor_at_rest(Watch(0.0, s_w, F_top, 0.0, 0.0), settings)
+    z = case.z_0 + s_tip
+    at = heights(z, wetted_at(submergence(z, 0.0, load.reach), table))
+    levels = Heights(*(level_of(z, math.log(1.0 + max(-z, 0.0) / field.z_w) * field.i_ds, field) for z in at))
+    still = Water(*[0.0] * len(Water._fields))
     E = 0.5 * e.k * float(np.sum(np.diff(q[:-1]) ** 2)) + 0.5 * sling.k * (q[-2] - q[-1]) ** 2
     works = Works(*[0.0] * len(Works._fields))
     hang = Hanging(
-        sup=sup, element=e, water=still, level=level_of(z, level, field), omega_0=0.0, a_load=0.0, since_taut=0.0, s_joy=0.0, e_held=0.0,
-        stage=0.0, k_stage=0.0, E=E, E_0=E, works=works, v_before=0.0, datum=float(q[-1]),
+        sup=sup, element=e, water=still, level=levels, omega_0=0.0, a_load=0.0, since_taut=0.0, s_joy=0.0, e_held=0.0,
+        stage=0.0, k_stage=0.0, E=E, E_0=E, works=works, v_before=0.0, datum=float(q[-1]), grounded=0.0,
     )  # fmt: skip
     return PackedLift(_winch(crane, case, s_w, F_top), lift, hang, q, weights, table, wet.A33, programme)
 

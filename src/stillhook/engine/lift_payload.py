@@ -1,6 +1,8 @@
-"""A payload as the kernels read it: one record, and its numbers at even levels of submergence."""
+"""A payload as the kernels read it: one record, and its numbers at levels of submergence, one of them at every horizontal face."""
 
 import math
+from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,27 +14,69 @@ from stillhook.physics.payload import LEVELS
 from stillhook.physics.scalar import G
 from stillhook.units import show
 
-COLUMNS = len(kernel.Wetted._fields)
-"""Numbers of a level, in the order of `Wetted`: V, A33, dA33, B."""
+Array = NDArray[np.float64]
+
+COLUMNS = kernel.WettedLevel._fields
+"""Numbers of a level."""
+SAME = 1.0e-6
+"""Faces that lie closer than this part of `reach` are one."""
+BEFORE = 1.0e-12
+"""Part of `reach` short of a level at which drag is taken: what a face brings comes in over the level above it, whatever rounding does."""
+AFTER = 1.0e-6
+"""Part of the way to the next level over which the slope of the added mass at a level is taken."""
 PLAIN_DRAG_GROWTH = 1.0
 """Growth of the drag at touch-down for payloads without hatches (assumed): the water has to leave sideways."""
 
 
-def pack_payload(payload: Payload, rho: float, depth: float) -> tuple[kernel.Payload, NDArray[np.float64]]:
-    """The record and the levels (LEVELS, 4) of a payload over a seabed `depth` [m] down, in water of density rho [kg/m^3].
+class Spread(NamedTuple):
+    """How much of something there is at every level, and its first and second moment over the height above the underside."""
 
-    Row j holds `Wetted` at submergence j reach / (LEVELS - 1). Errors: LiftError where the payload floats.
+    m_0: Array
+    m_1: Array
+    m_2: Array
+
+    def centre(self, otherwise: Array) -> tuple[Array, Array]:
+        """Centre above the underside and radius of gyration [m]; where there is nothing those of an even spread over the height
+        `otherwise` [m]."""
+        some = self.m_0 > 0.0
+        m_0 = np.where(some, self.m_0, 1.0)
+        y = np.where(some, self.m_1 / m_0, 0.5 * otherwise)
+        r_2 = np.where(some, self.m_2 / m_0 - y * y, otherwise**2 / 12.0)
+        return y, np.sqrt(np.maximum(r_2, 0.0))
+
+
+def evenly(amount: Array, at: float, over: Array) -> Spread:
+    """An amount spread evenly from the height `at` on over the heights `over` [m]."""
+    y = at + 0.5 * over
+    return Spread(amount, amount * y, amount * (y * y + over**2 / 12.0))
+
+
+def total(parts: list[Spread]) -> Spread:
+    return Spread(*(np.sum(column, axis=0) for column in zip(*parts, strict=True)))
+
+
+def pack_payload(payload: Payload, rho: float, depth: float) -> tuple[kernel.Payload, Array]:
+    """The record and the levels (LEVELS, fields of `WettedLevel`) of a payload over a seabed `depth` [m] down, in water of density rho
+    [kg/m^3]. Errors: LiftError where the payload floats, or has more faces than there are levels.
     """
-    reach = level_reach(payload, rho)
-    h = np.linspace(0.0, reach, LEVELS)
-    at = payload.at(h, rho)
-    rows = np.zeros((LEVELS, COLUMNS))
-    rows[:, 0], rows[:, 1], rows[:, 3] = at.V, at.A33, 0.5 * rho * payload.C_D * at.A_p
-    rows[:-1, 2] = np.diff(at.A33) / np.diff(h)
+    h = level_heights(payload, rho)
+    reach, dh = float(h[-1]), np.diff(h)
+    at, short = payload.at(h, rho), np.maximum(h - BEFORE * reach, 0.0)
+    slope = np.diff(at.A33) / dh
+    after = (payload.at(h[:-1] + AFTER * dh, rho).A33 - at.A33[:-1]) / (AFTER * dh)
+    after = np.clip(after, np.minimum(0.0, 2.0 * slope), np.maximum(0.0, 2.0 * slope))
+    y_m, r_m, y_d, r_d = centres(payload, h, short, rho)
+    rows = np.zeros((LEVELS, len(COLUMNS)))
+    rows[:-1, COLUMNS.index("dA33")], rows[:-1, COLUMNS.index("dA33_next")] = after, 2.0 * slope - after
+    B = 0.5 * rho * payload.C_D * payload.at(short, rho).A_p
+    known = {"h": h, "V": at.V, "A33": at.A33, "B": B, "y_m": y_m, "r_m": r_m, "y_d": y_d, "r_d": r_d}
+    for name, column in known.items():
+        rows[:, COLUMNS.index(name)] = column
+    covered = kernel.WettedLevel(*rows[-1].tolist())
     W_sub = submerged_weight(payload, rho)
     bed = payload.seabed
     k_soil = W_sub / bed.settlement
-    A33 = float(at.A33[-1]) * (1.0 + bed.added_mass)
+    A33 = covered.A33 * (1.0 + bed.added_mass)
     gap_0 = bed.gap if bed.gap is not None else mouth(payload, rho)
     vent = 0.0 if payload.shape is None else payload.shape.vent_gap
     record = kernel.Payload(
@@ -48,19 +92,63 @@ def pack_payload(payload: Payload, rho: float, depth: float) -> tuple[kernel.Pay
         gap_0=gap_0,
         gap_B=gap_0 if vent <= 0.0 else vent,
         bottom_A=bed.added_mass,
-        bottom_B=drag_growth(payload, float(rows[-1, 3]), rho),
+        bottom_B=drag_growth(payload, covered.B, rho),
         reach=reach,
-        i_dh=(LEVELS - 1) / reach,
     )
     return record, rows
 
 
-def level_reach(payload: Payload, rho: float) -> float:
-    """Submergence of the last level [m]: nothing changes beyond it, and the first face that hits water lies on a level."""
+def level_heights(payload: Payload, rho: float) -> Array:
+    """Submergence of every level [m]: one at each face of a shape, or at each level that was given, the rest even between them.
+
+    Nothing changes beyond the last. Errors: LiftError where there are more faces than levels.
+    """
     reach = payload.reach(rho)
-    contact = 0.0 if payload.shape is None else payload.shape.contact
-    before = math.floor(contact / reach * (LEVELS - 1))
-    return contact * (LEVELS - 1) / before if before > 0 else reach
+    faces = [level.h for level in payload.levels] if payload.shape is None else payload.shape.faces(rho)
+    marks = [0.0]
+    for h in sorted(faces):
+        if marks[-1] + SAME * reach < h < reach * (1.0 - SAME):
+            marks.append(h)
+    marks.append(reach)
+    if len(marks) > LEVELS:
+        raise LiftError(
+            f'Payload "{payload.name}": {len(marks)} different heights at which something begins or ends, and at most {LEVELS} are kept '
+            "apart. Join parts, or give fewer levels."
+        )
+    gaps, parts = np.diff(marks), np.ones(len(marks) - 1, dtype=int)
+    while parts.sum() < LEVELS - 1:
+        parts[np.argmax(gaps / parts)] += 1
+    inside = [np.linspace(a, b, n, endpoint=False) for (a, b), n in zip(pairwise(marks), parts, strict=True)]
+    return np.append(np.concatenate(inside), reach)
+
+
+def centres(payload: Payload, h: Array, short: Array, rho: float) -> tuple[Array, Array, Array, Array]:
+    """y_m, r_m, y_d, r_d of `WettedLevel` at the levels h [m], drag as it is just short of them.
+
+    The displaced volume sits where each level adds it. Added mass and drag are those of the flow about a body: each body's is spread evenly
+    over its wet height, and that of a payload which was given by levels over its own.
+    """
+    at = payload.at(h, rho)
+    wet = np.clip(h, 0.0, payload.height)
+    if payload.shape is None:
+        added, drag = evenly(at.A33, 0.0, wet), evenly(payload.at(short, rho).A_p, 0.0, wet)
+    else:
+        shares = [(s, np.clip(h - s.at, 0.0, s.body.tall)) for s in payload.shape.shares]
+        added = total([evenly(s.n * s.body.added_mass(h - s.at, rho), s.at, over) for s, over in shares])
+        drag = total([evenly(s.n * s.body.area(short - s.at), s.at, over) for s, over in shares])
+    first = evenly(np.full_like(h, at.V[0]), 0.0, wet)
+    dV = np.diff(at.V)
+    lo, hi = h[:-1], h[1:]
+    moments = (dV, dV * (lo + hi) / 2.0, dV * (lo * lo + lo * hi + hi * hi) / 3.0)
+    later = Spread(*(np.concatenate([[0.0], np.cumsum(m)]) for m in moments))
+    mass = total([Spread(*(rho * m for m in first)), Spread(*(rho * m for m in later)), added])
+    return *mass.centre(wet), *drag.centre(wet)
+
+
+def wetted_at(h: float, rows: Array) -> kernel.Wetted:
+    """A payload's numbers at the submergence h [m], from its levels."""
+    j = min(max(int(np.searchsorted(rows[:, 0], h, side="right")) - 1, 0), LEVELS - 2)
+    return kernel.wetted(h, kernel.WettedLevel(*rows[j]), kernel.WettedLevel(*rows[j + 1]))
 
 
 def submerged_weight(payload: Payload, rho: float) -> float:

@@ -34,6 +34,8 @@ END_CODE = {
     "landed": modes.UNTIL_LANDED,
     "tension": modes.UNTIL_TENSION,
 }
+COMPENSATED = (StageMode.AHC, StageMode.TENSION, StageMode.LANDING)
+"""Modes in which the controller compensates the tip's motion, and which a winch in another one enters as the tip turns."""
 HOOK_SHARE = 0.5
 """Part of the empty hook's weight below which the wire counts as slack, for the entry into compensation."""
 
@@ -107,9 +109,10 @@ def pack_programme(crane: Crane, lift: Lowering) -> Programme:
     if lift.controller is Mode.MANUAL:
         raise LiftError('controller = "manual": it does not compensate. Give the controller of the compensated stages, such as "ssc".')
     names = stage_names(lift.programme)
+    following = [*lift.programme[1:], None]
     rows = [
-        _row(crane, lift, stage, f'stage "{name}"', last=i == len(names))
-        for i, (name, stage) in enumerate(zip(names, lift.programme, strict=True), 1)
+        _row(crane, lift, stage, f'stage "{name}"', after)
+        for name, stage, after in zip(names, lift.programme, following, strict=True)
     ]
     return Programme(np.array(rows, dtype=np.float64), settings(crane, lift), names)
 
@@ -144,7 +147,19 @@ def settings(crane: Crane, lift: Lowering) -> LiftSettings:
     )
 
 
-def _row(crane: Crane, lift: Lowering, stage: Stage, where: str, *, last: bool) -> modes.Stage:
+def speed_at_end(stage: Stage, after: Stage | None) -> float:
+    """Joystick speed, lowering positive, with which a stage comes to its depth or wire [m/s]; after: the stage that follows.
+
+    A winch that goes on the same way without waiting passes at the slower of the two speeds. Otherwise it stops there: before a stage that
+    stands, turns back, holds a tension or waits for the tip, and at the end of the programme.
+    """
+    if after is None or after.mode is StageMode.TENSION or stage.lower * after.lower <= 0.0:
+        return 0.0
+    waits = after.mode in COMPENSATED and stage.mode not in COMPENSATED
+    return 0.0 if waits else math.copysign(min(abs(stage.lower), abs(after.lower)), stage.lower)
+
+
+def _row(crane: Crane, lift: Lowering, stage: Stage, where: str, after: Stage | None) -> modes.Stage:
     for name in ("hold", "tension"):
         F = getattr(stage, name)
         if F is not None and F > crane.SWL * G:
@@ -171,7 +186,8 @@ def _row(crane: Crane, lift: Lowering, stage: Stage, where: str, *, last: bool) 
         until=END_CODE[end],
         value=value,
         timeout=timeout(lift, stage),
-        last=1.0 if last else 0.0,
+        last=1.0 if after is None else 0.0,
+        v_end=-speed_at_end(stage, after),
     )
 
 

@@ -11,8 +11,10 @@ from stillhook.engine.run import Ending
 from stillhook.engine.stats import Stats
 from stillhook.engine.summary import LIMITS, OK
 from stillhook.lift.lowering import Lowering
-from stillhook.plants.lift import NEVER
+from stillhook.lift.programme import StageMode
+from stillhook.plants.lift import NEVER, LiftStats
 from stillhook.plants.state import Powers
+from stillhook.units import show
 
 AUDIT = 0.01
 """Energy not found again, over all that passed, from which a lowering is numerically wrong [-]; sound ones stay below 1e-3."""
@@ -21,16 +23,15 @@ AUDIT_FLOOR = 1.0e4
 LOWEST = {
     "e_min", "em_min", "tip_min", "p_min", "p_hp_min", "alpha_m_min", "F_min", "V_min", "P_min", "F_s_min", "z_min", "v_min", "t_landed",
 }  # fmt: skip
-SUMMED = {"cycles", "e_sum", "e2_sum", "tip_sum", "tip2_sum", "pump_abs", "slack"}
+SUMMED = {"cycles", "e_sum", "e2_sum", "tip_sum", "tip2_sum", "pump_abs", "slack", "slack_landed"}
 
 
 NUMBERS = (
     "duration", "s_tip_pp", "e_c_pp", "eta_c", "load_pp", "hook_pp", "eta_load", "F_w_max", "F_w_min", "F_sling_max", "F_sling_min",
-    "DAF", "snap", "sling_slack_time", "slack_time", "z_load_min", "z_load_max", "v_load_min", "v_load_max", "F_slam_max",
-    "F_drag_max", "F_bottom_max", "t_landed", "v_landed", "v_hit_max", "p_a_max", "p_b_max", "p_min", "alpha_m_min", "alpha_p_max",
-    "u_p_max", "omega_m_max", "v_w_max", "v_tip_max", "saturation_time", "relief_time", "overspeed_time", "stroke_time",
-    "cavitation_time", "wire_time", "power_time", "boost_time", "P_hpu_max",
-    "P_hpu_min",
+    "DAF", "snap", "sling_slack_time", "sling_slack_landed_time", "slack_time", "z_load_min", "z_load_max", "v_load_min", "v_load_max",
+    "F_slam_max", "F_drag_max", "F_bottom_max", "t_landed", "v_landed", "v_hit_max", "p_a_max", "p_b_max", "p_min", "alpha_m_min",
+    "alpha_p_max", "u_p_max", "omega_m_max", "v_w_max", "v_tip_max", "saturation_time", "relief_time", "overspeed_time", "stroke_time",
+    "cavitation_time", "wire_time", "power_time", "boost_time", "P_hpu_max", "P_hpu_min",
 )  # fmt: skip
 """Numbers that the whole run and each stage have alike."""
 STAGE_NUMBERS = ("t_begin", *NUMBERS)
@@ -87,15 +88,18 @@ def unaccounted(result: LiftResult, r: StageResult | None = None) -> float:
     return (winch + wire) / through if through > 0.0 else math.nan
 
 
-def status(result: LiftResult, r: StageResult, crane: Crane) -> str:
-    """ "ok", or what went beyond its limit, joined by commas: those of `stillhook.engine.summary`, and "sling" (slings went slack before
-    touch-down), "overload" (more tension at the crane tip than SWL and hook weigh, peaks included), "stuck" (a stage timed out),
-    "unfinished". "audit" is not asked where the wire snaps taut within a cycle of the audit."""
+def status(case: Lowering, result: LiftResult, r: StageResult, crane: Crane) -> str:
+    """ "ok", or what went beyond its limit, joined by commas: those of `stillhook.engine.summary`, and "sling" (slings went slack while the
+    load hung free), "touchdown" (the load touched the seabed in a stage that does not land), "overload" (more tension at the crane tip than
+    SWL and hook weigh, peaks included), "stuck" (a stage timed out), "unfinished". "audit" is not asked where the wire snaps taut within a
+    cycle of the audit."""
     if result.ending is Ending.DIVERGED:
         return "diverged"
     beyond = [name for name, field in LIMITS if getattr(r.stats, field) > 0.0]
-    if any(s.lift.slack > 0.0 for _, s in result.stages if s.lift.t_landed > NEVER / 2 and r.lift.t_landed > NEVER / 2):
+    if r.lift.slack > 0.0:
         beyond.append("sling")
+    if unplanned_touches(case, result):
+        beyond.append("touchdown")
     if r.stats.F_max > tip_capacity(crane):
         beyond.append("overload")
     if result.hang.sup.stuck > 0.0:
@@ -106,6 +110,12 @@ def status(result: LiftResult, r: StageResult, crane: Crane) -> str:
     if missing > AUDIT and missing * (r.stats.pump_abs * result.t_cycle + abs(result.hang.works.gravity)) > AUDIT_FLOOR:
         beyond.append("audit")
     return ", ".join(beyond) or OK
+
+
+def unplanned_touches(case: Lowering, result: LiftResult) -> list[tuple[int, LiftStats]]:
+    """Stages that do not land, or the time after the programme (numbered as one more stage), in which the load first touches the seabed."""
+    lands = [s.landed or s.mode is StageMode.LANDING for s in case.programme]
+    return [(i, s.lift) for i, s in result.stages if s.lift.t_landed < NEVER and not (i < len(lands) and lands[i])]
 
 
 def stage_numbers(result: LiftResult, r: StageResult) -> dict[str, float]:
@@ -129,6 +139,7 @@ def stage_numbers(result: LiftResult, r: StageResult) -> dict[str, float]:
         "DAF": _known(ls.F_s_max) / result.packed.lift.load.W,
         "snap": ls.snap,
         "sling_slack_time": ls.slack,
+        "sling_slack_landed_time": ls.slack_landed,
         "slack_time": st.slack_cycles * t,
         "z_load_min": _known(ls.z_min),
         "z_load_max": _known(ls.z_max),
@@ -193,16 +204,26 @@ def lift_summary(crane: Crane, case: Lowering, result: LiftResult) -> tuple[dict
     }
     if result.ending is Ending.DIVERGED:
         numbers = dict.fromkeys(numbers, math.nan)
-    return {"status": status(result, r, crane), **numbers, "notes": notes(case, result)}, rows
+    return {"status": status(case, result, r, crane), **numbers, "notes": notes(case, result)}, rows
 
 
 def notes(case: Lowering, result: LiftResult) -> list[str]:
     """What a reader should know beside the numbers."""
-    found = []
     if result.ending is Ending.DIVERGED:
-        found.append(f"lost its numbers by {result.t_end:.2f} s")
+        return [f"lost its numbers by {result.t_end:.2f} s"]
+    found = []
+    names = [*result.packed.programme.names, "after"]
+    for i, s in result.stages:
+        if s.lift.slack > 0.0:
+            snap = f", and snap at {show(s.lift.snap, 'force')}" if s.lift.snap > 0.0 else ""
+            found.append(f'stage "{names[i]}": slings slack for {s.lift.slack:.2f} s while the load hangs free{snap}')
+    for i, touch in unplanned_touches(case, result):
+        found.append(
+            f'stage "{names[i]}" does not land, and the load touches the seabed in it after {show(touch.t_landed, "time")} at '
+            f"{show(touch.v_landed, 'speed')}: end the stage before it higher, or land with mode = \"landing\" or landed = true"
+        )
     i = min(int(result.hang.sup.stage), len(case.programme) - 1)
-    name = result.packed.programme.names[i]
+    name = names[i]
     if result.hang.sup.stuck > 0.0:
         found.append(f'stage "{name}" did not end within its timeout of {result.packed.programme.rows[i][5]:g} s: the programme stands')
     elif result.hang.sup.done == 0.0:

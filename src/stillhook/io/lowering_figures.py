@@ -107,11 +107,11 @@ def _motion(ax: Axes, run: xarray.Dataset, lift: Lowering, t: Array) -> None:
 
 
 def asked_path(run: xarray.Dataset, lift: Lowering, t: Array) -> Array:
-    """Height that the joystick asks for [m]: what splash mode adds to it counts as motion."""
+    """Height that the joystick asks for [m]: what splash mode adds to it counts as motion, and so does a correction of leakage."""
     v, stage = np.array(run["v_op"].values), run["stage_number"].values.astype(int)
-    splash = np.array([*(each.mode is StageMode.SPLASH for each in lift.programme), False])[np.minimum(stage, len(lift.programme))]
+    adds = [each.mode in (StageMode.SPLASH, StageMode.MANUAL) for each in lift.programme]
     step = lift.winch.ramp * float(t[1] - t[0])
-    for i in np.flatnonzero(splash):
+    for i in np.flatnonzero(np.array([*adds, False])[np.minimum(stage, len(lift.programme))]):
         before = v[i - 1] if i else 0.0
         v[i] = before + min(max(-lift.programme[stage[i]].lower - before, -step), step)
     return np.concatenate([[0.0], np.cumsum(0.5 * (v[1:] + v[:-1]) * np.diff(t))])

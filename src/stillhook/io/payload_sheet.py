@@ -5,14 +5,19 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any
 
-from stillhook.engine.lift_payload import pack_payload
+import numpy as np
+
+from stillhook.engine.lift_payload import COLUMNS, pack_payload
 from stillhook.io.figures import COLOURS, GREY
 from stillhook.lift.payload import RHO_STEEL, Payload
-from stillhook.physics.payload import LEVELS
+from stillhook.physics.payload import WettedLevel
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+OF_LEVEL = ("h", "V", "A33", "dA33", "B")
+"""Numbers of a level on the sheet; dA33 is the slope just below the level."""
+SLOPES = [COLUMNS.index("dA33"), COLUMNS.index("dA33_next")]
 DEPTH = 1000.0
 """Depth that stands in the record [m]; no number of the sheet hangs on it."""
 
@@ -23,9 +28,10 @@ def payload_numbers(payload: Payload, rho: float) -> dict[str, Any]:
     Errors: LiftError where it floats.
     """
     record, rows = pack_payload(payload, rho, DEPTH)
-    V, A33, _, B = (float(x) for x in rows[-1])
+    covered, slopes = WettedLevel(*rows[-1].tolist()), rows[:, SLOPES]
+    V, A33, B = covered.V, covered.A33, covered.B
     W_sub = record.W - rho * record.g * V
-    heaviest = float(rows[:, 2].max())
+    heaviest, (level, end) = float(slopes.max()), np.unravel_index(slopes.argmax(), slopes.shape)
     return {
         "payload": payload.name,
         "title": payload.title,
@@ -40,12 +46,12 @@ def payload_numbers(payload: Payload, rho: float) -> dict[str, Any]:
         "C_D": payload.C_D,
         "v_sink": math.sqrt(W_sub / B) if B > 0.0 else None,
         "F_slam_1": heaviest,
-        "h_slam": (float(rows[:, 2].argmax()) / record.i_dh) if heaviest > 0.0 else None,
+        "h_slam": float(rows[level + end, 0]) if heaviest > 0.0 else None,
         "reach": record.reach,
         "gap": record.gap_0,
         "settlement": payload.seabed.settlement,
         "v_bottom": math.sqrt(W_sub / (B * (1.0 + record.bottom_B))) if B > 0.0 else None,
-        "levels": [{"h": j / record.i_dh, "V": row[0], "A33": row[1], "dA33": row[2], "B": row[3]} for j, row in enumerate(rows.tolist())],
+        "levels": [{name: row[COLUMNS.index(name)] for name in OF_LEVEL} for row in rows.tolist()],
         "sources": [{"field": k, "kind": s.kind.value, "source": s.text} for k, s in payload.sources.items()] + _unstated(payload),
     }
 
@@ -68,19 +74,19 @@ def payload_figure(payload: Payload, rho: float) -> Figure:
     from matplotlib.figure import Figure  # heavy: only where pictures are wanted
 
     record, rows = pack_payload(payload, rho, DEPTH)
-    h = [j / record.i_dh for j in range(LEVELS)]
+    h = rows[:, COLUMNS.index("h")]
     smooth = payload.curve(rho)
     figure = Figure(figsize=(11.0, 4.5), layout="constrained")
     axes = figure.subplots(1, 4, sharey=True)
     for ax, name, x, y in (
-        (axes[0], "displaced volume [m^3]", smooth.V, rows[:, 0]),
-        (axes[1], "added mass [t]", smooth.A33 / 1e3, rows[:, 1] / 1e3),
-        (axes[3], "drag at 1 m/s [kN]", 0.5 * rho * payload.C_D * smooth.A_p / 1e3, rows[:, 3] / 1e3),
+        (axes[0], "displaced volume [m^3]", smooth.V, rows[:, COLUMNS.index("V")]),
+        (axes[1], "added mass [t]", smooth.A33 / 1e3, rows[:, COLUMNS.index("A33")] / 1e3),
+        (axes[3], "drag at 1 m/s [kN]", 0.5 * rho * payload.C_D * smooth.A_p / 1e3, rows[:, COLUMNS.index("B")] / 1e3),
     ):
         ax.plot(x, smooth.h, color=COLOURS[0], lw=1.2)
-        ax.plot(y, h, ".", ms=4, color=COLOURS[1])
+        ax.plot(y, h, ".", ms=2, color=COLOURS[1])
         ax.set_xlabel(name)
-    axes[2].stairs(rows[:-1, 2] / 1e3, h, orientation="horizontal", color=COLOURS[1])
+    axes[2].plot(rows[:-1, SLOPES].ravel() / 1e3, np.repeat(h, 2)[1:-1], color=COLOURS[1], lw=1.2)
     axes[2].set_xlabel("slamming at 1 m/s [kN]")
     for ax in axes:
         ax.axhline(payload.height, color=GREY, lw=0.8, ls=":")

@@ -12,7 +12,7 @@ from pydantic import Field, field_validator, model_validator
 from stillhook import units as u
 from stillhook.errors import LiftError
 from stillhook.lift.members import Frame, Spool
-from stillhook.lift.shapes import Body, Box, Disc, FloatArray, Plate, Shape, SuctionAnchor
+from stillhook.lift.shapes import Body, Box, Disc, FloatArray, Plate, Shape, Share, SuctionAnchor
 from stillhook.scenario import Record
 
 BODIES: dict[str, type[Body]] = {
@@ -100,6 +100,10 @@ class Assembly(Shape):
 
     def reach(self, rho: float) -> float:
         return max(p.at + p.shape.reach(rho) for p in self.parts)
+
+    @property
+    def shares(self) -> tuple[Share, ...]:
+        return tuple(Share(p.at, p.count, p.shape) for p in self.parts)
 
     def vent_drag(self, rho: float) -> float:
         return sum(p.count * p.shape.vent_drag(rho) for p in self._lowest)

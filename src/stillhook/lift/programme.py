@@ -117,7 +117,7 @@ class WinchSettings(Record):
         default=5.0, gt=0, description="splash mode takes no load for lighter than what the wire swings at this: the winch lags beyond"
     )
     omega_s: u.Frequency = Field(
-        default=0.1, ge=0, le=1.0, description="return of splash mode to the slow position, in a minute: below all waves"
+        default=0.1, ge=0, le=1.0, description="return of splash and manual mode to the joystick's path, in a minute: below all waves"
     )
     tau_slow: u.Time = Field(default=20.0, gt=0, description="time constant of the mean tension: longer than any wave period")
     tau_hung: u.Time = Field(default=200.0, gt=0, description="mean tension that a landing is seen against: a slow one takes minutes")

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import math
 from abc import abstractmethod
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, ClassVar, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,6 +36,14 @@ RISE = 3.0
 """The added mass levels out over three times the length that its first slope would take."""
 
 Open = Annotated[Number, Field(ge=0, le=formula.PERFORATION_MOST)]
+
+
+class Share(NamedTuple):
+    """n bodies of a shape with their undersides `at` above that of the whole [m]."""
+
+    at: float
+    n: int
+    body: Body
 
 
 class Shape(Record):
@@ -94,6 +102,15 @@ class Shape(Record):
     def reach(self, rho: float) -> float:
         """Depth beyond which nothing changes any more [m]."""
 
+    @property
+    @abstractmethod
+    def shares(self) -> tuple[Share, ...]:
+        """The bodies that it is made of."""
+
+    def faces(self, rho: float) -> list[float]:
+        """Depths of the underside at which the surface meets a horizontal face, or something else begins or ends [m]; not in order."""
+        return [share.at + h for share in self.shares for h in share.body.own_faces(rho)]
+
     def vent_drag(self, rho: float) -> float:
         """Quadratic drag of the water that has to leave through openings once the underside is on the seabed [N s^2/m^2]; 0: none."""
         return 0.0
@@ -132,6 +149,14 @@ class Body(Shape):
 
     def reach(self, rho: float) -> float:
         return max(self.tall, self.contact + max(self.rise(rho), self.filling))
+
+    @property
+    def shares(self) -> tuple[Share, ...]:
+        return (Share(0.0, 1, self),)
+
+    def own_faces(self, rho: float) -> tuple[float, ...]:
+        """As `faces`, of this body alone [m]."""
+        return 0.0, self.contact, self.contact + self.filling, self.contact + self.rise(rho), self.tall
 
 
 class Rectangle(Body):

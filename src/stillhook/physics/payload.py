@@ -4,15 +4,15 @@ from typing import NamedTuple
 
 from stillhook.physics.scalar import clip, fmax, fmin, scalar
 
-LEVELS = 33
-"""Even levels of submergence, from the underside touching (0) to `reach`, at which a payload's numbers are given."""
+LEVELS = 129
+"""Levels of submergence, from the underside touching (0) to `reach`, at which a payload's numbers are given: a power of two and one."""
 
 
 class Payload(NamedTuple):
     """m mass in air [kg]; W weight in air [N]; H height [m]; rho water [kg/m^3]; g gravity [m/s^2]; C_lin linear drag when covered [N s/m];
     seabed: depth of it [m], k_soil [N/m], c_soil [N s/m], gap_0 height over which the bottom is felt [m], gap_B height at which the gap is
     as wide as the payload's openings [m], bottom_A, bottom_B parts by which added mass and drag grow at touch-down [-];
-    reach submergence of the last level [m], H or more; i_dh = (LEVELS - 1) / reach [1/m]."""
+    reach submergence of the last level [m], H or more."""
 
     m: float
     W: float
@@ -28,31 +28,65 @@ class Payload(NamedTuple):
     bottom_A: float
     bottom_B: float
     reach: float
-    i_dh: float
+
+
+class WettedLevel(NamedTuple):
+    """One level: h submergence [m]; V, A33, B, y_m, r_m, y_d, r_d as in `Wetted`; slope of the added mass over submergence just below this
+    level, dA33, and just above the next one, dA33_next [kg/m]: at a face of the payload it jumps."""
+
+    h: float
+    V: float
+    A33: float
+    dA33: float
+    dA33_next: float
+    B: float
+    y_m: float
+    r_m: float
+    y_d: float
+    r_d: float
 
 
 class Wetted(NamedTuple):
-    """At one submergence: V displaced volume [m^3]; A33 added mass [kg]; dA33 its slope over submergence, at a level the slope up to the
-    next one [kg/m]; B = 1/2 rho C_D A_p [N s^2/m^2]."""
+    """At one submergence: V displaced volume [m^3]; A33 added mass [kg], dA33 its slope over submergence [kg/m]; B = 1/2 rho C_D A_p
+    [N s^2/m^2]; over the height of the payload, centre above the underside and radius of gyration [m]: y_m, r_m of rho V + A33, y_d, r_d of
+    the drag."""
 
     V: float
     A33: float
     dA33: float
     B: float
+    y_m: float
+    r_m: float
+    y_d: float
+    r_d: float
+
+
+class Heights(NamedTuple):
+    """Heights above still water at which the water's motion is taken [m]: m_1, m_2 for the inertia forces, d_1, d_2 for the drag."""
+
+    m_1: float
+    m_2: float
+    d_1: float
+    d_2: float
 
 
 class Water(NamedTuple):
-    """Water at the load: eta surface [m], eta_dot [m/s]; w, a vertical speed [m/s] and acceleration [m/s^2] of the water at the height
-    `middle`, up positive."""
+    """Water at the load, up positive: eta surface [m], eta_dot [m/s]; at `Heights` a_1, a_2 acceleration for the inertia forces [m/s^2],
+    w_1, w_2 speed for the drag [m/s] and its rates b_1, b_2 [m/s^2]."""
 
     eta: float
     eta_dot: float
-    w: float
-    a: float
+    a_1: float
+    a_2: float
+    w_1: float
+    w_2: float
+    b_1: float
+    b_2: float
 
 
 class WaterForce(NamedTuple):
-    """Parts of the force of water and seabed on the load, up positive [N], without the part -m_a dv/dt; m_a added mass [kg]."""
+    """Parts of the force of water and seabed on the load, up positive [N], without the part -m_a dv/dt; m_a added mass [kg]; damping by
+    which the drag falls with the load's speed [N s/m]."""
 
     buoyancy: float
     inertia: float
@@ -60,6 +94,7 @@ class WaterForce(NamedTuple):
     slam: float
     bottom: float
     m_a: float
+    damping: float
 
 
 @scalar
@@ -69,18 +104,34 @@ def submergence(z, eta, H):
 
 
 @scalar
-def middle(z, load):
-    """Height of the middle of the wet part above still water, at which the water's motion is taken [m]; never above it."""
-    return fmin(z + 0.5 * fmin(fmax(-z, 0.0), load.H), 0.0)
+def heights(z, wet):
+    """Heights at which the water's motion is taken, with the underside at z above still water [m]: never above it.
+
+    Half of a force acts one radius of gyration below its centre and half above. For what is spread evenly that is the quadrature of Gauss:
+    the decay exp(k y) of a wave over the wet height h is averaged right to (k h)^4 / 4320.
+    """
+    m, d = z + wet.y_m, z + wet.y_d
+    return Heights(fmin(m - wet.r_m, 0.0), fmin(m + wet.r_m, 0.0), fmin(d - wet.r_d, 0.0), fmin(d + wet.r_d, 0.0))
 
 
 @scalar
-def wetted(f, lo, hi):
-    """Numbers at a part f = 0 .. 1 of the way from level `lo` to the next level `hi`: straight between them.
+def wetted(h, lo, hi):
+    """Numbers at the submergence h [m] between a level `lo` and the next level `hi`: straight between them.
 
-    dA33 of a level is the slope up to the next one, so that it is exactly the slope of A33 here and no momentum is lost between levels.
+    The slope of the added mass is straight as well, and dA33 exactly the slope of A33: no momentum is lost between levels.
     """
-    return Wetted(lo.V + f * (hi.V - lo.V), lo.A33 + f * (hi.A33 - lo.A33), lo.dA33, lo.B + f * (hi.B - lo.B))
+    f = clip((h - lo.h) / (hi.h - lo.h), 0.0, 1.0)
+    more = f * (lo.dA33_next - lo.dA33)
+    return Wetted(
+        lo.V + f * (hi.V - lo.V),
+        lo.A33 + f * (hi.h - lo.h) * (lo.dA33 + 0.5 * more),
+        lo.dA33 + more,
+        lo.B + f * (hi.B - lo.B),
+        lo.y_m + f * (hi.y_m - lo.y_m),
+        lo.r_m + f * (hi.r_m - lo.r_m),
+        lo.y_d + f * (hi.y_d - lo.y_d),
+        lo.r_d + f * (hi.r_d - lo.r_d),
+    )
 
 
 @scalar
@@ -145,30 +196,33 @@ def soil_force(z, v, load):
 def water_force(z, v, wet, water, load):
     r"""Forces of water and seabed on a payload with its underside at z [m] moving up at v [m/s]; see `WaterForce`.
 
-    .. math:: F = \rho g V + (\rho V + m_a) a_w + B'|w - v|(w - v) + C_{lin}(w - v)\,h/H + F_{slam} + F_{bottom},\quad
-        m_a = A_{33}(1 + b_A f),\ B' = B(1 + b_B s)
+    .. math:: F = \rho g V + (\rho V + m_a) \overline{a_w} + B'\,\overline{|w - v|(w - v)} + C_{lin}\,\overline{w - v}\,h/H
+        + F_{slam} + F_{bottom},\quad m_a = A_{33}(1 + b_A f),\ B' = B(1 + b_B s)
 
-    f = `felt`, s = `squeeze`. The equation of motion is (m + m_a) dv/dt = F - W + sling. Buoyancy goes with the surface as it is; with
-    rho V a_w that is the Froude-Krylov force for waves long against the payload. Over the bottom no water joins or leaves, so Kirchhoff's
-    -1/2 dm_a/dz v^2 cushions the payload; `bottom` is that and the soil's push.
+    Bars: means over the two heights of `heights`. f = `felt`, s = `squeeze`. The equation of motion is (m + m_a) dv/dt = F - W + sling.
+    Buoyancy goes with the surface as it is; with rho V a_w that is the Froude-Krylov force of waves that are long against the payload's
+    width. Over the bottom no water joins or leaves, so Kirchhoff's -1/2 dm_a/dz v^2 cushions the payload; `bottom` is that and the soil's
+    push.
 
-    Parameters: wet `wetted` at submergence(z, water.eta, load.reach); water at `middle`.
+    Parameters: wet `wetted` at submergence(z, water.eta, load.reach); water at `heights`.
     Source: DNV-RP-N103 sections 3 to 5 (check against your edition). Left out: memory of free-surface waves, air pockets, draining.
     """
-    h, h_dot, u = water.eta - z, water.eta_dot - v, water.w - v
+    h, h_dot, u_1, u_2 = water.eta - z, water.eta_dot - v, water.w_1 - v, water.w_2 - v
+    u, a_w = 0.5 * (u_1 + u_2), 0.5 * (water.a_1 + water.a_2)
     f = felt(z, load)
     m_a = wet.A33 * (1.0 + load.bottom_A * f)
     B = wet.B * (1.0 + load.bottom_B * squeeze(z, load))
-    covered = clip(h / load.H, 0.0, 1.0)
+    C = load.C_lin * clip(h / load.H, 0.0, 1.0)
     slope = surface_slope(h, wet.dA33, load) * (1.0 + load.bottom_A * f)
     cushion = -0.5 * wet.A33 * load.bottom_A * felt_slope(z, load) * u * u
     return WaterForce(
         load.rho * load.g * wet.V,
-        (load.rho * wet.V + m_a) * water.a,
-        (B * abs(u) + load.C_lin * covered) * u,
+        (load.rho * wet.V + m_a) * a_w,
+        0.5 * B * (abs(u_1) * u_1 + abs(u_2) * u_2) + C * u,
         surface_momentum(h_dot, slope),
         cushion + soil_force(z, v, load),
         m_a,
+        B * (abs(u_1) + abs(u_2)) + C,
     )
 
 

@@ -47,8 +47,8 @@ APPROACH = 90.0
 """Of a landing the last time above the seabed is run [s], or the whole of its phase where this is shorter."""
 HANGS, THROUGH = 3.0, 1.0
 """Without compensation a landing hangs at this height above the seabed at the most [m] while its tensions and motion count, and is then
-lowered until it would be so far below it [m]. (In manual mode the winch slips behind the joystick by its leakage: a load that is lowered
-would seem to move by that.)"""
+lowered until it would be so far below it [m]. (In manual mode the winch is a decimetre behind the joystick before its leakage is made up
+for: a load that is lowered would seem to move by that.)"""
 HELD = 0.5
 """Tension that landing mode keeps after touch-down, beside the hook's weight, as part of the payload's weight in water (assumed)."""
 

@@ -3,7 +3,7 @@
 from typing import NamedTuple
 
 from stillhook.control.lift_modes import STAGE_AHC, STAGE_LANDING, LiftSettings, Supervisor
-from stillhook.physics.payload import Payload, Water, WaterForce
+from stillhook.physics.payload import Heights, Payload, Water, WaterForce
 from stillhook.physics.rope import Element, Rope, Sling
 from stillhook.physics.scalar import clip, exp, fmax, fmin, scalar
 from stillhook.physics.wire import wire_stiffness
@@ -59,16 +59,17 @@ class Works(NamedTuple):
 
 class Hanging(NamedTuple):
     """What a lift remembers beside wire rows and winch: supervisor; element of the wire in this cycle; water at the load at the start
-    of the cycle; level at which it was taken, see `level_of`; omega_0 motor speed one step ago [rad/s]; a_load last acceleration of the
+    of the cycle; levels at which it was taken, see `level_of`; omega_0 motor speed one step ago [rad/s]; a_load last acceleration of the
     load [m/s^2]; since_taut time since the slings came taut [s]; s_joy path that the joystick asked for [m]; e_held control error while
     compensating, the last one while not [m]; stage and k_stage that statistics are of, and the cycle it began; E energy in wire, hook,
     load and slings, E_0 that at the start [J]; v_before speed of the first node in the middle of the last step but one [m/s];
-    datum payload beside the joystick's path when compensation began [m]."""
+    datum payload beside the joystick's path when compensation began [m]; grounded 1 once the load touched the seabed, until it is clear of
+    it again."""
 
     sup: Supervisor
     element: Element
     water: Water
-    level: float
+    level: Heights
     omega_0: float
     a_load: float
     since_taut: float
@@ -81,17 +82,20 @@ class Hanging(NamedTuple):
     works: Works
     v_before: float
     datum: float
+    grounded: float
 
 
 class LiftStats(NamedTuple):
-    """Over one stage, from every step: extremes of sling tension [N], its largest within `SNAP` of coming taut, and time without [s];
-    heights of the underside [m] and speeds of the load [m/s]; largest slam, drag, seabed force [N]; first touch-down: time [s] and speed
-    of the load [m/s, downwards], and the highest speed of any touch."""
+    """Over one stage, from every step: extremes of sling tension [N], its largest within `SNAP` of coming taut, and time without [s]:
+    slack while the load hangs free and slack_landed once it touched the seabed; heights of the underside [m] and speeds of the load [m/s];
+    largest slam, drag, seabed force [N]; first touch-down of a load that hung free: time [s] and speed of the load [m/s, downwards], and
+    the highest speed of any touch."""
 
     F_s_min: float
     F_s_max: float
     snap: float
     slack: float
+    slack_landed: float
     z_min: float
     z_max: float
     v_min: float
@@ -125,8 +129,7 @@ class LiftSignals(NamedTuple):
 class Solve(NamedTuple):
     """What the rows of a wire share in a step: d, off interior diagonal and off-diagonal [kg]; first row: d_0 diagonal [kg], T_0 the
     winch's pull on a node at rest [N] and G_0 its fall per speed of the node [N s/m], taut 1 where the wire pulls at the winch, else 0;
-    payload: A_p [kg], R_p [kg m/s], force of the water at the foreseen speed v_mid [m/s], slope by which drag falls with the speed
-    [N s/m]."""
+    payload: A_p [kg], R_p [kg m/s], force of the water at the foreseen speed v_mid [m/s]."""
 
     d: float
     off: float
@@ -137,7 +140,6 @@ class Solve(NamedTuple):
     A_p: float
     R_p: float
     force: WaterForce
-    slope: float
     v_mid: float
 
 
@@ -160,7 +162,7 @@ class Sums(NamedTuple):
 
 def blank_lift_stats() -> LiftStats:
     """Statistics of nothing yet."""
-    return LiftStats(NEVER, -NEVER, 0.0, 0.0, NEVER, -NEVER, NEVER, -NEVER, 0.0, 0.0, 0.0, NEVER, 0.0, 0.0)
+    return LiftStats(NEVER, -NEVER, 0.0, 0.0, 0.0, NEVER, -NEVER, NEVER, -NEVER, 0.0, 0.0, 0.0, NEVER, 0.0, 0.0)
 
 
 @scalar
@@ -186,7 +188,8 @@ def cubic(a, b, c, d, f):
 @scalar
 def later(water, tau):
     """The water tau [s] into the cycle."""
-    return Water(water.eta + tau * water.eta_dot, water.eta_dot, water.w + tau * water.a, water.a)
+    w = water
+    return Water(w.eta + tau * w.eta_dot, w.eta_dot, w.a_1, w.a_2, w.w_1 + tau * w.b_1, w.w_2 + tau * w.b_2, w.b_1, w.b_2)
 
 
 @scalar
@@ -204,15 +207,26 @@ def waiting(sup, stage, code):
 
 
 @scalar
-def fold_step(a, t, h, z, v, F_s, snapping, force, bottom_before, load):
-    """Statistics with one more step: t [s] at its end, z and v of the load, F_s sling tension, force WaterForce."""
-    hits = z < -load.depth and not bottom_before
-    first = hits and a.t_landed >= NEVER
+def on_ground(grounded, z, load):
+    """1 once the load touched the seabed, until it is so far above it that it feels the bottom no more; z height of its underside [m]."""
+    return 1.0 if z < -load.depth or (grounded > 0.0 and z < load.gap_0 - load.depth) else 0.0
+
+
+@scalar
+def fold_step(a, t, h, z_0, v_0, z, v, F_s, snapping, force, grounded, load):
+    """Statistics with one more step: t [s] at its end, z_0, v_0 and z, v of the load at its beginning and end, F_s sling tension, force
+    WaterForce, grounded before it. A touch has the time and speed at which the load crosses the seabed within the step."""
+    hits = z < -load.depth and z_0 >= -load.depth
+    first = hits and grounded == 0.0 and a.t_landed >= NEVER
+    part = (z_0 + load.depth) / (z_0 - z) if hits else 1.0
+    v_touch = -(v_0 + part * (v - v_0))
+    slack, landed = (h if F_s <= 0.0 else 0.0), on_ground(grounded, z, load)
     return LiftStats(
         F_s_min=fmin(a.F_s_min, F_s),
         F_s_max=fmax(a.F_s_max, F_s),
         snap=fmax(a.snap, F_s * snapping),
-        slack=a.slack + (h if F_s <= 0.0 else 0.0),
+        slack=a.slack + (1.0 - landed) * slack,
+        slack_landed=a.slack_landed + landed * slack,
         z_min=fmin(a.z_min, z),
         z_max=fmax(a.z_max, z),
         v_min=fmin(a.v_min, v),
@@ -220,9 +234,9 @@ def fold_step(a, t, h, z, v, F_s, snapping, force, bottom_before, load):
         slam=fmax(a.slam, force.slam),
         drag=fmax(a.drag, abs(force.drag)),
         bottom=fmax(a.bottom, force.bottom),
-        t_landed=t if first else a.t_landed,
-        v_landed=-v if first else a.v_landed,
-        v_hit=fmax(a.v_hit, -v) if hits else a.v_hit,
+        t_landed=t - (1.0 - part) * h if first else a.t_landed,
+        v_landed=v_touch if first else a.v_landed,
+        v_hit=fmax(a.v_hit, v_touch) if hits else a.v_hit,
     )
 
 
@@ -240,9 +254,9 @@ def ahead(q, v, a, tau):
 
 
 @scalar
-def begin(b, q, v, v_mid, w, f, h):
+def begin(b, q, v, v_mid, f, h):
     """What the rows of one lane's wire share in this step: q displacement of its first node [m]; v speed of its payload now and v_mid as
-    foreseen for mid-step, when the water there moves at w [m/s] and acts with f.
+    foreseen for mid-step, when the water acts with f.
 
     Drag is straightened about v_mid, so that no payload is too light for the step.
     """
@@ -256,10 +270,10 @@ def begin(b, q, v, v_mid, w, f, h):
     G_0 = 0.5 * h * k_0 + c_0
     T_0 = k_0 * (top - q) + c_0 * v_top
     taut = 1.0 if T_0 - G_0 * x.v_load > 0.0 else 0.0
-    m, slope = b.lift.load.m + f.m_a, 2.0 * abs(f.drag) / fmax(abs(w - v_mid), 1.0e-9)
-    R_p = m * v + 0.5 * h * (f.buoyancy + f.inertia + f.drag + slope * v_mid + f.slam + f.bottom - b.lift.load.W)
+    m = b.lift.load.m + f.m_a
+    R_p = m * v + 0.5 * h * (f.buoyancy + f.inertia + f.drag + f.damping * v_mid + f.slam + f.bottom - b.lift.load.W)
     return Solve(
-        10.0 * e.m + 2.0 * G, e.m - G, 5.0 * e.m + G + taut * 0.5 * h * G_0, T_0, G_0, taut, m + 0.5 * h * slope, R_p, f, slope, v_mid,
+        10.0 * e.m + 2.0 * G, e.m - G, 5.0 * e.m + G + taut * 0.5 * h * G_0, T_0, G_0, taut, m + 0.5 * h * f.damping, R_p, f, v_mid,
     )  # fmt: skip
 
 
