@@ -19,6 +19,7 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from stillhook import units as u
 from stillhook.certified import Certified
+from stillhook.errors import UnitError
 
 INERTIA_TOLERANCE = 0.005  # of J_m_eff: the published value has two digits, the split is ours
 DIAMETER_TOLERANCE = 0.005  # of d_max: printed 5.1 m against 5.104 m from drum, layers and wire
@@ -341,10 +342,10 @@ class Crane(Spec):
     active: ActiveCircuit
     passive: PassiveCircuit | None = None
     drum: Drum
-    gear_ratios: tuple[Annotated[Number, Field(gt=0, le=1e6)], ...] = Field(
+    gear_ratios: tuple[Annotated[u.GearRatio, Field(gt=0, le=1e6)], ...] = Field(
         min_length=1, max_length=10, description="gear stages from motor to drum"
     )
-    i_hD: Number = Field(ge=1e-3, le=1e6, description="motor turns per drum turn")
+    i_hD: u.GearRatio = Field(ge=1e-3, le=1e6, description="motor turns per drum turn")
     wire: Wire
     inertia: Inertia
     friction: Friction
@@ -358,8 +359,11 @@ class Crane(Spec):
         """i_hD is the product of the gear stages unless a (rounded) value is given."""
         if isinstance(data, Mapping) and "i_hD" not in data:
             stages = data.get("gear_ratios")
-            if isinstance(stages, (list, tuple)) and all(type(i) in (int, float) and 0 < i < 1e6 for i in stages):
-                return {**data, "i_hD": math.prod(stages)}
+            if isinstance(stages, (list, tuple)):
+                try:
+                    return {**data, "i_hD": math.prod(u.parse_ratio(i) for i in stages)}
+                except UnitError:
+                    return data  # the stage itself is refused, with its place
         return data
 
     @model_validator(mode="after")

@@ -131,9 +131,9 @@ def test_a_crane_cannot_be_changed_in_place() -> None:
 
 # Text after the base line, and what the refusal says.
 MISTAKES = [
-    ('[active.motor]\nD_max = "215 cm^3"', 'D_max = "215 cm^3": unit "cm^3" is not one of m^3/rad, cm^3/rev.'),
+    ('[active.motor]\nD_max = "215 cm^3"', 'D_max = "215 cm^3": unit "cm^3" is not one of m^3/rad, cm^3/rev, cc/rev.'),
     ("[active.line]\nV = 80", 'mine.toml: active.line.V = 80: a bare number; write it as text with its unit, "80 L"'),
-    ('[active.line]\nV = "80"', 'mine.toml: active.line.V = "80": no unit; write "80 L" (allowed: m^3, L, cm^3).'),
+    ('[active.line]\nV = "80"', 'mine.toml: active.line.V = "80": no unit; write "80 L" (allowed: m^3, L, cm^3, cc).'),
     ('[active.line]\nV = "-80 L"', 'mine.toml: active.line.V = "-80 L": it must be greater than 0.'),
     ('[active.line]\nV = "nan L"', 'active.line.V = "nan L": not a finite number'),
     ('[control]\nK_1 = "-0.8 s/m"', 'mine.toml: control.K_1 = "-0.8 s/m": it must be greater than 0.'),
@@ -272,7 +272,7 @@ def test_a_missing_field_says_what_it_is_and_its_units(tmp_path: Path) -> None:
     text = "\n".join(line for line in lines if not line.startswith("layers"))
     assert "mine.toml: drum.layers: missing (layers of wire on the full drum). Add it" in refusal(written(tmp_path, text))
     text = "\n".join(line for line in lines if not line.startswith("hook_mass"))
-    assert "mine.toml: hook_mass: missing (hook block; in kg, t). Add it" in refusal(written(tmp_path, text))
+    assert "mine.toml: hook_mass: missing (hook block; in kg, t, te). Add it" in refusal(written(tmp_path, text))
 
 
 def test_a_pure_active_crane_with_a_passive_circuit_is_refused(tmp_path: Path) -> None:

@@ -73,14 +73,14 @@ class TestCommand:
         return str(tmp_path / "buoy.txt")
 
     def test_json_of_one_alternative(self, file, capsys):
-        assert run(["weather", "lift", "template-to-1500m", file, "--heading", "180", "--alternative", "cap-80", "--json"]) == 0
+        assert run(["weather", "lift", "template-to-1500m", file, "--heading", "180 deg", "--alternative", "cap-80", "--json"]) == 0
         found = json.loads(capsys.readouterr().out)
         assert [one["alternative"] for one in found["alternatives"]] == ["cap-80"]
         assert found["alternatives"][0]["operability"] == pytest.approx(23 / 24)
 
     @pytest.mark.parametrize(
         ("more", "says"),
-        [(["--heading", "180", "--alternative", "scc"], 'did you mean "ssc"'), ([], "Give --ship"), (["--heading", "180", "--ship", "90"], "--ship")],
+        [(["--heading", "180 deg", "--alternative", "scc"], 'did you mean "ssc"'), ([], "Give --ship"), (["--heading", "180 deg", "--ship", "90 deg"], "--ship")],
     )
     def test_mistakes_are_one_line(self, file, capsys, more, says):
         assert run(["weather", "lift", "template-to-1500m", file, *more]) == 2

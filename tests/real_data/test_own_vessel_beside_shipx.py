@@ -19,7 +19,7 @@ def both(shared_data):
 
 
 def sigma(vessel, degrees, T_p):
-    sea = parse_sea(f"jonswap Hs=1 m Tp={T_p:g} s gamma=3.3", heading=np.radians(degrees))
+    sea = parse_sea(f"jonswap Hs=1 m Tp={T_p:g} s gamma=3.3", heading=f"{degrees} deg")
     return tip_response(vessel, sea, *TIP).sigma_z
 
 

@@ -82,7 +82,7 @@ def response(
 
     Example: stillhook response anchor-to-3000m --depth "2980 m"
 
-    Example: stillhook response anchor-to-3000m --sea 46042w1996.txt.gz --heading 180 --out year
+    Example: stillhook response anchor-to-3000m --sea 46042w1996.txt.gz --heading "180 deg" --out year
     """
     from stillhook.cli.response_inputs import waves_of
     from stillhook.errors import LiftError, StillhookError

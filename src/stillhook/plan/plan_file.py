@@ -30,6 +30,7 @@ from stillhook.plan.rule_file import limit_text, load_rules, rules_of
 from stillhook.plan.rules import RuleSet
 from stillhook.plan.sea_range import spelled
 from stillhook.plan.weather_value import check_headings
+from stillhook.sea.directions import parse_direction
 from stillhook.sea.rao import Rao
 from stillhook.sea.tip import TipPoint
 from stillhook.units import came, number
@@ -257,7 +258,8 @@ def _weather(top: Fields, folder: Path) -> WeatherUse | None:
     if order is not None and order not in ORDERS:
         raise table.wrong("date_order", f"is not one of {', '.join(ORDERS)}.")
     time = table.text("time") if "time" in table else None
-    return WeatherUse(file, table.quantity("ship", "angle"), sense, columns, time, order)
+    ship = parse_direction(table.table["ship"], "weather.ship") if "ship" in table else None
+    return WeatherUse(file, ship, sense, columns, time, order)
 
 
 def _digest(plan: LiftPlan) -> str:
