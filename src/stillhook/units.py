@@ -238,9 +238,10 @@ def parse_ratio(value: object, where: str = "") -> float:
 
 def _read_ratio(value: object) -> float:
     if isinstance(value, (int, float)) and not isinstance(value, bool):
-        if abs(value) > LARGEST:
-            raise ValueError("too large a number for a gear ratio.")
-        return float(value)
+        try:
+            return float(value)
+        except OverflowError:
+            raise ValueError("too large a number for a gear ratio.") from None
     match = _RATIO.fullmatch(value.strip()) if isinstance(value, str) and len(value) <= LONGEST_TEXT else None
     if match is None:
         raise ValueError('not a gear ratio; write the turns of the motor for one turn of the drum, 35.4 or "35.4:1".')

@@ -103,6 +103,10 @@ def test_a_file_may_turn_its_base_into_a_pure_active_winch(tmp_path: Path) -> No
     assert not [field for field in mine.sources if field.startswith("passive")]
 
 
+def test_gear_ratios_are_read_as_the_data_sheet_prints_them(tmp_path: Path) -> None:
+    assert load_crane(written(tmp_path, BASE + 'gear_ratios = ["35.4 : 1", "i = 14.17"]\ni_hD = "501.618:1"\n')).i_hD == 501.618
+
+
 def test_a_complete_file_needs_no_base_and_derives_the_gear_ratio(tmp_path: Path) -> None:
     text = "\n".join(line for line in crane_toml(load_crane("nov-150t")).splitlines() if not line.startswith("i_hD"))
     mine = load_crane(written(tmp_path, text))
@@ -182,6 +186,7 @@ MISTAKES = [
     ("SWL = 1979-05-27", "mine.toml: SWL = datetime.date(1979, 5, 27): neither a number, a text nor a list of them."),
     ("gear_ratios = [[35.4]]", "mine.toml: gear_ratios[0] = [35.4]: a list holds numbers or texts only."),
     ("gear_ratios = []", "mine.toml: gear_ratios = []: "),
+    ('gear_ratios = ["1:35.4", 14.17]', 'mine.toml: gear_ratios[0] = "1:35.4": not a gear ratio; write the turns of the motor'),
     ("gear_ratios = [35.4, -1.0]", "mine.toml: gear_ratios[1] = -1.0: it must be greater than 0."),
     (
         "gear_ratios = [35.4, 14.2]",
