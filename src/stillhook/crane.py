@@ -15,11 +15,12 @@ from collections.abc import Iterator, Mapping
 from enum import StrEnum
 from typing import Annotated, Any, Self
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import ConfigDict, Field, model_validator
 
 from stillhook import units as u
 from stillhook.certified import Certified
 from stillhook.errors import UnitError
+from stillhook.plausible import Ranged
 
 INERTIA_TOLERANCE = 0.005  # of J_m_eff: the published value has two digits, the split is ours
 DIAMETER_TOLERANCE = 0.005  # of d_max: printed 5.1 m against 5.104 m from drum, layers and wire
@@ -31,7 +32,7 @@ Count = Annotated[int, Field(strict=True, ge=1, le=1000)]
 Text = Annotated[str, Field(min_length=1)]
 
 
-class Spec(BaseModel):
+class Spec(Ranged):
     """A table of a crane file: frozen, and closed to unknown fields."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")

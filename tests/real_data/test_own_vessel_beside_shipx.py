@@ -1,6 +1,5 @@
 """The library's supply vessel beside ShipX's table of a real one of the same size: another hull, another method, the same kind of motion."""
 
-import numpy as np
 import pytest
 
 from stillhook.io.vessel_file import read_vessel

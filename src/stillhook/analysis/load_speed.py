@@ -19,6 +19,7 @@ from stillhook.crane import Crane
 from stillhook.engine.pack import plc_record, wire_speed_max
 from stillhook.errors import StillhookError
 from stillhook.library import crane_toml
+from stillhook.plausible import implausible_values
 from stillhook.scenario import Mode
 from stillhook.variables import BY_NAME
 
@@ -91,7 +92,8 @@ def envelope(
         _store(columns, cell)
         if progress is not None:
             progress((done + 1) / math.prod(shape))
-    attrs = {"crane": crane_toml(crane), "stillhook": __version__, "reserve": reserve, "hs_share": hs_share}
+    notes = "; ".join(implausible_values(crane))
+    attrs = {"crane": crane_toml(crane), "stillhook": __version__, "notes": notes, "reserve": reserve, "hs_share": hs_share}
     return _dataset(columns, [*(c.name for c in which), PHYSICAL], numbers, kg, attrs)
 
 

@@ -13,6 +13,7 @@ from stillhook.engine.summary import LIMITS, OK
 from stillhook.lift.lowering import Lowering
 from stillhook.plants.lift import NEVER
 from stillhook.plants.state import Powers
+from stillhook.plausible import implausible_values, marked
 
 AUDIT = 0.01
 """Energy not found again, over all that passed, from which a lowering is numerically wrong [-]; sound ones stay below 1e-3."""
@@ -186,7 +187,8 @@ def lift_summary(crane: Crane, case: Lowering, result: LiftResult) -> tuple[dict
     }
     if result.ending is Ending.DIVERGED:
         numbers = dict.fromkeys(numbers, math.nan)
-    return {"status": status(result, r, crane), **numbers, "notes": notes(case, result)}, rows
+    doubts = (*implausible_values(crane), *implausible_values(case, "lift"))
+    return {"status": marked(status(result, r, crane), doubts), **numbers, "notes": [*doubts, *notes(case, result)]}, rows
 
 
 def notes(case: Lowering, result: LiftResult) -> list[str]:
