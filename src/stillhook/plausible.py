@@ -24,6 +24,9 @@ from stillhook.units import Quantity, number, parse, show
 IMPLAUSIBLE = "implausible"
 """Status of a result that follows from a number outside of what was ever built."""
 
+ROUNDING = 1e-9
+"""Relative; a mark and a value may be written in different units."""
+
 Mark = str | float
 Row = tuple[Mark, Mark, Mark, Mark, str]
 """Least that is possible, least and largest that was built, largest that is possible, and what these are."""
@@ -58,7 +61,7 @@ RANGES: Mapping[str, Row | tuple[Row, ...]] = MappingProxyType(
         "Servo.zeta": (1e-4, 0.1, 10.0, 1000.0, "ringing to sluggish controls"),
         "PumpSet.D": ("0.01 cc/rev", "5 cc/rev", "5000 cc/rev", "1e6 cc/rev", "axial piston pumps"),
         "PumpSet.omega_p": ("1 rpm", "300 rpm", "5000 rpm", "100000 rpm", "diesel and electric drives"),
-        "PumpSet.leak_scale": (1e-6, 0.02, 50.0, 1e6, "new to worn out"),
+        "PumpSet.leak_scale": (0.0, 0.0, 50.0, 1e6, "none to worn out"),
         "Line.V": ("1e-6 m^3", "0.1 L", "20 m^3", "1000 m^3", "a hose to the pipes of a drum on another deck"),
         "Line.bulk_modulus": ("1 bar", "1000 bar", "30000 bar", "1e6 bar", "aerated to stiff mineral oil in steel pipe"),
         "Boost.p": ("0.01 bar", "3 bar", "80 bar", "1000 bar", "charge pressures of closed circuits"),
@@ -83,7 +86,7 @@ RANGES: Mapping[str, Row | tuple[Row, ...]] = MappingProxyType(
         "Drum.turns": (1, 2, 500, 1000, "winch drums"),
         "Drum.d_max": ("1 mm", "0.1 m", "15 m", "100 m", "winch drums"),
         "Wire.d": ("0.1 mm", "5 mm", "250 mm", "2 m", "winch wires to mooring ropes"),
-        "Wire.E": ("0.1 MPa", "10 GPa", "230 GPa", "1000 GPa", "fibre ropes to steel"),
+        "Wire.E": ("0.1 MPa", "10 GPa", "250 GPa", "1000 GPa", "fibre ropes to steel"),
         "Wire.fill": (0.001, 0.3, 1.0, 1.0, "loose fibre core to solid steel"),
         "Wire.mass_per_length": ("1e-6 kg/m", "0.02 kg/m", "300 kg/m", "1e5 kg/m", "fibre ropes to the thickest steel wires"),
         "Wire.zeta": (1e-6, 1e-4, 2.0, 100.0, "bare steel to heavily damped"),
@@ -120,7 +123,7 @@ RANGES: Mapping[str, Row | tuple[Row, ...]] = MappingProxyType(
         # what is done to it
         "Scenario.load": ("0 t", "0 t", "5000 t", "50000 t", "an empty hook to heavy lifts"),
         "Scenario.s_w": ("0 m", "0 m", "6 km", "20 km", "the deepest subsea lifts"),
-        "Scenario.modes": (("0 s", "0 s", "1 d", "1 d", "times of a run"),),
+        "Scenario.modes": (("-1 d", "0 s", "1 d", "1 d", "times of a run"),),
         "Scenario.duration": ("0.01 s", "0.01 s", "1 d", "1 d", "runs"),
         "Scenario.ramp": ("0 s", "0 s", "1 d", "1 d", "runs"),
         "Scenario.warm_up": ("0 s", "0 s", "1 d", "1 d", "runs"),
@@ -130,11 +133,11 @@ RANGES: Mapping[str, Row | tuple[Row, ...]] = MappingProxyType(
         "Water.area": ("0 m^2", "0 m^2", "5000 m^2", "1e6 m^2", "tools to modules"),
         "Water.rho": ("1 kg/m^3", "980 kg/m^3", "1250 kg/m^3", "20000 kg/m^3", "warm fresh water to brine"),
         "Operator.profile": (
-            ("0 s", "0 s", "1 d", "1 d", "times of a run"),
+            ("-1 d", "0 s", "1 d", "1 d", "times of a run"),
             ("-20 m/s", "-8 m/s", "8 m/s", "20 m/s", "wire speeds of winches"),
         ),
         "Operator.steps": (
-            ("0 s", "0 s", "1 d", "1 d", "times of a run"),
+            ("-1 d", "0 s", "1 d", "1 d", "times of a run"),
             ("-20 km", "-6 km", "6 km", "20 km", "lengths of wire"),
         ),
         "Operator.alpha_m": (1e-4, 0.02, 1.0, 1.0, "displacements of motors"),
@@ -148,7 +151,7 @@ RANGES: Mapping[str, Row | tuple[Row, ...]] = MappingProxyType(
         "Sensors.step_v_tip": ("0 m/s", "0 m/s", "1 m/s", "50 m/s", "motion units"),
         "Sensors.step_s_w": ("0 m", "0 m", "1 m", "50 m", "wire encoders"),
         "Sensors.step_F": ("0 kN", "0 kN", "5 MN", "500 MN", "load cells"),
-        "PowerLoss.time": ("0 s", "0 s", "1 d", "1 d", "times of a run"),
+        "PowerLoss.time": ("-1 d", "0 s", "1 d", "1 d", "times of a run"),
         "PowerLoss.run_down": ("0 s", "0 s", "60 s", "1 d", "pumps that lose their drive"),
         "PowerLoss.detection": ("0 s", "0 s", "60 s", "1 d", "supervision of a PLC"),
         # payload
@@ -246,7 +249,7 @@ class Ranged(BaseModel):
     @classmethod
     def _possible(cls, value: Any, info: ValidationInfo) -> Any:
         for x, bounds in _numbers(cls, str(info.field_name), value):
-            if not bounds.least <= x <= bounds.most:
+            if _outside(x, bounds.least, bounds.most):
                 raise PydanticCustomError(
                     "impossible",
                     "it must be between {least} and {most} ({built}); check its unit",
@@ -271,13 +274,18 @@ def _implausible(model: BaseModel, path: str) -> Iterator[str]:
     for name in type(model).model_fields:
         value, place = getattr(model, name), f"{path}.{name}" if path else name
         for x, bounds in _numbers(type(model), name, value):
-            if x < bounds.low or x > bounds.high:
+            if _outside(x, bounds.low, bounds.high):
                 built = f"{bounds.text(bounds.low)} to {bounds.text(bounds.high)} ({bounds.built})"
                 yield f"{place} {bounds.text(x)} is implausible, outside {built}: check its unit"
         rows = value if isinstance(value, tuple) else (value,)
         for i, row in enumerate(rows):
             if isinstance(row, BaseModel):
                 yield from _implausible(row, f"{place}[{i}]" if isinstance(value, tuple) else place)
+
+
+def _outside(x: float, low: float, high: float) -> bool:
+    """Beyond a mark by more than the rounding of its unit."""
+    return x < low - ROUNDING * abs(low) or x > high + ROUNDING * abs(high)
 
 
 def _numbers(model: type[BaseModel], name: str, value: Any) -> Iterator[tuple[float, Range]]:

@@ -203,7 +203,7 @@ def lift(
     plan: Annotated[str, typer.Argument(metavar="PLAN.toml", help="Plan file, or one of the library's.")],
     file: Annotated[Path, typer.Argument(metavar="FILE", help="Measured waves, record by record: NDBC spectra or standard meteorology.")],
     heading: Annotated[str | None, typer.Option(help="Direction of travel from the bow in every record: 180 deg is a head sea.")] = None,
-    ship: Annotated[str | None, typer.Option("--ship", help='Where the bow points from north, for files with directions: "250 deg".')] = None,
+    ship: Annotated[str | None, typer.Option("--ship", help='Where the bow points from north, by measured directions: "250 deg".')] = None,
     spread: Annotated[float | None, typer.Option(help="Short-crested waves: exponent n of cos^n about the heading.")] = None,
     alternative: Annotated[list[str] | None, typer.Option(help="Way to reckon the winch, such as ssc; default: all of the plan.")] = None,
     table: Annotated[str, typer.Option("--table", help=TABLE_HELP)] = "dnv-os-h101",
