@@ -60,7 +60,7 @@ def waves_of_file(sea: Path, heading: str | None, spread: float | None, ship: st
         raise SeaError(f"{found.source}: none of its {len(found)} records is valid. Give another file.")
     if beta is not None:
         refuse({"--ship": ship}, "is given beside --heading, which is from the bow. Leave one of them out.")
-        return Waves(found, beta=beta, spread=spread)
+        return Waves.from_si(found, beta=beta, spread=spread)
     spectral = isinstance(found, SpectrumSeries)
     if isinstance(found, SpectrumSeries) and found.directional is None:
         raise SeaError(f'{found.source}: has no directions. Give --heading, such as "180 deg" for a head sea.')
@@ -68,7 +68,7 @@ def waves_of_file(sea: Path, heading: str | None, spread: float | None, ship: st
         raise SeaError(f"{found.source}: has directions. Give --ship, where the bow points from north, or --heading in place of them.")
     if spectral:
         refuse({"--spread": spread}, f"{found.source} has directions of its own. Leave it out, or give --heading.")
-    return Waves(found, ship=bow, spread=spread)
+    return Waves.from_si(found, ship=bow, spread=spread)
 
 
 def _turned(file: LiftFile, heading: str | None, spread: float | None) -> Sea:
