@@ -14,6 +14,8 @@ from stillhook.sea.waves import trailing_spans
 from stillhook.units import parse
 from stillhook.variables import WINDOW
 
+__all__ = ["counted", "e_c_pp", "eta_c", "s_tip_pp", "settling_time", "time_step"]
+
 DEFAULT_WINDOW = f"{WINDOW:g} s"
 
 

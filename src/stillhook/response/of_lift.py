@@ -80,6 +80,10 @@ class Waves:
         for name, value in (("of", of), ("beta", beta), ("ship", ship), ("spread", spread)):
             object.__setattr__(self, name, value)
 
+    def with_waves(self, of: Sea | SpectrumSeries | SeaStates) -> Self:
+        """Other waves with the same directions."""
+        return type(self).from_si(of, beta=self.beta, ship=self.ship, spread=self.spread)
+
     def describe(self) -> str:
         """The waves in words."""
         if isinstance(self.of, Sea):
