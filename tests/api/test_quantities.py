@@ -181,7 +181,7 @@ TIP = ("tip", "--vessel", "supply-vessel-82m", "--at", "x=-20 m, y=-12 m", "--wa
         (("compare", "--load", "100"), '"100": no unit'),
         (("map", "nov-250t", "--period", "12"), '"12": no unit'),
         (("tune", "nov-250t", "--delay", "1"), "no unit"),
-        (("calc", "drum", "nov-250t", "--s-w", "100"), '--s-w = "100": no unit'),
+        (("calc", "inertia", "nov-250t", "--s-w", "100"), '--s-w = "100": no unit'),
         (("payload", "show", "suction-anchor-85t", "--rho", "1025"), '--rho = "1025": no unit'),
         (("response", "anchor-to-3000m", "--depth", "1500"), '--depth = "1500": no unit'),
         (("lower", "anchor-to-3000m", "--duration", "60"), '"60": no unit'),
