@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from pydantic import BaseModel
 
 import stillhook
+import stillhook.library.vessels
 from stillhook.cli import run
 from stillhook.crane import Crane
 from stillhook.engine.simulate import simulate
@@ -219,3 +220,20 @@ def test_a_plan_remarks_on_its_implausible_crane(tmp_path):
 def test_errors_of_ranges_are_our_own():
     with pytest.raises(StillhookError):
         changed(load_crane("nov-250t"), {"drum": {"d": "2.8 km"}})
+
+
+class TestVessel:
+    def test_a_table_over_frequencies_that_no_wave_has_is_refused(self):
+        from dataclasses import replace
+
+        from stillhook.sea.long_wave import long_wave_test, remarks, wrong_line
+
+        ship = stillhook.read_vessel("supply-vessel-82m")
+        fast, faster = (replace(ship, omega=ship.omega * factor) for factor in (10.0, 100.0))
+        assert "are not between 0.001 and 100 rad/s, those of waves. Check their unit." in str(wrong_line(faster, long_wave_test(faster)))
+        assert wrong_line(fast, long_wave_test(fast)) is None
+        assert any("rad/s are implausible, outside 0.02 to 10 rad/s" in line for line in remarks(fast, long_wave_test(fast)))
+
+    @pytest.mark.parametrize("name", stillhook.library.vessels.vessels())
+    def test_the_library_has_plausible_ones(self, name):
+        assert not any("implausible" in note for note in stillhook.read_vessel(name).notes)
