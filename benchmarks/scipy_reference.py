@@ -83,9 +83,10 @@ def _functions(d: Any, compiled: bool) -> tuple[Callable[..., Any], Callable[...
         b, y = load(A, 0), get(x, 0)
         s = c[0] + t * (c[1] + t * (c[2] + t * (c[3] + t * (c[4] + t * c[5]))))
         v = c[1] + t * (2.0 * c[2] + t * (3.0 * c[3] + t * (4.0 * c[4] + t * 5.0 * c[5])))
-        now = circuit(y, b.u, b.geo, Tip(s, v), b.p)
+        u = b.u_0 if t < b.p.plc.t_compute else b.u
+        now = circuit(y, u, b.geo, Tip(s, v), b.p)
         out = np.empty(len(x))
-        put(out, 0, with_z(rates(now, y, b.u, b.geo, b.p), bristle_rate(y.omega_m, y.z, now.g, b.p.hoist.bristle)))
+        put(out, 0, with_z(rates(now, y, u, b.geo, b.p), bristle_rate(y.omega_m, y.z, now.g, now.held, b.p.hoist.bristle)))
         return out
 
     def observe(A: Array, row: Array) -> None:

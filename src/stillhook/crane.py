@@ -20,6 +20,7 @@ from pydantic import ConfigDict, Field, model_validator
 from stillhook import units as u
 from stillhook.certified import Certified
 from stillhook.errors import UnitError
+from stillhook.physics.scalar import G
 from stillhook.plausible import Ranged
 
 INERTIA_TOLERANCE = 0.005  # of J_m_eff: the published value has two digits, the split is ours
@@ -89,6 +90,7 @@ class Servo(Spec):
 
     omega_n: u.Frequency = Field(gt=0, description="natural frequency")
     zeta: Number = Field(gt=0, description="damping ratio")
+    rate_max: u.GainPerTime | None = Field(default=None, gt=0, description="highest rate, full stroke over time; default no limit")
 
 
 class TorqueLoss(Spec):
@@ -168,6 +170,7 @@ class Boost(Spec):
 
     p: u.Pressure = Field(gt=0, description="boost pressure")
     conductance: u.Leakage = Field(gt=0, description="boost flow per pressure below it")
+    Q_max: u.Flow | None = Field(default=None, gt=0, description="flow that the boost pumps give; default no limit")
 
 
 class Relief(Spec):
@@ -277,8 +280,28 @@ class Wire(Spec):
     E: u.Modulus = Field(gt=0, description="elastic modulus of the steel")
     fill: Fraction = Field(description="part of the cross section that is steel")
     mass_per_length: u.MassPerLength = Field(gt=0, description="mass per length")
-    zeta: Number = Field(gt=0, description="damping ratio of wire and load")
+    zeta: Number = Field(ge=0, lt=10, description="damping ratio of the load's first swing on the wire, for every command")
+    zeta_low: Number | None = Field(default=None, ge=0, description="low end of what that ratio may be; default a third of it")
+    zeta_high: Number | None = Field(default=None, ge=0, description="high end of what that ratio may be; default three times it")
     L_0: u.Length = Field(gt=0, description="length between drum and crane tip")
+
+
+class PowerUnits(Spec):
+    """What the hydraulic power units give to active and passive pumps together, as hydraulic power at the pumps' constant speed."""
+
+    P_max: u.Power = Field(gt=0, description="largest power of all units together; the pumps' torque control holds it")
+    T_max: u.Torque | None = Field(default=None, gt=0, description="largest torque of all pump shafts together; default P_max over speed")
+    P_back: u.Power = Field(ge=0, description="power that the units take back while the load drives them")
+
+
+class HoldingBrake(Spec):
+    """Brake that holds the winch while no speed is commanded. Without this table the circuits alone hold it."""
+
+    T: u.Torque = Field(gt=0, description="torque that it holds, at the motor shaft")
+    t_wait: u.Time = Field(ge=0, description="time at zero commanded speed before it closes")
+    t_close: u.Time = Field(ge=0, description="time to close")
+    t_open: u.Time = Field(ge=0, description="time to open")
+    t_prove: u.Time = Field(ge=0, description="longest wait for the motors' torque before it opens")
 
 
 class Inertia(Spec):
@@ -325,11 +348,17 @@ class Control(Spec):
     alpha_swl: Fraction | None = Field(default=None, description="displacement that SSC keeps for the SWL (D_calc_min); default alpha_ns")
     t_lead: u.Time | None = Field(default=None, ge=0, le=2, description="time by which the PLC extrapolates the tip's motion; default 0")
     t_cycle: u.Time = Field(ge=1e-4, le=1, description="cycle of the controller")
+    t_compute: u.Time | None = Field(default=None, ge=0, le=1, description="time from reading to writing within a cycle; default 0")
     tau_F: u.Time = Field(ge=0, description="low-pass of the load cell")
     t_bumpless: u.Time = Field(ge=0, description="time over which a mode change is blended")
     tau_acc: u.Time = Field(ge=0, description="slow mean of the accumulator pressure that the passive pumps follow")
     K_acc: u.GainPerPressure = Field(ge=0, description="passive pump command per gas pressure below p_0")
     B_v: u.ViscousTorque = Field(ge=0, description="viscous friction of the linear analysis, for all friction models")
+
+    @property
+    def computing(self) -> float:
+        """Time from reading to writing within a cycle [s]."""
+        return self.t_compute or 0.0
 
 
 class Crane(Spec):
@@ -351,6 +380,8 @@ class Crane(Spec):
     inertia: Inertia
     friction: Friction
     control: Control
+    hpu: PowerUnits | None = None
+    brake: HoldingBrake | None = None
     sources: Mapping[str, Source] = Field(default_factory=dict, repr=False, description="field to source")
     certified: Certified | None = Field(default=None, repr=False, description="certificate of the twin, in short; none: not validated")
 
@@ -401,6 +432,12 @@ def effective_inertia(crane: Crane) -> float:
     return sum(m.count * m.J for m in sets) + crane.inertia.J_gear + drum / crane.i_hD**2
 
 
+def damping_range(wire: Wire) -> tuple[float, float]:
+    """Low and high end of the wire's damping ratio [-]: as the file gives them, else a third of the ratio and three times it."""
+    low = wire.zeta / 3.0 if wire.zeta_low is None else wire.zeta_low
+    return low, 3.0 * wire.zeta if wire.zeta_high is None else wire.zeta_high
+
+
 def beside_wire(crane: Crane) -> float:
     """By how much the inertia beside the wire changes for one part of the whole: the wire's own inertia is known, from its mass [-]."""
     J, J_wire = effective_inertia(crane), wire_inertia(crane.drum, crane.wire) / crane.i_hD**2
@@ -413,6 +450,20 @@ def _misfits(crane: Crane) -> Iterator[str]:
         need, do = ("needs a", "add") if crane.passive is None else ("has no", "remove")
         yield f'plant "{crane.plant}" {need} passive circuit. Change plant, or {do} [passive].'
     drum, wire, control, alpha_min = crane.drum, crane.wire, crane.control, crane.active.motor.alpha_min
+    if control.t_compute is not None and control.t_compute > control.t_cycle:
+        yield (
+            f"control.t_compute {u.show(control.t_compute, 'time')} is longer than a cycle of {u.show(control.t_cycle, 'time')}. "
+            "Give at most control.t_cycle."
+        )
+    low, high = damping_range(wire)
+    if not low <= wire.zeta <= high:
+        yield f"wire.zeta {wire.zeta:g} is not within zeta_low {low:g} to zeta_high {high:g}. Change the one that is out of place."
+    T_hold = (crane.SWL + crane.hook_mass) * G * crane.drum.d_max / 2.0 / crane.i_hD
+    if crane.brake is not None and T_hold > crane.brake.T:
+        yield (
+            f"brake.T {u.show(crane.brake.T, 'torque')} does not hold SWL and hook on the full drum: {u.show(T_hold, 'torque')} at the "
+            "motor shaft. Raise brake.T."
+        )
     if not alpha_min <= control.alpha_hs <= control.alpha_ns:
         yield (
             f"active.motor.alpha_min {alpha_min}, control.alpha_hs {control.alpha_hs} and control.alpha_ns "

@@ -76,7 +76,7 @@ def test_oil_that_the_passive_circuit_takes_is_in_the_accumulator(what):
             at["alpha_p"], 0.0, at["alpha_m"], 0.0, at["alpha_pp"], 0.0, at["alpha_pm"], 0.0,
             at["p_a"], at["p_b"], at["V_acc"], at["omega_m"], at["s_w"], 0.0, at["s_load"], at["v_load"],
         )  # fmt: skip
-        u = Command(at["u_p"], at["u_m"], 0.0, 0.0, at["f_pump"], 1.0)
+        u = Command(at["u_p"], at["u_m"], 0.0, 0.0, at["f_pump"], 1.0, at["brake"])
         return float(circuit(x, u, drum_geometry(at["s_w"], p.hoist), Tip(at["s_tip"], at["v_tip"]), p).Q_o)
 
     Q_o = np.array([net_flow(k) for k in range(len(y["V_acc"]))])

@@ -27,6 +27,8 @@ SEA = "sine 2 m 12 s"
 AMPLITUDE, PERIOD = 2.0, 12.0
 GRID = 1.0e-9
 """Values that are stored and compared, not computed anew."""
+FADED = 1.0e-6
+"""Pump command: what is left after 20 s of the bias with which the winch leaves its brake, which fades with 2 s."""
 STEADY = 1.0e-3
 """Relative: a winch that runs at a held command; what is left is the drum that thins as wire leaves it, and the wire's last ringing."""
 
@@ -128,7 +130,7 @@ def test_measured_displacement_saves_the_error_of_open_loop_control_and_the_comm
 )
 @pytest.mark.parametrize("at", [61.3, 63.0, 64.4])
 def test_a_mode_change_makes_no_jump_in_any_command(old, new, at):
-    data = run(BOTH, mode=old, modes=((f"{at} s", new),))
+    data = run(unbraked(BOTH), mode=old, modes=((f"{at} s", new),))
     k = round(at / 0.01)
     for command in ("u_p", "u_m"):
         steps = np.abs(np.diff(data[command].values))
@@ -144,10 +146,15 @@ def test_the_hook_does_not_notice_a_change_between_compensating_modes(old, new):
 
 
 def test_compensation_that_is_switched_on_starts_without_an_error_and_stays_small():
-    data = run(BOTH, mode="manual", modes=(("63 s", "ssc"),))
+    data = run(unbraked(BOTH), mode="manual", modes=(("63 s", "ssc"),))
     e = data.e_c.sel(time=slice(63.0, None)).values
     assert abs(e[0]) < GRID
     assert np.max(np.abs(e)) < 0.1
+
+
+def unbraked(crane):
+    """The crane without its holding brake: the circuits alone hold it at rest."""
+    return crane.model_copy(update={"brake": None})
 
 
 def stick(speed: str) -> Operator:
@@ -184,7 +191,7 @@ def test_a_displacement_that_the_operator_holds_is_held_at_any_speed_and_the_win
     data = run(crane, mode="manual", tip="still", load="30 t", duration="60 s", warm_up="25 s", operator=operator)
     late = data.sel(time=slice(25.0, None))
     assert np.all(data.alpha_m.values == pytest.approx(0.7, abs=GRID))
-    assert np.ptp(late.u_p.values) == 0.0
+    assert np.ptp(late.u_p.values) < FADED
     assert np.ptp(late.omega_m.values) < STEADY * abs(float(late.omega_m.mean()))
 
 
@@ -380,7 +387,7 @@ def test_a_position_gain_alone_leaves_the_offset_whose_flow_is_the_leak(mode):
 
 
 def test_in_manual_mode_a_load_sinks_with_the_joystick_at_rest_as_fast_as_was_foreseen():
-    data = run(PURE, mode="manual", tip="still", load="90 t", duration="60 s")
+    data = run(unbraked(PURE), mode="manual", tip="still", load="90 t", duration="60 s")
     note = data.notes.item()
     assert "under P control" not in note
     foreseen = float(note.split("the load sinks by ")[1].split(" m/min")[0])
@@ -398,7 +405,7 @@ def test_high_speed_cannot_hold_the_full_load_of_a_pure_active_winch():
     assert "relief" in data.status.item()
     assert float(data.p_a_max) > PURE.active.relief.p
     assert float(data.relief_time) > 80.0
-    assert data.s_w.values[-1] > 103.0  # the load sinks
+    assert data.s_w.values[-1] > 101.0  # the load sinks, no faster than the boost pump makes up for what the relief valves let go
     assert "more than the 355 bar up to the relief valves: the load will sink" in data.notes.item()
 
 

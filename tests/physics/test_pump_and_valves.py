@@ -8,7 +8,7 @@ from stillhook import load_crane
 from stillhook.engine.pack import pack
 from stillhook.physics.pump import LEAK_KNOTS, pump_flow, pump_leakage
 from stillhook.physics.valves import (
-    boost_flow,
+    boost_flows,
     external_leakage,
     flushing_flow,
     internal_leakage,
@@ -33,8 +33,8 @@ speed = st.floats(-400.0, 400.0)
 
 @given(pressure)
 def test_boost_only_feeds_and_relief_only_drains(p):
-    fed, drained = boost_flow(p, A.boost), relief_flow(p, A.relief)
-    assert fed >= 0.0
+    (fed, other), drained = boost_flows(p, A.boost.p, A.boost), relief_flow(p, A.relief)
+    assert fed >= other == 0.0
     assert drained >= 0.0
     assert fed == 0.0 or p < A.boost.p
     assert drained == 0.0 or p > A.relief.p
@@ -42,7 +42,22 @@ def test_boost_only_feeds_and_relief_only_drains(p):
 
 @pytest.mark.parametrize("p", [26.0 * BAR, 200.0 * BAR, 379.0 * BAR])
 def test_between_boost_and_relief_both_are_shut(p):
-    assert boost_flow(p, A.boost) == relief_flow(p, A.relief) == 0.0
+    assert boost_flows(p, p, A.boost) == (0.0, 0.0)
+    assert relief_flow(p, A.relief) == 0.0
+
+
+@given(pressure, pressure)
+def test_both_lines_together_get_no_more_than_the_boost_pump_gives(p_a, p_b):
+    Q_a, Q_b = boost_flows(p_a, p_b, A.boost)
+    assert min(Q_a, Q_b) >= 0.0
+    assert Q_a + Q_b <= A.boost.Q_max * (1.0 + 1e-12)
+    assert (Q_a >= Q_b) == (p_a <= p_b) or Q_a == Q_b  # the emptier line gets more
+
+
+def test_a_line_far_below_boost_takes_all_there_is_from_one_that_is_nearly_full():
+    Q_a, Q_b = boost_flows(0.0, A.boost.p - 0.1 * BAR, A.boost)
+    assert Q_a == A.boost.Q_max
+    assert Q_b == 0.0
 
 
 @given(pressure, pressure)

@@ -10,7 +10,7 @@ from scipy.signal import lti, step
 from stillhook import load_crane
 from stillhook.engine.pack import pack
 from stillhook.library import changed
-from stillhook.physics.swash import MotorControl, displacement, known_displacement, pilot, play, swash_acceleration
+from stillhook.physics.swash import MotorControl, displacement, known_displacement, pilot, play, swash_acceleration, swash_rate
 from stillhook.scenario import Scenario
 
 INTEGRATION = 1.0e-6
@@ -18,6 +18,8 @@ INTEGRATION = 1.0e-6
 CRANE = load_crane("nov-250t")
 CASE = Scenario(load="100 t", s_w="100 m")
 ACTIVE = pack(CRANE, CASE).params.active
+FREE = [s._replace(rate=1e9) for s in (ACTIVE.pump_servo, ACTIVE.motor_servo)]
+"""The published controls, which have no limit of rate."""
 
 command = st.floats(0.0, 1.0)
 width = st.floats(0.0, 0.1)
@@ -26,20 +28,22 @@ width = st.floats(0.0, 0.1)
 def response(servo, u, alpha_0, t_end):
     """Setting over time after a step of the command to u."""
     t = np.linspace(0.0, t_end, 400)
-    s = solve_ivp(
-        lambda _, x: [x[1], swash_acceleration(x[0], x[1], u, servo)], (0.0, t_end), [alpha_0, 0.0], t_eval=t, rtol=1e-9, atol=1e-12
-    )
+
+    def rates(_, x):
+        return [swash_rate(x[0], x[1], servo), swash_acceleration(x[0], x[1], u, servo)]
+
+    s = solve_ivp(rates, (0.0, t_end), [alpha_0, 0.0], t_eval=t, rtol=1e-9, atol=1e-12, max_step=1e-3)
     return t, s.y[0]
 
 
 def test_pumps_answer_a_step_as_the_published_second_order_system():
-    t, alpha = response(ACTIVE.pump_servo, 1.0, 0.0, 0.5)
+    t, alpha = response(FREE[0]._replace(hi=2.0), 1.0, 0.0, 0.5)
     _, published = step(lti([31.0**2], [1.0, 2.0 * 0.9 * 31.0, 31.0**2]), T=t)
     assert np.max(np.abs(alpha - published)) < INTEGRATION
 
 
 def test_motors_answer_a_step_as_the_published_second_order_system():
-    t, alpha = response(ACTIVE.motor_servo, 1.0, 0.0, 3.0)
+    t, alpha = response(FREE[1]._replace(lo=-1.0, hi=2.0), 1.0, 0.0, 3.0)
     _, published = step(lti([25.0], [1.0, 2.0 * 1.0 * 5.0, 25.0]), T=t)
     assert np.max(np.abs(alpha - published)) < INTEGRATION
 
@@ -50,8 +54,30 @@ def test_a_motor_takes_about_a_second_from_zero_to_full_displacement():
     assert 0.7 < reached < 1.3  # papers C and F: "about 1 s"; suppliers' range starts at 0.7 s
 
 
+def test_a_full_stroke_takes_no_less_time_than_the_highest_rate_allows():
+    t, alpha = response(ACTIVE.pump_servo, 1.0, -1.0, 1.0)
+    assert np.max(np.diff(alpha) / np.diff(t)) <= ACTIVE.pump_servo.rate * (1.0 + 1e-6)
+    assert t[np.argmax(alpha > 0.9)] >= 1.9 / ACTIVE.pump_servo.rate
+
+
+@pytest.mark.parametrize(("u", "stop"), [(2.0, 1.0), (-2.0, -1.0)])
+def test_a_plate_that_runs_into_its_stop_stands_there_and_comes_back_at_once(u, stop):
+    """A setting beyond the stop would have to come all the way back before the flow follows."""
+    servo, h = ACTIVE.pump_servo._replace(rate=1e9), 1e-4
+    alpha, alpha_dot = 0.0, 0.0
+    for k in range(10000):
+        command = u if k < 5000 else 0.0
+        alpha, alpha_dot = alpha + h * swash_rate(alpha, alpha_dot, servo), alpha_dot + h * swash_acceleration(alpha, alpha_dot, command, servo)
+        assert abs(alpha) <= 1.0 + 0.01  # one step at the speed with which it arrives
+        if k == 4999:
+            assert alpha == pytest.approx(stop, abs=0.01)
+            assert abs(alpha_dot) < 20.0
+        if k == 5000 + round(0.05 / h):
+            assert abs(alpha) < 0.75  # a control that had run on beyond its stop would still be there
+
+
 def test_the_pump_is_an_order_faster_than_the_motor():
-    pump, motor = (np.interp(0.5, alpha, t) for t, alpha in (response(s, 1.0, 0.0, 1.0) for s in (ACTIVE.pump_servo, ACTIVE.motor_servo)))
+    pump, motor = (np.interp(0.5, alpha, t) for t, alpha in (response(s._replace(lo=-1.0), 1.0, 0.0, 1.0) for s in FREE))
     assert motor > 5.0 * pump
 
 

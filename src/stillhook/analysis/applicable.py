@@ -52,6 +52,8 @@ RULES = (
     Rule("motors too fast", "fast", _status("overspeed"), "above the maker's limit at this displacement; none is tolerated"),
     Rule("cavitation", "cav", _status("cavitation"), "a line at or below zero gauge; none is tolerated"),
     Rule("relief valves", "rel", _status("relief"), "no pressure is left for what was not planned; none is tolerated"),
+    Rule("hydraulic power", "pow", _status("power"), "the power units are at their limit, or more is fed back than they take"),
+    Rule("boost exhausted", "boost", _status("boost"), "the boost pump gives all it has, cavitation is next; none is tolerated"),
     Rule("pumps saturated", "sat", _saturated, "full pumps for more than a tenth of the counted time: speed that is not there"),
     Rule("uncompensated", "unc", _status("uncompensated"), "the error is about as large as the tip's motion"),
     Rule("HS above 60 % of SWL", "load", _hs_too_heavy, "the load that high-speed mode may carry (rule of paper C)"),

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stillhook.analysis.factors import CASE, FACTORS
+from stillhook.analysis.factors import CASE, FACTORS, missing
 from stillhook.crane import Crane, SourceKind
 from stillhook.engine.checks import check
 from stillhook.engine.pack import gains
@@ -51,7 +51,7 @@ class Drawing:
             self._take_parameter(name, k)
             return
         for path, share in FACTORS[name].targets:
-            if path.startswith("passive.") and self.crane.passive is None:
+            if missing(self.crane, path):
                 continue
             if share is None:
                 self._set[path] = k

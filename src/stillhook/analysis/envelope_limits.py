@@ -1,7 +1,8 @@
 """What stops a winch at one load on one layer, in one direction: the speed that each limit alone would allow.
 
-The pumps' flow, the pressure of the relief valves, the torque that must stay in reserve, and the speed limits of active and passive
-motors, all for the whole plant (`stillhook.analysis.operation`) while it compensates: the tip moves, the load stands.
+The pumps' flow, the pressure of the relief valves, the power of the hydraulic power units, the torque that must stay in reserve, and the
+speed limits of active and passive motors, all for the whole plant (`stillhook.analysis.operation`) while it compensates: the tip moves, the
+load stands.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from stillhook.control.motors import displacement_min
 from stillhook.control.passive import displacement_for_weight
 from stillhook.crane import Crane
 from stillhook.engine.checks import check, speed_limit
-from stillhook.engine.pack import gains, plc_record, wire_speed_max
+from stillhook.engine.pack import gains, plc_record, power_most, wire_speed_max
 from stillhook.physics.accumulator import accumulator_pressure
 from stillhook.physics.drum import K_wire
 from stillhook.physics.motor import motor_torque
@@ -36,6 +37,8 @@ V_BEYOND = 1.5
 """How far limits are looked for, over the speed of full pumps and the smallest displacement without leakage."""
 BEYOND = 10.0
 """What stands for pumps and pressure where no steady operation exists, over their limits."""
+LEAST_POWER = 1.0
+"""Power that units which take nothing back are judged by [W]."""
 V_EXACT, ALPHA_EXACT = 1e-9, 1e-6
 """What speeds [m/s] and the best displacement [-] are solved to."""
 
@@ -46,6 +49,7 @@ class Limit(StrEnum):
     PUMP = "pump flow"
     PRESSURE = "relief pressure"
     RESERVE = "torque reserve"
+    POWER = "hydraulic power"
     MOTOR = "active motors' speed"
     PASSIVE = "passive motors' speed"
     LOAD = "load of the mode"
@@ -147,23 +151,32 @@ class Station:
         motor, lever, relief = self.crane.active.motor, self.winch.geometry.lever, self.crane.active.relief.p
 
         @cache
-        def used(v: float) -> tuple[float, float]:
-            """Pumps [-] and highest pressure over relief pressure [-]; both beyond 1 where nothing turns the shaft that fast."""
+        def used(v: float) -> tuple[float, float, float]:
+            """Pumps [-], highest pressure over relief pressure [-], hydraulic power over that of the power units [-]; all beyond 1 where
+            nothing turns the shaft that fast."""
             try:
                 o = self.at(v, alpha_m(v))
             except NoSteadyOperation:
-                return BEYOND, BEYOND
-            return abs(o.alpha_p), max(o.p_a, o.p_b) / relief
+                return BEYOND, BEYOND, BEYOND
+            return abs(o.alpha_p), max(o.p_a, o.p_b) / relief, self._power(o)
 
         found = {
             Limit.PUMP: self._first(lambda v: 1.0 - used(v)[0]),
             Limit.PRESSURE: self._first(lambda v: 1.0 - used(v)[1]),
+            Limit.POWER: self._first(lambda v: 1.0 - used(v)[2]),
             Limit.RESERVE: self._first(lambda v: alpha_m(v) - self.alpha_reserve),
             Limit.MOTOR: self._first(lambda v: speed_limit(motor, alpha_m(v)) * lever - v),
         }
         if self.crane.passive is not None:
             found[Limit.PASSIVE] = speed_limit(self.crane.passive.motor, self.alpha_pm) * lever
         return found
+
+    def _power(self, o: OperatingPoint) -> float:
+        """Power of the active pumps over the largest that the power units give, or, where the load drives the pumps, take back [-]."""
+        P, hpu = o.flows.Q_p * o.dp_m, self.crane.hpu
+        if hpu is None:
+            return 0.0
+        return float(P / power_most(self.crane) if P >= 0.0 else -P / max(hpu.P_back, LEAST_POWER))
 
     def top(self, alpha_m: Displacement) -> Top:
         """Highest speed with the motors at alpha_m(v)."""

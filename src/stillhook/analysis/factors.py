@@ -3,18 +3,23 @@
 from __future__ import annotations
 
 import math
+import operator
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
 
 from stillhook.analysis.distribution import Distribution, Law
-from stillhook.crane import Crane, ServoVariant, beside_wire
+from stillhook.crane import Crane, ServoVariant, beside_wire, damping_range
 from stillhook.scenario import Scenario
 
 CASE = "case."
 """Begin of the paths that lie in the scenario; all others lie in the crane."""
 LONGEST_DELAY = 10.0
 """Largest delay of the tip's signals that a scenario takes [s]."""
+LEAST_RATIO = 1e-3
+"""Low end of a positive number over its high end, where the file says nought [-]."""
+NORMAL_95 = 1.959964
+"""Deviations of a normal distribution that hold 95 % on either side of its mean."""
 RESPONSE = (0.7, 1.0, 3.5)
 """Time that a motor takes to swivel [s]: shortest, that of 5 rad/s, longest. Source: Moslatt 2020 paper F section 2.2, paper C."""
 
@@ -42,7 +47,8 @@ class Factor:
     """One thing that is not known well.
 
     kind of quantity ("": a pure number); default distribution with the reason of its width; whether it is among those drawn by default;
-    least, most what it may be [SI]; targets what it changes, those that a crane does not have left out.
+    least, most what it may be [SI]; targets what it changes, those that a crane does not have left out; of: the distribution where a
+    crane file says how wide it is, in place of the default.
     """
 
     name: str
@@ -54,6 +60,7 @@ class Factor:
     kind: str = ""
     least: float = 0.0
     most: float = math.inf
+    of: Callable[[Crane], Distribution] | None = None
 
     def absent(self, crane: Crane, case: Scenario) -> str:
         """Why it changes nothing here; "" where it does."""
@@ -61,9 +68,29 @@ class Factor:
             return f'the motors of "{crane.name}" are closed-loop. Set active.motor.variant, or leave it out.'
         if crane.passive is None and all(t.path.startswith("passive.") for t in self.targets):
             return f'"{crane.name}" has no passive circuit. Leave it out.'
+        if all(missing(crane, t.path) for t in self.targets):
+            return f'"{crane.name}" does not give {self.targets[0].path}. Give it, or leave it out.'
         if self.name == "load" and case.load == 0.0:
             return "nothing but the hook hangs on the wire. Leave it out."
         return ""
+
+
+RATES = tuple(f"{circuit}.{unit}.servo.rate_max" for circuit in ("active", "passive") for unit in ("pump", "motor"))
+OPTIONAL = ("active.boost.Q_max", "control.t_compute", *RATES)
+"""Fields that a crane file may leave out, and that nothing stands for then."""
+
+
+def missing(crane: Crane, path: str) -> bool:
+    """Whether a crane leaves out a field, or its circuit."""
+    if path.startswith("passive.") and crane.passive is None:
+        return True
+    return path in OPTIONAL and operator.attrgetter(path)(crane) is None
+
+
+def between(low: float, high: float) -> Distribution:
+    """A positive number of which 95 % lie between two values."""
+    low = max(low, LEAST_RATIO * high)
+    return Distribution(Law.LOGNORMAL, (math.sqrt(low * high), (high / low) ** (0.5 / NORMAL_95)))
 
 
 LOSSES = ("X_1", "X_2", "X_3", "X_4", "X_5")
@@ -172,6 +199,37 @@ _TABLE = (
         "assumed: at most a PLC cycle of 10 ms and a sample of a motion unit at 100 Hz",
         kind="time",
         most=LONGEST_DELAY,
+    ),
+    Factor(
+        "wire_damping",
+        "damping ratio of the load on the wire",
+        (Target("wire.zeta", None),),
+        Distribution(Law.LOGNORMAL, (0.0224, 2.146)),
+        "95 % within the crane's wire.zeta_low to wire.zeta_high; the library's 0.005 to 0.1 are assumed about the 0.01 of deep lifts",
+        most=9.9,
+        of=lambda crane: between(*damping_range(crane.wire)),
+    ),
+    Factor(
+        "boost_flow",
+        "flow that the boost pumps give",
+        _scaled("active.boost.Q_max"),
+        _triangular(0.6, 1.5),
+        "assumed, as boost.Q_max is",
+    ),
+    Factor(
+        "swash_rate",
+        "highest rate of the pumps' and motors' displacement",
+        _scaled(*RATES),
+        _triangular(0.5, 2.0),
+        "assumed, as rate_max is",
+    ),
+    Factor(
+        "computing_delay",
+        "time from reading to writing in a PLC cycle, over the cycle's own",
+        _scaled("control.t_compute"),
+        Distribution(Law.UNIFORM, (0.0, 1.0)),
+        "assumed: outputs are written at once, or as late as the end of the cycle",
+        most=1.0,
     ),
     Factor("wire_stiffness", "elastic modulus of the wire", _scaled("wire.E"), _normal(0.1), "assumed, as the wire's fill is"),
     Factor("load", "mass of the payload", _scaled(f"{CASE}load"), _triangular(0.97, 1.03), "assumed: weighed to 3 %"),

@@ -19,7 +19,7 @@ from stillhook.analysis.loops import ContinuousLoop, SampledLoop, balanced, hold
 from stillhook.analysis.operation import OperatingPoint
 from stillhook.control.plc import Memory
 from stillhook.crane import Crane
-from stillhook.engine.pack import MODE_CODE, plc_record
+from stillhook.engine.pack import MODE_CODE, NO_LIMIT, plc_record
 from stillhook.errors import StillhookError
 from stillhook.physics.friction import bristle_rate
 from stillhook.physics.swash import Servo
@@ -132,7 +132,7 @@ def at_state(point: OperatingPoint, **changes: float) -> OperatingPoint:
 
 def _rates_and_outputs(plant: Any, x: Any, u: Any, geo: Any, tip: Tip, p: Any) -> list[float]:
     c = plant.circuit(x, u, geo, tip, p)
-    rates = plant.rates(c, x, u, geo, p)._replace(z=bristle_rate(x.omega_m, x.z, c.g, p.hoist.bristle))
+    rates = plant.rates(c, x, u, geo, p)._replace(z=bristle_rate(x.omega_m, x.z, c.g, c.held, p.hoist.bristle))
     seen = [-x.s_w, c.q.v_w, x.omega_m, c.alpha_p, c.alpha_m, x.p_a, x.p_b, x.p_a - x.p_b, c.q.F_w, x.v_load]
     return [*rates, *seen]
 
@@ -141,7 +141,7 @@ def _free_stops(p: Any) -> Any:
     """Params whose displacement controls have no stops."""
 
     def free(servo: Servo) -> Servo:
-        return servo._replace(lo=-FREE, hi=FREE)
+        return servo._replace(lo=-FREE, hi=FREE, rate=NO_LIMIT)
 
     p = p._replace(active=p.active._replace(pump_servo=free(p.active.pump_servo), motor_servo=free(p.active.motor_servo)))
     if not hasattr(p, "passive"):
@@ -236,7 +236,7 @@ def _control_slopes(crane: Crane, point: OperatingPoint, mode: Mode) -> tuple[Fl
     p = _free_stops(point.params)._replace(plc=plc._replace(gains=plc.gains._replace(K_p=0.0)))
     tick = _tick(point, mode)
     p_o = point.p_hp if point.plant is active_passive else 0.0
-    memory = Memory(MODE_CODE[mode], 0.0, point.F_w, p_o, 0.0, point.u_m, 0.0, 0.0, point.u_m)
+    memory = Memory(MODE_CODE[mode], 0.0, point.F_w, p_o, 0.0, point.u_m, 0.0, 0.0, point.u_m, 0.0, 0.0, 1.0)
     commands = tuple(n for n in point.command._fields if n.startswith("u_"))
     states = point.state._fields
 
@@ -268,7 +268,7 @@ def settled_displacement(crane: Crane, point_at: Callable[[float], OperatingPoin
 
     def wish(alpha_m: float) -> float:
         point = point_at(alpha_m)
-        memory = Memory(MODE_CODE[code], 0.0, point.F_w, point.p_hp, 0.0, alpha_m, 0.0, 0.0, alpha_m)
+        memory = Memory(MODE_CODE[code], 0.0, point.F_w, point.p_hp, 0.0, alpha_m, 0.0, 0.0, alpha_m, 0.0, 0.0, 1.0)
         u, _, _ = point.plant.control(point.state, memory, _tick(point, code), point.tip, point.geometry, point.params)
         return float(u.u_m)
 

@@ -189,7 +189,7 @@ def _passive_side(
     """State and command with the passive circuit where the PLC puts it; v_op what the operator hoists with [m/s]."""
     if w.plant is pure_active:
         still = pure_active.State(0.0, 0.0, alpha_m, 0.0, 0.0, 0.0, omega_m, w.s_w, 0.0, 0.0, 0.0)
-        return still, pure_active.Command(0.0, alpha_m, 1.0)
+        return still, pure_active.Command(0.0, alpha_m, 1.0, 0.0)
     P = p.passive
     V = 0.5 * P.accumulator.V_stroke if V_o is None else V_o
     p_o, lever = accumulator_pressure(V, P.accumulator), w.geometry.lever
@@ -197,7 +197,7 @@ def _passive_side(
     pp = make_up(p_o, alpha_pm, v_op / lever, P.settings) if alpha_pp is None else alpha_pp
     settings = (0.0, 0.0, alpha_m, 0.0, pp, 0.0, alpha_pm, 0.0)
     x = active_passive.State(*settings, 0.0, 0.0, V, omega_m, w.s_w, 0.0, 0.0, 0.0)
-    return x, active_passive.Command(0.0, alpha_m, pp, alpha_pm, 1.0, 1.0)
+    return x, active_passive.Command(0.0, alpha_m, pp, alpha_pm, 1.0, 1.0, 0.0)
 
 
 def _sliding(w: Winch, x: Any, u: Any, tip: Tip, p: Any) -> tuple[Any, Any]:

@@ -16,7 +16,7 @@ from scipy.integrate import solve_ivp
 from stillhook.analysis.steady import motor_law
 from stillhook.control.ahc import feedback, feedforward
 from stillhook.crane import Crane
-from stillhook.engine.pack import gains
+from stillhook.engine.pack import NO_LIMIT, gains
 from stillhook.errors import SimulationError, StillhookError
 from stillhook.physics.line import capacitance
 from stillhook.physics.motor import motor_torque
@@ -95,8 +95,8 @@ def _rates(crane: Crane, tip: Motion, mode: Mode, K_wire: float) -> Callable[[fl
     a, J_m, B_v, lever = crane.active, crane.inertia.J_m_eff, crane.control.B_v, _lever(crane, K_wire)
     C_h = capacitance(a.line.V, a.line.bulk_modulus)
     Q_p_max = a.pump.D_total * a.pump.omega_p
-    pump = Servo(a.pump.servo.omega_n, a.pump.servo.zeta, -1.0, 1.0)
-    motor = Servo(a.motor.servo.omega_n, a.motor.servo.zeta, a.motor.alpha_min, 1.0)
+    pump = Servo(a.pump.servo.omega_n, a.pump.servo.zeta, -1.0, 1.0, NO_LIMIT)
+    motor = Servo(a.motor.servo.omega_n, a.motor.servo.zeta, a.motor.alpha_min, 1.0, NO_LIMIT)
     ahc, law = gains(crane), motor_law(crane, mode, K_wire=K_wire)
 
     def rates(t: float, x: Any) -> list[float]:

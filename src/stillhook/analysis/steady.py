@@ -86,7 +86,7 @@ def motor_law(crane: Crane, mode: Mode, F: float = 0.0, K_wire: float = 1.0, *, 
     the plant, for which they hold on the centre of its outermost wire.
     """
     plc = _published_plc(crane) if plc is None else plc
-    y = Sensed(0.0, 0.0, 0.0, 0.0, 0.0, MODE_CODE[mode], 1.0, 0.0, F, 1.0, K_wire)
+    y = Sensed(0.0, 0.0, 0.0, 0.0, 0.0, MODE_CODE[mode], 1.0, 0.0, F, 1.0, K_wire, 0.0, 0.0)
 
     def law(u_ff: float) -> float:
         return float(motor_demand(y, u_ff, F, plc))

@@ -55,4 +55,4 @@ def lateness(crane: Crane, *, delay: float = 0.0) -> float:
     if not 0.0 <= delay <= LONGEST_DELAY:
         raise StillhookError(f"delay = {delay:g} s: allowed is 0 up to {LONGEST_DELAY:g} s.")
     oil = eigenfrequency(crane, 1.0)
-    return delay + 0.5 * crane.control.t_cycle + 2.0 * oil.zeta / oil.omega_0
+    return delay + 0.5 * crane.control.t_cycle + crane.control.computing + 2.0 * oil.zeta / oil.omega_0

@@ -72,7 +72,7 @@ class Uncertainty:
             if all(whys) and name not in self.optional:
                 raise SpecError(f"factor {name}: it changes nothing here: {whys[0]}")
             if not (all(whys) or (name == LOAD and name in self.optional and any(_too_heavy(*pair) for pair in pairs))):
-                kept[name] = known
+                kept[name] = _own(name, known, pairs)
         if not kept:
             raise SpecError("factors: none. Name at least one, such as friction = { lognormal = [1, 1.3] }.")
         return Uncertainty(kept)
@@ -88,7 +88,7 @@ class Uncertainty:
         for name, known in self.factors.items():
             f = FACTORS[name]
             if isinstance(known, Distribution):
-                reason = f.reason if known == f.default else "given"
+                reason = f.reason if known == f.default or f.of is not None else "given"
                 out[name] = known.to_dict(f.kind) | {"meaning": f.meaning, "reason": reason}
             else:
                 out[name] = {"set": known.name, "meaning": f.meaning, "reason": "evidence of the set", "toml": set_toml(known)}
@@ -102,6 +102,12 @@ class Uncertainty:
             words = known.describe(FACTORS[name].kind) if isinstance(known, Distribution) else f'set "{known.name}"'
             rows.append((name, words, told[name]["reason"]))
         return rows
+
+
+def _own(name: str, known: Distribution | Set, pairs: tuple[Pair, ...]) -> Distribution | Set:
+    """The default distribution as the first crane's file says how wide it is; anything else as it is."""
+    of = FACTORS[name].of
+    return of(pairs[0][0]) if of is not None and known == FACTORS[name].default else known
 
 
 def _too_heavy(crane: Crane, case: Scenario) -> bool:

@@ -3,6 +3,7 @@
 from typing import NamedTuple
 
 from stillhook.control.ahc import AhcGains, feedback, feedforward
+from stillhook.control.brake import SMALL, BrakeSettings, closed_share, fill, idle_time
 from stillhook.control.motors import (
     MotorSettings,
     displacement_by_layer,
@@ -11,6 +12,7 @@ from stillhook.control.motors import (
     reduction_cubic,
     reduction_linear,
 )
+from stillhook.control.power import PowerLimit, stroke_left, within_stroke
 from stillhook.physics.scalar import clip, scalar
 
 MANUAL = 0.0
@@ -25,7 +27,7 @@ SSC_CUBIC = 6.0
 class Plc(NamedTuple):
     """Settings: t_cycle [s]; tau_F low-pass of the load cell [s]; tau_p slow mean of the accumulator pressure [s];
     t_bumpless time constant in which a command's jump at a mode change fades [s]; t_lead time by which the motion unit's signals are
-    extrapolated [s]."""
+    extrapolated [s]; t_compute time from reading to writing, after which a cycle's commands take effect [s]."""
 
     gains: AhcGains
     motors: MotorSettings
@@ -34,12 +36,16 @@ class Plc(NamedTuple):
     tau_p: float
     t_bumpless: float
     t_lead: float
+    t_compute: float
+    power: PowerLimit
+    brake: BrakeSettings
 
 
 class Sensed(NamedTuple):
     """What the PLC reads: motion unit s_tip [m], v_tip [m/s], a_tip [m/s^2]; operator's speed v_op [m/s, hoisting positive] and its
     integral s_op [m]; mode; f_pump share of the pumps known to run; encoder s_w [m]; load cell F [N]; alpha_m known displacement;
-    K_wire of the present layer."""
+    K_wire of the present layer; dp = p_a - p_b measured [Pa]; dp_load that with which the active motors carry what of the load cell's
+    weight the passive ones do not [Pa]."""
 
     s_tip: float
     v_tip: float
@@ -52,11 +58,15 @@ class Sensed(NamedTuple):
     F: float
     alpha_m: float
     K_wire: float
+    dp: float
+    dp_load: float
 
 
 class Memory(NamedTuple):
     """What the PLC remembers: mode; datum of the wire reference [m]; filtered load F [N]; slow mean of the accumulator pressure [Pa];
-    last commands u_p, u_m; fading bumpless biases b_p, b_m; held value of the motor control's play."""
+    last commands u_p, u_m; fading bumpless biases b_p, b_m; held value of the motor control's play; brake how far the holding brake is
+    closed [-]; idle time at zero commanded speed, see `stillhook.control.brake.idle_time` [s]; stroke of the pumps that the torque limit
+    leaves [-]."""
 
     mode: float
     datum: float
@@ -67,17 +77,21 @@ class Memory(NamedTuple):
     b_p: float
     b_m: float
     held: float
+    brake: float
+    idle: float
+    stroke: float
 
 
 class Drive(NamedTuple):
     """Commands to the active circuit: u_p pumps, u_m motors, u_ff the feedforward in it, u_raw pumps before the limit;
-    e_c control error against the measured tip motion [m]."""
+    e_c control error against the measured tip motion [m]; brake how far the holding brake is closed [-]."""
 
     u_p: float
     u_m: float
     u_ff: float
     u_raw: float
     e_c: float
+    brake: float
 
 
 @scalar
@@ -94,7 +108,13 @@ def ahead(y, t_lead):
     """
     s_tip = y.s_tip + t_lead * (y.v_tip + 0.5 * t_lead * y.a_tip)
     v_tip = y.v_tip + t_lead * y.a_tip
-    return Sensed(s_tip, v_tip, y.a_tip, y.v_op, y.s_op, y.mode, y.f_pump, y.s_w, y.F, y.alpha_m, y.K_wire)
+    return Sensed(s_tip, v_tip, y.a_tip, y.v_op, y.s_op, y.mode, y.f_pump, y.s_w, y.F, y.alpha_m, y.K_wire, y.dp, y.dp_load)
+
+
+@scalar
+def in_mode(y, mode):
+    """What was read, with another mode in force."""
+    return Sensed(y.s_tip, y.v_tip, y.a_tip, y.v_op, y.s_op, mode, y.f_pump, y.s_w, y.F, y.alpha_m, y.K_wire, y.dp, y.dp_load)
 
 
 @scalar
@@ -143,26 +163,34 @@ def motor_demand(y, u_ff, F, plc):
 def cycle(sensed, m, p_hp, plc):
     """One cycle: what was read and remembered gives the commands and the new memory.
 
-    Bumpless mode change: the commands start where they were and the difference fades with t_bumpless.
+    Bumpless mode change: the commands start where they were and the difference fades with t_bumpless. Until the holding brake is open the
+    winch is in manual mode, whatever was chosen, and its pumps only bring the motors to the load's torque.
     """
-    y = ahead(sensed, plc.t_lead)
+    t_cycle = plc.t_cycle
+    stands = sensed.mode == MANUAL and sensed.v_op == 0.0 and abs(m.u_p) <= SMALL
+    missing = sensed.dp_load - sensed.dp
+    idle = idle_time(m.idle, stands or (m.brake > 0.0 and sensed.mode == MANUAL and sensed.v_op == 0.0), t_cycle)
+    brake = closed_share(m.brake, idle, missing, plc.brake, t_cycle)
+    y = ahead(in_mode(sensed, MANUAL if brake > 0.0 else sensed.mode), plc.t_lead)
     datum = reference_datum(y, m)
     e_c = datum + y.s_tip - y.s_op - y.s_w
-    F = low_pass(m.F, y.F, plc.tau_F, plc.t_cycle)
-    p_mean = low_pass(m.p_mean, p_hp, plc.tau_p, plc.t_cycle)
+    F = low_pass(m.F, y.F, plc.tau_F, t_cycle)
+    p_mean = low_pass(m.p_mean, p_hp, plc.tau_p, t_cycle)
     u_ff, demand = pump_demand(y, e_c, plc)
     wish = motor_demand(y, u_ff, F, plc)
-    fade = 1.0 - plc.t_cycle / (plc.t_bumpless + plc.t_cycle)
-    changed = y.mode != m.mode
+    fade = 1.0 - t_cycle / (plc.t_bumpless + t_cycle)
+    changed = y.mode != m.mode or (m.brake > 0.0 and brake == 0.0)
     b_p = m.u_p - demand if changed else m.b_p * fade
     b_m = m.u_m - wish if changed else m.b_m * fade
-    u_raw = demand + b_p
-    u_p = clip(u_raw, -1.0, 1.0)
+    filling = fill(y.dp_load, missing, plc.brake) if idle < 0.0 else 0.0
+    u_raw = filling if brake > 0.0 else demand + b_p
+    stroke = stroke_left(clip(u_raw, -1.0, 1.0), y.dp, y.f_pump * plc.power.Q_p, y.f_pump * plc.power.P_max, m.stroke, t_cycle)
+    u_p = within_stroke(u_raw, stroke)
     u_m = clip(wish + b_m, plc.motors.alpha_min, 1.0)
-    return Drive(u_p, u_m, u_ff, u_raw, e_c), Memory(y.mode, datum, F, p_mean, u_p, u_m, b_p, b_m, m.held)
+    return Drive(u_p, u_m, u_ff, u_raw, e_c, brake), Memory(y.mode, datum, F, p_mean, u_p, u_m, b_p, b_m, m.held, brake, idle, stroke)
 
 
 @scalar
 def hold(m, held):
     """The memory with the held value of the motor control's play."""
-    return Memory(m.mode, m.datum, m.F, m.p_mean, m.u_p, m.u_m, m.b_p, m.b_m, held)
+    return Memory(m.mode, m.datum, m.F, m.p_mean, m.u_p, m.u_m, m.b_p, m.b_m, held, m.brake, m.idle, m.stroke)

@@ -21,6 +21,7 @@ from stillhook.engine.pack import (
 from stillhook.engine.validated import standing
 from stillhook.errors import ScenarioError
 from stillhook.physics.drum import LAST_TURNS, WIRE_SLACK, layer_diameter, layers_filled, wire_usable
+from stillhook.physics.scalar import G
 from stillhook.plants.active_circuit import active_flows
 from stillhook.scenario import LONGEST, Mode, Scenario
 from stillhook.units import show
@@ -127,6 +128,7 @@ def foresee(crane: Crane, case: Scenario) -> Foreseen:
     notes = [
         *_speed_notes(crane, case, asked.v_max, d),
         *_wire_notes(crane, asked),
+        *_weight_notes(crane, case),
         *gain,
         *_stroke_notes(crane, case, asked.s_tip_pp, d),
         *_pure_active_notes(crane, case, d, alpha_wanted(crane, case, K_wire, 0.0)),
@@ -189,7 +191,7 @@ def alpha_wanted(crane: Crane, case: Scenario, K_wire: float, u_ff: float, mode:
     """Displacement that the PLC asks for in a mode (default the scenario's first) at this load [-]; u_ff 0 at rest, 1 at full speed."""
     F = load_record(crane, case).W
     code = MODE_CODE[mode or case.mode]
-    y = Sensed(0.0, 0.0, 0.0, 0.0, 0.0, code, 1.0, case.s_w, F, 1.0, K_wire)
+    y = Sensed(0.0, 0.0, 0.0, 0.0, 0.0, code, 1.0, case.s_w, F, 1.0, K_wire, 0.0, 0.0)
     return float(motor_demand(y, u_ff, F, plc_record(crane, case.operator)))
 
 
@@ -200,6 +202,21 @@ def _wire_notes(crane: Crane, asked: Asked) -> list[str]:
     return [
         f"tip and operator ask for {show(asked.s_w_min, 'length')} to {show(asked.s_w_max, 'length')} of wire out, and there are 0 m "
         f"(hook at the crane tip) to {show(wire, 'length')} ({LAST_TURNS:.0f} turns kept)"
+    ]
+
+
+WIRE_SHARE = 0.05
+"""Part of the hook load from which the weight of the wire that is out gets a word: as large as what a load is weighed to."""
+
+
+def _weight_notes(crane: Crane, case: Scenario) -> list[str]:
+    """The wire of a Scenario has stiffness and damping, and no weight."""
+    m, load = crane.wire.mass_per_length * case.s_w, load_record(crane, case).W / G
+    if m <= WIRE_SHARE * load:
+        return []
+    return [
+        f"the wire of {show(case.s_w, 'length')} weighs {show(m, 'mass', 3)} in air, {m / load:.0%} of the hook load, and is left out; "
+        "stillhook lower has it"
     ]
 
 
@@ -258,7 +275,10 @@ def _pure_active_notes(crane: Crane, case: Scenario, d: float, alpha: float) -> 
     leak = f.Q_int + f.Q_ext_a
     e_c = leak / (A.pumps.D_max * A.pumps.omega_p) / max(crane.control.K_p, 1e-12)
     out = [f"the load is held by the pumps against leakage: under P control expect a standing offset of about {show(e_c, 'length')}"]
-    if {case.mode, *(m for _, m in case.modes)} == {Mode.MANUAL}:
+    manual = {case.mode, *(m for _, m in case.modes)} == {Mode.MANUAL}
+    if manual and crane.brake is not None:
+        out = []  # at rest the brake holds, and a load that moves has its leakage in the speed
+    elif manual:
         sinks = show(leak / D * lever, "speed", 2)
         out = [f"nothing makes up for leakage in manual mode: with the joystick at rest the load sinks by {sinks}"]
     relief = crane.active.relief.p - crane.active.boost.p

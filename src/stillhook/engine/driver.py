@@ -12,7 +12,7 @@ from stillhook.control.plc import Memory
 from stillhook.engine.lanes import access, offset, replace, size
 from stillhook.engine.stats import Stats, fold
 from stillhook.engine.window import SIGNALS, window_add, window_turn
-from stillhook.physics.scalar import STRICT, align_stack, scalar
+from stillhook.physics.scalar import STRICT, align_stack, clip, scalar
 from stillhook.plants.state import THIN, Geometry, Signals, Tick, Tip
 
 plant = plant  # type: ignore[name-defined]  # noqa: F821
@@ -24,10 +24,11 @@ signals, powers, stored_energy, limits = plant.signals, plant.powers, plant.stor
 
 
 class Lane(NamedTuple):
-    """Everything that one trajectory carries."""
+    """Everything that one trajectory carries; u_0 commands of the cycle before, in force until those of this one are calculated."""
 
     x: State
     u: Command
+    u_0: Command
     geo: Geometry
     m: Memory
     st: Stats
@@ -45,9 +46,10 @@ def store(cls: type):  # type: ignore[no-untyped-def]
 
 load = access(Lane, LANES).load
 axpy, with_z = access(State, LANES).axpy, replace(State, "z")
+mix = access(Command, LANES).mix
 put_x, put_u, put_geo, put_m = store(State), store(Command), store(Geometry), store(Memory)
 put_st, put_y, put_tip = store(Stats), store(Signals), store(Tip)
-X, U, GEO, M, ST, Y, TIP_0, TIP_1, TIP_2, TICK, P = (offset(Lane, f, LANES) for f in Lane._fields)
+X, U, U_0, GEO, M, ST, Y, TIP_0, TIP_1, TIP_2, TICK, P = (offset(Lane, f, LANES) for f in Lane._fields)
 Y_E, Y_EM, Y_TIP = (Y + offset(Signals, f, LANES) for f in ("e_c", "e_c_measured", "s_tip"))
 NS = size(Signals)
 NH = 12
@@ -69,6 +71,12 @@ def step(x, u, geo, tip_0, tip_1, tip_2, p, h):
     x_4 = axpy(x, h, k_3)
     k_4 = rates(circuit(x_4, u, geo, tip_2, p), x_4, u, geo, p)
     return axpy(axpy(axpy(axpy(x, h / 6, k_1), h / 3, k_2), h / 3, k_3), h / 6, k_4)
+
+
+@scalar
+def in_force(b, tau, h):
+    """Commands in force over a step of h that begins tau into the cycle [s]: those of the cycle before until the PLC has calculated."""
+    return mix(b.u, b.u_0, clip((b.p.plc.t_compute - tau) / h, 0.0, 1.0))
 
 
 @scalar
@@ -105,7 +113,8 @@ def cycle(A, w):
         u, m, drive = control(b.x, b.m, b.tick, tip, geo, b.p)
         c = circuit(b.x, u, geo, tip, b.p)
         y = signals(c, b.x, u, m, drive, b.tick, geo, b.p)
-        st = fold(b.st, y, powers(c, b.x, tip, b.p), stored_energy(c, b.x, geo, b.p), limits(c, b.x, b.p), w)
+        st = fold(b.st, y, powers(c, b.x, tip, b.p), stored_energy(c, b.x, geo, b.p), limits(c, b.x, u, b.p), w)
+        put_u(A, U_0 + l, b.u)
         put_u(A, U + l, u)
         put_geo(A, GEO + l, geo)
         put_m(A, M + l, m)
@@ -155,17 +164,18 @@ def run(A, D, cols, H, W, out, every, k_0, n, first, last, n_win, n_sub, t_cycle
                 put_tip(A, TIP_2 + l, tip_between(row, ahead, l, H, 2 * i + 1))
             for l in range(LANES):
                 b = load(A, l)
-                put_x(A, X + l, step(b.x, b.u, b.geo, b.tip_0, b.tip_1, b.tip_2, b.p, h))
+                put_x(A, X + l, step(b.x, in_force(b, i * h, h), b.geo, b.tip_0, b.tip_1, b.tip_2, b.p, h))
             for l in range(2 * LANES):
                 A[TIP_0 + l] = A[TIP_2 + l]
 
 
 def at_rest(A):
-    """Every lane's state and memory at rest, from its wire paid out, first Tick and parameters."""
+    """Every lane's state, memory and commands at rest, from its wire paid out, first Tick and parameters."""
     for l in range(LANES):
         b = load(A, l)
-        x, m = rest(b.x.s_w, b.m, b.tick, b.p)
+        x, m, u = rest(b.x.s_w, b.m, b.tick, b.p)
         put_x(A, X + l, x)
+        put_u(A, U + l, u)
         put_m(A, M + l, m)
 
 

@@ -45,8 +45,10 @@ def plc_alone(seen: Seen, p_hp: Array, memory: Memory, plc: Plc, control: MotorC
 
     Parameters: seen, one value a cycle; p_hp (n,) accumulator pressure [Pa]; memory before the first
     cycle; control: where the motors' displacement is not measured, the PLC reckons with its own last command in place of seen.alpha_m.
+    The holding brake is left out, and the pumps' torque limit: both depend on pressures, which the plant makes.
     Source: Moslatt 2020 paper F, verification step 2 ("controller inputs from measured data").
     """
+    plc = plc._replace(brake=plc.brake._replace(fitted=0.0))
     columns = Seen(*(np.ascontiguousarray(x, dtype=np.float64) for x in seen))
     told = Told(*np.empty((len(Told._fields), len(p_hp))))
     last = _compiled()(columns, np.ascontiguousarray(p_hp, dtype=np.float64), told, memory, plc, control)
@@ -63,7 +65,7 @@ def _cycles(seen, p_hp, told, m, plc, control):
         alpha_m = known_displacement(seen.alpha_m[k], m.u_m, control)
         y = Sensed(
             seen.s_tip[k], seen.v_tip[k], seen.a_tip[k], seen.v_op[k], seen.s_op[k], seen.mode[k], seen.f_pump[k], seen.s_w[k], seen.F[k],
-            alpha_m, seen.K_wire[k],
+            alpha_m, seen.K_wire[k], 0.0, 0.0,
         )  # fmt: skip
         drive, m = cycle(y, m, p_hp[k], plc)
         told.u_p[k], told.u_m[k], told.u_ff[k] = drive.u_p, drive.u_m, drive.u_ff

@@ -53,17 +53,18 @@ def define(src: str, names: dict[str, Any], file: str) -> None:
 
 
 class Access(typing.NamedTuple):
-    """Generated functions for one record: load(A, i), store(A, i, v), axpy(x, h, k)."""
+    """Generated functions for one record: load(A, i), store(A, i, v), axpy(x, h, k), mix(x, y, w)."""
 
     load: Callable[..., Any]
     store: Callable[..., Any]
     axpy: Callable[..., Any]
+    mix: Callable[..., Any]
 
 
 def access(cls: type, lanes: int) -> Access:
     """Loads and stores of one record, written out field by field so that they inline to plain moves.
 
-    i = offset + lane; a record's floats lie `lanes` places apart. `axpy` gives x + h k.
+    i = offset + lane; a record's floats lie `lanes` places apart. `axpy` gives x + h k, `mix` x + w (y - x).
     """
     names: dict[str, Any] = {}
 
@@ -77,8 +78,9 @@ def access(cls: type, lanes: int) -> Access:
     src = f"def load(A, i): return {expr(cls, (f'A[i + {n * lanes}]' for n in itertools.count()))}\n"
     src += "def store(A, i, v):\n" + "".join(f"    A[i + {n * lanes}] = v{q}\n" for n, q in enumerate(paths(cls)))
     src += f"def axpy(x, h, k): return {expr(cls, (f'x{q} + h * k{q}' for q in paths(cls)))}\n"
+    src += f"def mix(x, y, w): return {expr(cls, (f'x{q} + w * (y{q} - x{q})' for q in paths(cls)))}\n"
     define(src, names, f"<{cls.__name__} on {lanes} lanes of {cls.__module__}>")
-    return Access(*(scalar(names[f]) for f in ("load", "store", "axpy")))
+    return Access(*(scalar(names[f]) for f in ("load", "store", "axpy", "mix")))
 
 
 def replace(cls: type, field: str) -> Callable[..., Any]:

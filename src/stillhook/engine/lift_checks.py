@@ -131,7 +131,9 @@ def check_lift_step(packed: PackedLift, step: float) -> None:
     """
     p = packed.winch.params
     hoist = p.hoist._replace(load=p.hoist.load._replace(m=FIXED_MASS))
-    rates = {k: v / RK4_LIMIT for k, v in fastest_rates(packed.winch._replace(params=p._replace(hoist=hoist))).items()}
+    e, rope = packed.hang.element, packed.lift.rope
+    top = e.c / e.k * rope.EA / rope.L_0
+    rates = {k: v / RK4_LIMIT for k, v in fastest_rates(packed.winch._replace(params=p._replace(hoist=hoist)), top).items()}
     geo = drum_geometry(packed.winch.s_w, hoist)
     k_0 = packed.lift.rope.EA / (hoist.wire.L_0 * packed.lift.rope.EA / hoist.wire.EA)
     rates["wire against the winch's inertia"] = math.sqrt(0.25 * k_0 * geo.lever**2 * geo.i_J / COUPLING)

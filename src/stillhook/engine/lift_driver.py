@@ -19,8 +19,6 @@ from stillhook.engine.window import window_add, window_turn
 from stillhook.physics.payload import LEVELS, Water, Wetted, middle, submergence, water_force, wetted
 from stillhook.physics.rope import Element, element, element_weight, pull_of_sling, sling_energy, sling_mean
 from stillhook.physics.scalar import STRICT, align_stack, scalar
-from stillhook.physics.wire import Wire
-from stillhook.plants.hoist import Hoist
 from stillhook.plants.lift import (
     NEVER,
     SNAP,
@@ -44,18 +42,20 @@ from stillhook.plants.lift import (
     waiting,
 )
 from stillhook.plants.sensing import sense
-from stillhook.plants.state import Signals, Tick, Tip
+from stillhook.plants.state import Geometry, Signals, Tick, Tip
 
 base = base  # type: ignore[name-defined]  # noqa: F821
 LANES, Command = base.LANES, base.Command
 plant = base.plant
 circuit, geometry, control = plant.circuit, plant.geometry, plant.control
 signals, powers, stored_energy, limits = plant.signals, plant.powers, plant.stored_energy, plant.limits
-step, tip_between, take_tick = base.step, base.tip_between, base.take_tick
+step, in_force, tip_between, take_tick = base.step, base.in_force, base.tip_between, base.take_tick
 put_x, put_u, put_geo, put_m, put_st, put_y, put_tip = (
     base.put_x, base.put_u, base.put_geo, base.put_m, base.put_st, base.put_y, base.put_tip,
 )  # fmt: skip
-X, U, GEO, M, ST, Y, TIP_0, TIP_1, TIP_2 = base.X, base.U, base.GEO, base.M, base.ST, base.Y, base.TIP_0, base.TIP_1, base.TIP_2
+X, U, U_0, GEO, M, ST, Y, TIP_0, TIP_1, TIP_2 = (
+    base.X, base.U, base.U_0, base.GEO, base.M, base.ST, base.Y, base.TIP_0, base.TIP_1, base.TIP_2,
+)  # fmt: skip
 
 Lane = NamedTuple(
     "Lane",
@@ -77,6 +77,7 @@ def store(cls: type):  # type: ignore[no-untyped-def]
 
 load = access(Lane, LANES).load
 with_plc, with_tau, with_F = replace(base.Params, "plc"), replace(Plc, "tau_F"), replace(Memory, "F")
+with_c = replace(Geometry, "c")
 put_ls, put_ly, put_solve, put_water, put_works = (
     store(LiftStats), store(LiftSignals), store(Solve), store(Water), store(Works),
 )  # fmt: skip
@@ -93,8 +94,6 @@ SUP, ELEMENT, WATER, LEVEL, OMEGA_0, A_LOAD, SINCE, S_JOY, E_HELD, STAGE, K_STAG
 get_element, get_solve, get_lift, get_hang = (access(c, LANES).load for c in (Element, Solve, Lift, Hanging))
 put_sup, put_element, put_seen = store(Supervisor), store(Element), store(Windowed)
 ELEMENT_C = ELEMENT + offset(Element, "c", LANES)
-TOP_C = base.P + offset(base.Params, "hoist", LANES) + offset(Hoist, "wire", LANES) + offset(Wire, "c", LANES)
-"""Damping of the wire between drum and tip: that of the elements."""
 SUP_STAGE, SUP_DONE = (SUP + offset(Supervisor, f, LANES) for f in ("stage", "done"))
 X_S, X_V, OMEGA = (X + offset(base.State, f, LANES) for f in ("s_load", "v_load", "omega_m"))
 S_LOAD, V_LOAD = (Y + offset(Signals, f, LANES) for f in ("s_load", "v_load"))
@@ -214,7 +213,6 @@ def relay(A, B, N):
             A, WORKS + l, Works(w.top, w.damping, w.gravity, w.buoyancy, w.inertia, w.drag, w.slam, w.bottom, w.relay + brought)
         )  # fmt: skip
         put_element(A, ELEMENT + l, new)
-        A[TOP_C + l] = new.c / new.k * b.lift.rope.EA / b.lift.rope.L_0
         A[E_NOW + l] = new.m * moved + new.k * strained + ends
     for i in range(N + 1):
         row = B[i * ROW :]
@@ -235,8 +233,9 @@ def cycle(A, B, N, S, T, n_stages, t, w):
     for l in range(LANES):
         b = load(A, l)
         tip = Tip(b.tick.s, b.tick.v)
-        geo = geometry(b.x, b.p)
-        raw = sense(b.x, b.m, b.tick, tip, geo, b.p)
+        e, rope = b.hang.element, b.lift.rope
+        geo = with_c(geometry(b.x, b.p), e.c / e.k * rope.EA / rope.L_0)  # from drum to tip the wire is damped as its elements are
+        raw = sense(b.x, b.m, b.tick, tip, geo, 0.0, b.p)
         order, sup = supervise(Watch(t, raw.s_w, raw.F, raw.v_tip), b.hang.sup, b.stage, b.lift.settings)
         o = b.tick
         tick = Tick(
@@ -250,10 +249,11 @@ def cycle(A, B, N, S, T, n_stages, t, w):
         c = circuit(b.x, u, geo, tip, b.p)
         y = signals(c, b.x, u, m, drive, tick, geo, b.p)
         E = stored_energy(c, b.x, geo, b.p) - b.p.hoist.load.W * b.x.s_load
-        put_st(A, ST + l, fold(b.st, y, powers(c, b.x, tip, b.p), E, limits(c, b.x, b.p), w))
+        put_st(A, ST + l, fold(b.st, y, powers(c, b.x, tip, b.p), E, limits(c, b.x, u, b.p), w))
         A[E_HELD + l] = y.e_c if compensating(sup, b.stage, b.lift.settings.code) > 0.5 else b.hang.e_held
         A[S_JOY + l] = b.hang.s_joy + sup.v_joy * b.lift.t_cycle
         put_sup(A, SUP + l, sup)
+        put_u(A, U_0 + l, b.u)
         put_u(A, U + l, u)
         put_geo(A, GEO + l, geo)
         put_m(A, M + l, m)
@@ -446,7 +446,7 @@ def run(A, B, N, D_, cols, H, S, n_stages, T, E, H_w, levels, dt_w, i_0, W_, G, 
                 A[X_V + l] = B[D + l]
             for l in range(LANES):
                 b = load(A, l)
-                put_x(A, X + l, step(b.x, b.u, b.geo, b.tip_0, b.tip_1, b.tip_2, b.p, h))
+                put_x(A, X + l, step(b.x, in_force(b, i * h, h), b.geo, b.tip_0, b.tip_1, b.tip_2, b.p, h))
             for l in range(LANES):
                 A[X_S + l] = B[Q + l]
                 A[X_V + l] = 1.5 * B[D + l] - 0.5 * A[V_BEFORE + l]

@@ -14,6 +14,7 @@ from stillhook.engine.lift_payload import pack_payload
 from stillhook.engine.lift_programme import Programme, hanging, pack_programme, wire_strength
 from stillhook.engine.pack import MODE_CODE, Packed, pack
 from stillhook.lift.lowering import Lowering
+from stillhook.lift.programme import StageMode
 from stillhook.physics.load import Load
 from stillhook.physics.payload import Payload, Water, Wetted, middle, submergence, wetted
 from stillhook.physics.rope import Element, Rope, Sling, element, element_weight
@@ -77,7 +78,7 @@ def rope_record(crane: Crane, case: Lowering, M: float) -> Rope:
         mu=mu,
         w_air=mu * G,
         w_water=(mu - case.rho * steel) * G,
-        zeta=case.wire.zeta,
+        zeta=crane.wire.zeta,
         h_tip=case.h_tip,
         L_0=crane.wire.L_0,
         M=M,
@@ -136,16 +137,18 @@ def pack_lift(crane: Crane, case: Lowering, s_tip: float = 0.0) -> PackedLift:
         sup=sup, element=e, water=still, level=level_of(z, level, field), omega_0=0.0, a_load=0.0, since_taut=0.0, s_joy=0.0, e_held=0.0,
         stage=0.0, k_stage=0.0, E=E, E_0=E, works=works, v_before=0.0, datum=float(q[-1]),
     )  # fmt: skip
-    return PackedLift(_winch(crane, case, s_w, e, F_top), lift, hang, q, weights, table, wet.A33, programme)
+    return PackedLift(_winch(crane, case, s_w, F_top), lift, hang, q, weights, table, wet.A33, programme)
 
 
-def _winch(crane: Crane, case: Lowering, s_w: float, e: Element, F_top: float) -> Packed:
+def _winch(crane: Crane, case: Lowering, s_w: float, F_top: float) -> Packed:
     """The winch with the wire from drum to tip alone, on which the first node of the long wire hangs: a load without mass that is moved."""
     packed = pack(crane, stand_in(crane, case, s_w))
     h = packed.params.hoist
-    EA, k_0 = wire_strength(crane)[0], wire_strength(crane)[0] / crane.wire.L_0
-    wire = Wire(EA=FIXED * EA, L_0=FIXED * crane.wire.L_0, c=e.c / e.k * k_0)
+    EA = wire_strength(crane)[0]
+    wire = Wire(EA=FIXED * EA, L_0=FIXED * crane.wire.L_0, mu=0.0, zeta=0.0)
     hoist = h._replace(wire=wire, load=Load(W=F_top, m=0.0, i_m=0.0, b=0.0))
-    first = case.programme[0].mode.value
-    mode = MANUAL if first in ("manual", "splash") else MODE_CODE[case.controller]
-    return packed._replace(params=packed.params._replace(hoist=hoist), memory=packed.memory._replace(F=F_top, mode=mode))
+    first = case.programme[0]
+    mode = MANUAL if first.mode in (StageMode.MANUAL, StageMode.SPLASH) else MODE_CODE[case.controller]
+    on = 1.0 if crane.brake is not None and first.mode is StageMode.MANUAL and first.lower == 0.0 else 0.0
+    memory = packed.memory._replace(F=F_top, mode=mode, brake=on)
+    return packed._replace(params=packed.params._replace(hoist=hoist), memory=memory)

@@ -19,7 +19,9 @@ AUDIT = 0.01
 """Energy not found again, over all that passed, from which a lowering is numerically wrong [-]; sound ones stay below 1e-3."""
 AUDIT_FLOOR = 1.0e4
 """Energy below which nothing moves that the audit could be asked of [J]: a tonne by a metre."""
-LOWEST = {"e_min", "em_min", "tip_min", "p_min", "p_hp_min", "alpha_m_min", "F_min", "V_min", "F_s_min", "z_min", "v_min", "t_landed"}
+LOWEST = {
+    "e_min", "em_min", "tip_min", "p_min", "p_hp_min", "alpha_m_min", "F_min", "V_min", "P_min", "F_s_min", "z_min", "v_min", "t_landed",
+}  # fmt: skip
 SUMMED = {"cycles", "e_sum", "e2_sum", "tip_sum", "tip2_sum", "pump_abs", "slack"}
 
 
@@ -28,7 +30,8 @@ NUMBERS = (
     "DAF", "snap", "sling_slack_time", "slack_time", "z_load_min", "z_load_max", "v_load_min", "v_load_max", "F_slam_max",
     "F_drag_max", "F_bottom_max", "t_landed", "v_landed", "v_hit_max", "p_a_max", "p_b_max", "p_min", "alpha_m_min", "alpha_p_max",
     "u_p_max", "omega_m_max", "v_w_max", "v_tip_max", "saturation_time", "relief_time", "overspeed_time", "stroke_time",
-    "cavitation_time", "wire_time",
+    "cavitation_time", "wire_time", "power_time", "boost_time", "P_hpu_max",
+    "P_hpu_min",
 )  # fmt: skip
 """Numbers that the whole run and each stage have alike."""
 STAGE_NUMBERS = ("t_begin", *NUMBERS)
@@ -153,6 +156,10 @@ def stage_numbers(result: LiftResult, r: StageResult) -> dict[str, float]:
         "stroke_time": st.stroke_cycles * t,
         "cavitation_time": st.cavitation_cycles * t,
         "wire_time": st.wire_cycles * t,
+        "power_time": st.power_cycles * t,
+        "boost_time": st.boost_cycles * t,
+        "P_hpu_max": st.P_max,
+        "P_hpu_min": st.P_min,
     }
 
 

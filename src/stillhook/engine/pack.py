@@ -7,10 +7,12 @@ from typing import Any, NamedTuple
 
 from stillhook import crane as spec
 from stillhook.control.ahc import AhcGains
+from stillhook.control.brake import BrakeSettings
 from stillhook.control.loop import Loop
 from stillhook.control.motors import MotorSettings
 from stillhook.control.passive import PassiveSettings
 from stillhook.control.plc import HS, LEVEL_1, LEVEL_2, MANUAL, NS, SSC, SSC_CUBIC, Memory, Plc
+from stillhook.control.power import PowerLimit
 from stillhook.crane import Crane
 from stillhook.engine.gas_fit import gas_record
 from stillhook.library import leak_table
@@ -42,6 +44,16 @@ MODE_CODE = {
 }
 HELD = 1.0e4
 """Size of the accumulator whose pressure stands, over that of the crane: cubic metres of oil then move it by hundredths of a bar."""
+NO_LIMIT = 1.0e30
+"""Stands for a limit that a crane file does not name [SI]: no winch gets there."""
+FILL_RATE = 15.0
+"""Rate at which the pumps bring the motors to the load's torque behind the closed brake [rad/s]: half of what their displacement controls
+follow. Assumed."""
+FILL_MOST, BOOST_SHARE = 0.3, 0.5
+"""Largest pump command against the closed brake [-], and largest part of the boost flow that filling a line may take [-]: what goes into
+one line the other must get from the boost pump. Assumed."""
+PROVED = 1.0e6
+"""Pressure by which the motors' torque may be off when the brake opens [Pa]: 10 bar, a twentieth of what a full load asks for. Assumed."""
 DP_LEAST = 1.0e6
 """Pressure below which the passive torque law stops dividing by it [Pa]: 10 bar, far below any charge."""
 
@@ -120,8 +132,9 @@ def _motors(motor: spec.MotorSet) -> Motors:
     return Motors(count=float(motor.count), D_max=motor.D_max, C_1=motor.C_1, C_2=motor.C_2, fit=fit)
 
 
-def _servo(servo: spec.Servo, lo: float, hi: float = 1.0) -> Servo:
-    return Servo(omega_n=servo.omega_n, zeta=servo.zeta, lo=lo, hi=hi)
+def servo_record(servo: spec.Servo, lo: float, hi: float = 1.0) -> Servo:
+    """A displacement control between its stops; without a known limit its setting may get as fast as its command asks."""
+    return Servo(omega_n=servo.omega_n, zeta=servo.zeta, lo=lo, hi=hi, rate=NO_LIMIT if servo.rate_max is None else servo.rate_max)
 
 
 def _motor_control(motor: spec.MotorSet) -> MotorControl:
@@ -135,16 +148,17 @@ def active_record(crane: Crane) -> ActiveCircuit:
     a = crane.active
     return ActiveCircuit(
         pumps=_pumps(a.pump),
-        pump_servo=_servo(a.pump.servo, -1.0),
+        pump_servo=servo_record(a.pump.servo, -1.0),
         motors=_motors(a.motor),
-        motor_servo=_servo(a.motor.servo, a.motor.alpha_min),
+        motor_servo=servo_record(a.motor.servo, a.motor.alpha_min),
         control=_motor_control(a.motor),
         i_C_h=1.0 / capacitance(a.line.V, a.line.bulk_modulus),
-        boost=Boost(a.boost.p, a.boost.conductance),
+        boost=Boost(a.boost.p, a.boost.conductance, NO_LIMIT if a.boost.Q_max is None else a.boost.Q_max),
         relief=Relief(a.relief.p, a.relief.conductance),
         flushing=Flushing(a.boost.p + a.flushing.dp_open, a.flushing.conductance, 1.0 / max(a.flushing.dp_shuttle, 1.0)),
         n_full=a.motor.n_max_full,
         n_max=a.motor.n_max,
+        P_back=NO_LIMIT if crane.hpu is None else crane.hpu.P_back,
     )
 
 
@@ -154,9 +168,9 @@ def _passive(crane: Crane, gas_held: bool) -> active_passive.PassiveCircuit:
     acc, pump = _held(p.accumulator) if gas_held else p.accumulator, _pumps(p.pump)
     return active_passive.PassiveCircuit(
         pumps=pump,
-        pump_servo=_servo(p.pump.servo, -1.0),
+        pump_servo=servo_record(p.pump.servo, -1.0),
         motors=_motors(p.motor),
-        motor_servo=_servo(p.motor.servo, p.motor.alpha_min),
+        motor_servo=servo_record(p.motor.servo, p.motor.alpha_min),
         accumulator=Accumulator(
             V_stroke=acc.V_stroke,
             i_half=2.0 / acc.V_stroke,
@@ -217,20 +231,20 @@ def _hoist(crane: Crane, case: Scenario) -> Hoist:
     w, f = crane.wire, crane.friction
     load = load_record(crane, case)
     EA = w.E * w.fill * math.pi / 4.0 * w.d**2
-    c = 2.0 * w.zeta * math.sqrt(EA / (w.L_0 + case.s_w) * load.m)
     n_motors = crane.active.motor.count + (crane.passive.motor.count if crane.passive is not None else 0)
     sigma_1 = f.sigma_1_ratio * math.sqrt(f.sigma_0 * crane.inertia.J_m_eff)
     regular = 1.0 if case.friction is FrictionModel.REGULARISED else 0.0
     return Hoist(
         drum=drum_record(crane),
         inertia=inertia_record(crane),
-        wire=Wire(EA=EA, L_0=w.L_0, c=c),
+        wire=Wire(EA=EA, L_0=w.L_0, mu=w.mass_per_length, zeta=w.zeta),
         load=load,
         friction=friction_record(f.system),
         bristle=Bristle(f.sigma_0, sigma_1, 1.0 / f.omega_fade, regular, 1.0 / f.omega_reg),
         i_i=1.0 / crane.i_hD,
         s_w_0=case.s_w,
         n_motors=float(n_motors),
+        T_brake=0.0 if crane.brake is None else crane.brake.T,
     )
 
 
@@ -243,7 +257,41 @@ def plc_record(crane: Crane, operator: Operator | None = None) -> Plc:
     alpha_hold = (operator.alpha_m or 0.0) if operator is not None else 0.0
     alpha_swl = c.alpha_ns if c.alpha_swl is None else c.alpha_swl
     settings = MotorSettings(crane.active.motor.alpha_min, c.alpha_ns, c.alpha_hs, alpha_swl, c.u_thr, 1.0 / F_swl, K_outer, alpha_hold)
-    return Plc(gains(crane), settings, c.t_cycle, c.tau_F, c.tau_acc, c.t_bumpless, c.t_lead or 0.0)
+    return Plc(
+        gains(crane), settings, c.t_cycle, c.tau_F, c.tau_acc, c.t_bumpless, c.t_lead or 0.0, c.computing, _power(crane), _brake(crane),
+    )  # fmt: skip
+
+
+def _power(crane: Crane) -> PowerLimit:
+    """The power units' limit for the pumps' torque control; a torque limit counts at the active pumps' speed."""
+    pump, passive = crane.active.pump, crane.passive
+    Q_pp = 0.0 if passive is None else passive.pump.D_total * passive.pump.omega_p
+    return PowerLimit(power_most(crane), pump.D_total * pump.omega_p, Q_pp)
+
+
+def power_most(crane: Crane) -> float:
+    """Largest hydraulic power that all power units give together [W]; NO_LIMIT where the crane file names none."""
+    if crane.hpu is None:
+        return NO_LIMIT
+    T = crane.hpu.T_max
+    return crane.hpu.P_max if T is None else min(crane.hpu.P_max, T * crane.active.pump.omega_p)
+
+
+def _brake(crane: Crane) -> BrakeSettings:
+    """How the holding brake is worked. Without one the winch is held by its circuits alone."""
+    a, b = crane.active, crane.brake
+    Q = a.pump.D_total * a.pump.omega_p
+    if b is None:
+        return BrakeSettings(0.0, 0.0, 0.0, 0.0, 0.0, PROVED, 0.0, 0.0, 0.0)
+    K_fill = capacitance(a.line.V, a.line.bulk_modulus) * FILL_RATE / Q
+    u_most = FILL_MOST if a.boost.Q_max is None else min(FILL_MOST, BOOST_SHARE * a.boost.Q_max / Q)
+    return BrakeSettings(1.0, b.t_wait, b.t_close, b.t_open, b.t_prove, PROVED, K_fill, a.C_leak / Q, u_most)
+
+
+def braked_at_start(crane: Crane, case: Scenario) -> bool:
+    """Whether a run begins on the holding brake: in manual mode with no speed commanded."""
+    profile = case.operator.profile
+    return crane.brake is not None and case.commands is None and case.mode is Mode.MANUAL and not (profile and profile[0][1] != 0.0)
 
 
 def pack(crane: Crane, case: Scenario) -> Packed:
@@ -252,9 +300,13 @@ def pack(crane: Crane, case: Scenario) -> Packed:
     sensors = Sensors(q_s=case.sensors.step_s_w, q_F=case.sensors.step_F)
     p_0 = crane.passive.accumulator.gas.p_0 if crane.passive is not None else 0.0
     mode = MODE_CODE[case.mode]
-    memory = Memory(mode, 0.0, hoist.load.W, p_0, 0.0, 1.0, 0.0, 0.0, 1.0)
+    plc = plc_record(crane, case.operator)
+    if case.commands is not None:
+        plc = plc._replace(brake=plc.brake._replace(fitted=0.0))  # the record moves the winch, and nothing of the PLC
+    on = 1.0 if braked_at_start(crane, case) else 0.0
+    memory = Memory(mode, 0.0, hoist.load.W, p_0, 0.0, 1.0, 0.0, 0.0, 1.0, brake=on, idle=0.0, stroke=1.0)
     if crane.plant is spec.Plant.PURE_ACTIVE:
-        params: Any = pure_active.Params(active_record(crane), hoist, plc_record(crane, case.operator), sensors)
+        params: Any = pure_active.Params(active_record(crane), hoist, plc, sensors)
         return Packed(pure_active, crane.plant.value, params, memory, case.s_w)
-    params = active_passive.Params(active_record(crane), _passive(crane, case.gas_held), hoist, plc_record(crane, case.operator), sensors)
+    params = active_passive.Params(active_record(crane), _passive(crane, case.gas_held), hoist, plc, sensors)
     return Packed(active_passive, crane.plant.value, params, memory, case.s_w)

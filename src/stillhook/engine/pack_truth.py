@@ -21,6 +21,7 @@ from stillhook.physics.motor import Motors
 from stillhook.physics.pump import PumpLeak, Pumps
 from stillhook.physics.scalar import G
 from stillhook.physics.swash import Servo
+from stillhook.physics.wire import wire_damping
 from stillhook.plants import truth as plant
 from stillhook.plants.active_circuit import ActiveCircuit
 from stillhook.plants.hoist import Hoist
@@ -112,7 +113,8 @@ def _rope(h: Hoist, case: Scenario, truth: Truth) -> Rope:
     m_mid = min(0.5 * h.drum.m_wire / truth.inertia * (h.wire.L_0 + case.s_w), truth.wire_mass * h.load.m)
     W_mid = m_mid * G * (1.0 - (RHO_SEA / RHO_STEEL if case.water is not None else 0.0))
     m_low = h.load.m - m_mid
-    return Rope(2.0 * truth.wire_zeta * h.wire.c, W_mid, m_mid, 1.0 / m_mid, h.load.W - W_mid, m_low, 1.0 / m_low)
+    c = float(wire_damping(case.s_w, h.load.m, h.wire))
+    return Rope(2.0 * truth.wire_zeta * c, W_mid, m_mid, 1.0 / m_mid, h.load.W - W_mid, m_low, 1.0 / m_low)
 
 
 def fastest_rates(packed: Packed) -> dict[str, float]:

@@ -174,8 +174,9 @@ class Block:
         x = nothing(d.State)._replace(s_w=packed.s_w)
         tip = Tip(tick.s, tick.v)
         lane = d.Lane(
-            x, nothing(d.Command), nothing(Geometry), memory, blank(), nothing(Signals), tip, tip, tip, tick, packed.params
-        )
+            x, nothing(d.Command), nothing(d.Command), nothing(Geometry), memory, blank(), nothing(Signals), tip, tip, tip, tick,
+            packed.params,
+        )  # fmt: skip
         return flatten(lane)
 
     def steps(self) -> Iterator[float]:

@@ -7,7 +7,8 @@ from stillhook.engine.pack import Packed
 from stillhook.errors import SpecError
 from stillhook.physics.friction import system_friction_dry
 from stillhook.physics.motor import Motors, motor_leakage, torque_loss_dry
-from stillhook.physics.swash import Servo
+from stillhook.physics.swash import STOPPING, Servo
+from stillhook.physics.wire import wire_damping
 from stillhook.plants.hoist import Hoist, drum_geometry
 
 RK4_LIMIT = 2.6
@@ -20,8 +21,11 @@ WHOLE_PARTS = (1, 2, 4, 5, 8)
 """Times a power of ten: steps per cycle that give a step with few digits."""
 
 
-def fastest_rates(packed: Packed) -> dict[str, float]:
-    """Upper bounds of the fast modes that the Runge-Kutta step has to follow [1/s]; the bristle is stepped exactly."""
+def fastest_rates(packed: Packed, c: float | None = None) -> dict[str, float]:
+    """Upper bounds of the fast modes that the Runge-Kutta step has to follow [1/s]; the bristle is stepped exactly.
+
+    c damping of the wire [N s/m], default that of the load on it.
+    """
     p = packed.params
     a, h = p.active, p.hoist
     J = h.inertia.J_motor + h.inertia.J_gear + h.inertia.J_drum * h.inertia.i_i2
@@ -36,7 +40,7 @@ def fastest_rates(packed: Packed) -> dict[str, float]:
         "pump displacement control": servo_rate(a.pump_servo),
         "motor displacement control": servo_rate(a.motor_servo),
         "bristle with its damping": (h.bristle.sigma_1 + (h.bristle.sigma_0 * J) ** 0.5) / J,
-        **_hoist_rates(h, J, a.n_max),
+        **_hoist_rates(h, J, a.n_max, float(wire_damping(h.s_w_0, h.load.m, h.wire)) if c is None else c),
     }
     viscous = h.n_motors * h.friction.Y_5 + _moving(a.motors, a.n_max)
     if hasattr(p, "passive"):
@@ -48,13 +52,13 @@ def fastest_rates(packed: Packed) -> dict[str, float]:
     return rates
 
 
-def _hoist_rates(h: Hoist, J: float, n_max: float) -> dict[str, float]:
-    """Wire with load, and drag at the highest speed that the motors can give the wire."""
+def _hoist_rates(h: Hoist, J: float, n_max: float, c: float) -> dict[str, float]:
+    """Wire, with its damping c [N s/m], and load, and drag at the highest speed that the motors can give the wire."""
     lever = 0.5 * h.drum.d_max * h.i_i
     k = h.wire.EA / (h.wire.L_0 + h.s_w_0)
     mass = 1.0 / (1.0 / h.load.m + lever**2 / J)
     return {
-        "wire with its damping": h.wire.c / mass + (k / mass) ** 0.5,
+        "wire with its damping": c / mass + (k / mass) ** 0.5,
         "drag of the water": 2.0 * h.load.b * n_max * lever * h.load.i_m,
     }
 
@@ -74,8 +78,8 @@ def _passive_rates(P: Any, J: float) -> dict[str, float]:
 
 
 def servo_rate(servo: Servo) -> float:
-    """Magnitude of the faster eigenvalue of a displacement control [1/s]."""
-    return servo.omega_n * (max(servo.zeta, 1.0) + max(servo.zeta**2 - 1.0, 0.0) ** 0.5)
+    """Magnitude of the faster eigenvalue of a displacement control, or of its plate at a stop [1/s]."""
+    return servo.omega_n * max(max(servo.zeta, 1.0) + max(servo.zeta**2 - 1.0, 0.0) ** 0.5, STOPPING)
 
 
 def _moving(motors: Motors, omega_m: float) -> float:

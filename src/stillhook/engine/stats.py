@@ -44,6 +44,10 @@ class Stats(NamedTuple):
     slack_cycles: float
     cavitation_cycles: float
     wire_cycles: float
+    power_cycles: float
+    boost_cycles: float
+    P_min: float
+    P_max: float
     e_sum: float
     e2_sum: float
     tip_sum: float
@@ -57,9 +61,9 @@ class Stats(NamedTuple):
 def blank() -> Stats:
     """Statistics of nothing yet."""
     values = dict.fromkeys(Stats._fields, 0.0)
-    for low in ("e_min", "em_min", "tip_min", "p_min", "p_hp_min", "alpha_m_min", "F_min", "V_min"):
+    for low in ("e_min", "em_min", "tip_min", "p_min", "p_hp_min", "alpha_m_min", "F_min", "V_min", "P_min"):
         values[low] = BIG
-    for high in ("e_max", "em_max", "tip_max", "F_max", "V_max"):
+    for high in ("e_max", "em_max", "tip_max", "F_max", "V_max", "P_max"):
         values[high] = -BIG
     values["power"] = Powers(*[0.0] * len(Powers._fields))  # type: ignore[assignment]
     return Stats(**values)  # type: ignore[arg-type]
@@ -125,6 +129,10 @@ def fold(a, y, power, E, limits, w):
         slack_cycles=a.slack_cycles + flag(y.F_w <= 0.0),
         cavitation_cycles=a.cavitation_cycles + flag(fmin(y.p_a, y.p_b) <= 0.0),
         wire_cycles=a.wire_cycles + limits.wire_end,
+        power_cycles=a.power_cycles + limits.power,
+        boost_cycles=a.boost_cycles + limits.boost,
+        P_min=fmin(a.P_min, y.P_hpu),
+        P_max=fmax(a.P_max, y.P_hpu),
         e_sum=a.e_sum + w * y.e_c,
         e2_sum=a.e2_sum + w * y.e_c * y.e_c,
         tip_sum=a.tip_sum + w * y.s_tip,

@@ -18,6 +18,8 @@ LIMITS = (
     ("cavitation", "cavitation_cycles"),
     ("slack", "slack_cycles"),
     ("wire", "wire_cycles"),
+    ("power", "power_cycles"),
+    ("boost", "boost_cycles"),
 )
 OK = "ok"
 OFFSET = 0.05
@@ -118,6 +120,10 @@ def summarise(crane: Crane, case: Scenario, result: Result) -> dict[str, Any]:
         "slack_time": st.slack_cycles * t,
         "cavitation_time": st.cavitation_cycles * t,
         "wire_time": st.wire_cycles * t,
+        "power_time": st.power_cycles * t,
+        "boost_time": st.boost_cycles * t,
+        "P_hpu_max": st.P_max,
+        "P_hpu_min": st.P_min,
         "energy_pumps": st.pump_abs * t,
         "energy_unaccounted": energy_unaccounted(result),
         "counted_time": weight * t,

@@ -23,11 +23,10 @@ class Rigging(Record):
 
 
 class DeepWire(Record):
-    """The wire as a rod of many nodes. Damping is that of the material: `zeta` is the damping ratio at the load's first natural frequency
-    on the wire that is out (assumed 1 %; the short-wire ratio of the crane file holds for a massless wire only)."""
+    """The wire as a rod of many nodes. Damping is that of the material: the crane's `wire.zeta` is the damping ratio at the load's first
+    natural frequency on the wire that is out."""
 
     nodes: Annotated[int, Field(strict=True, ge=1, le=100)] = 20
-    zeta: Number = Field(default=0.01, ge=0)
 
 
 class Lowering(Record):

@@ -50,36 +50,48 @@ def system_friction_dry(omega_m, T_d, fit):
 
 
 @scalar
-def bristle_rate(omega_m, z, g, bristle):
-    """Rate of the bristle's deflection [rad/s]; g level of dry friction of the whole winch [N m], z deflection [rad]."""
-    return omega_m - bristle.sigma_0 * abs(omega_m) * z / fmax(g, G_LEAST)
+def slip(omega_m, z, g, held, bristle):
+    """Rate at which the bristle's deflection gives way [1/s]; g level of dry friction [N m], z deflection [rad].
+
+    held above 0.5: the holding brake is on, and its discs stick: nothing gives way below the level g. (Without that, a bristle under a
+    load that swings would creep by a part of every swing's path: Dupont, Armstrong and Hayward 2000, elasto-plastic friction.)
+    """
+    sticks = held > 0.5 and bristle.sigma_0 * abs(z) < g
+    return 0.0 if sticks else bristle.sigma_0 * abs(omega_m) / fmax(g, G_LEAST)
 
 
 @scalar
-def bristle_update(omega_m, z, g, tau, bristle):
+def bristle_rate(omega_m, z, g, held, bristle):
+    """Rate of the bristle's deflection [rad/s]; g level of dry friction of the whole winch [N m], z deflection [rad], held as in `slip`."""
+    return omega_m - slip(omega_m, z, g, held, bristle) * z
+
+
+@scalar
+def bristle_update(omega_m, z, g, held, tau, bristle):
     """Deflection after tau [s] with speed and level held: the exact solution of `bristle_rate` [rad].
 
     The bristle is the stiffest mode of the winch (thousands per second); stepping it exactly lets everything else take
     steps of milliseconds.
     """
-    rate = bristle.sigma_0 * abs(omega_m) / fmax(g, G_LEAST)
+    rate = slip(omega_m, z, g, held, bristle)
     E = exp(-rate * tau)
     grown = (1.0 - E) / rate if rate * tau > 1.0e-6 else tau
     return z * E + omega_m * grown
 
 
 @scalar
-def dry_torque(omega_m, z, g, bristle):
+def dry_torque(omega_m, z, g, held, bristle):
     """Dry friction torque of the whole winch at the motor shaft, against the motion [N m].
 
     LuGre: sigma_0 z + sigma_1 exp(-(omega/omega_f)^2) dz/dt. Regularised: g tanh(omega/omega_r); it cannot hold a load at
-    rest (it creeps) and rounds the break-away peak. One exponential serves both.
+    rest (it creeps) and rounds the break-away peak. One exponential serves both. held as in `slip`: a brake holds in either model.
     """
+    regular = bristle.regular > 0.5 and held < 0.5
     a = abs(omega_m)
     q = a * bristle.i_omega_f
-    E = exp(-(2.0 * a * bristle.i_omega_r if bristle.regular > 0.5 else q * q))
-    stick = bristle.sigma_0 * z + bristle.sigma_1 * E * bristle_rate(omega_m, z, g, bristle)
-    return g * copysign((1.0 - E) / (1.0 + E), omega_m) if bristle.regular > 0.5 else stick
+    E = exp(-(2.0 * a * bristle.i_omega_r if regular else q * q))
+    stick = bristle.sigma_0 * z + bristle.sigma_1 * E * bristle_rate(omega_m, z, g, held, bristle)
+    return g * copysign((1.0 - E) / (1.0 + E), omega_m) if regular else stick
 
 
 @scalar

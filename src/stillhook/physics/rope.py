@@ -2,7 +2,8 @@
 
 from typing import NamedTuple
 
-from stillhook.physics.scalar import clip, fmax, scalar, sqrt
+from stillhook.physics.scalar import clip, fmax, scalar
+from stillhook.physics.wire import damping_time
 
 LEAST_WIRE = 1.0
 """Shortest wire that is divided into elements [m]: with less out the hook is at the crane tip."""
@@ -49,26 +50,18 @@ class Pull(NamedTuple):
 
 
 @scalar
-def damping_time(s_w, m_a, rope):
-    """Time constant beta of the material's damping, C = beta K, with s_w [m] out and m_a [kg] of water moving along [s].
-
-    2 zeta / omega of the load's first swing on the wire out, by the rule of a third of the wire's mass.
-    """
-    s = fmax(s_w, 0.0)
-    return 2.0 * rope.zeta * sqrt((rope.M + m_a + rope.mu * s / 3.0) * (rope.L_0 + s) / rope.EA)
-
-
-@scalar
 def element(s_w, m_a, rope):
     r"""One of n even elements of the wire out, s_w [m], with m_a [kg] of water moving along with the payload.
 
+    Damping is that of the material, c = beta k with one beta for the whole wire (`stillhook.physics.wire.damping_time`).
     Its mass matrix is m [[5, 1], [1, 5]] with m = mu l / 12, half way between lumped and consistent: waves then travel right to the
     fourth order of the element's length, and with 20 elements the first three periods of wire and load are right to 2e-4.
     Source: Hughes, The Finite Element Method, chapter 7 (higher-order mass).
     """
     l = fmax(s_w, LEAST_WIRE) / rope.n
-    k = rope.EA / l
-    return Element(l, rope.mu * l / 12.0, k, damping_time(s_w, m_a, rope) * k)
+    k, s = rope.EA / l, fmax(s_w, 0.0)
+    beta = damping_time(rope.M + m_a + rope.mu * s / 3.0, rope.EA / (rope.L_0 + s), rope.zeta)
+    return Element(l, rope.mu * l / 12.0, k, beta * k)
 
 
 @scalar

@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from stillhook.physics.scalar import clip, fmax, scalar
+from stillhook.physics.scalar import clip, fmax, fmin, scalar
 
 INTERNAL_SHARE = 2.0 / 3.0
 """Share of a unit's leak that goes from port to port; the rest goes to the housing.
@@ -12,10 +12,11 @@ Moslatt 2020 section 2.5.2.4: the external path is twice as restrictive as the i
 
 
 class Boost(NamedTuple):
-    """p boost pressure [Pa]; G conductance of each check valve [m^3/s/Pa]."""
+    """p boost pressure [Pa]; G conductance of each check valve [m^3/s/Pa]; Q_max flow that the boost pump gives [m^3/s]."""
 
     p: float
     G: float
+    Q_max: float
 
 
 class Relief(NamedTuple):
@@ -34,9 +35,14 @@ class Flushing(NamedTuple):
 
 
 @scalar
-def boost_flow(p, boost):
-    """Flow into a line that has fallen below the boost pressure, never out of it."""
-    return boost.G * fmax(boost.p - p, 0.0)
+def boost_flows(p_a, p_b, boost):
+    """Flows into lines that have fallen below the boost pressure, never out of them, and together no more than the boost pump gives.
+
+    Where both ask for more the pressure before the check valves falls until they take what there is.
+    """
+    Q_a, Q_b = boost.G * fmax(boost.p - p_a, 0.0), boost.G * fmax(boost.p - p_b, 0.0)
+    less = 0.5 * fmax(Q_a + Q_b - boost.Q_max, 0.0)
+    return fmin(fmax(Q_a - less, 0.0), boost.Q_max), fmin(fmax(Q_b - less, 0.0), boost.Q_max)
 
 
 @scalar

@@ -81,7 +81,10 @@ def calm(plan: LiftPlan, phase: Phase, alternative: Alternative) -> Mapping[str,
     takes up the load at the hoisting speed."""
     F, v = static_tension(plan, phase), phase.speed or 0.0
     F_jerk = jerk(plan, phase, v)
-    rest = ("slack_chance", "snap_load", "v_tip_max", "s_tip_pp", "saturation_share", "relief_share", "stroke_share", "e_c_pp", "load_pp")
+    rest = (
+        "slack_chance", "snap_load", "v_tip_max", "s_tip_pp", "saturation_share", "relief_share", "power_share", "stroke_share", "e_c_pp",
+        "load_pp",
+    )  # fmt: skip
     found = dict.fromkeys((*rest, "v_lift_off"), 0.0)
     DAF = (static_sling(plan, phase) + F_jerk) / (plan.payload.mass * G)
     return found | {"F_top_static": F, "F_top_max": F + F_jerk, "DAF": DAF, "sling_ratio": 1.0, "v_w_demand": v, "v_landed": v}

@@ -11,7 +11,7 @@ from stillhook.plan.rules import Limited, Rule
 
 FOLLOWS = ("s_tip_pp", "e_c_pp", "stroke_share")
 """Quantities that are judged only while the winch follows the tip."""
-OF_TWIN = ("saturation_share", "relief_share", "p_a_max", "stroke_share", "s_tip_pp")
+OF_TWIN = ("saturation_share", "relief_share", "power_share", "p_a_max", "stroke_share", "s_tip_pp")
 """Quantities of the hydraulics, which a flat cap does not have."""
 OF_WINCH = (*OF_TWIN, "v_w_demand", "e_c_pp")
 """Quantities of a winch that turns: one on its brake has none."""

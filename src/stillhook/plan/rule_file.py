@@ -23,7 +23,7 @@ from stillhook.variables import BY_NAME
 
 QUANTITIES = (
     "F_top_static", "F_top_max", "DAF", "sling_ratio", "slack_chance", "snap_load", "v_tip_max", "s_tip_pp", "v_w_demand",
-    "saturation_share", "relief_share", "stroke_share", "p_a_max", "e_c_pp", "load_pp", "v_landed", "v_lift_off",
+    "saturation_share", "relief_share", "power_share", "stroke_share", "p_a_max", "e_c_pp", "load_pp", "v_landed", "v_lift_off",
 )  # fmt: skip
 """What a rule may be about: what the tiers tell of a phase."""
 SETTINGS: Mapping[str, tuple[str, str]] = {
@@ -34,7 +34,7 @@ SETTINGS: Mapping[str, tuple[str, str]] = {
     "duration_least": ("time", "shortest time that largest motions of the tip are told for"),
 }
 """Numbers of the simplified method (closed form): kind and meaning."""
-MEANS = ("F_top_static", "slack_chance", "saturation_share", "relief_share", "stroke_share")
+MEANS = ("F_top_static", "slack_chance", "saturation_share", "relief_share", "power_share", "stroke_share")
 """Quantities without a largest value: their level is the mean."""
 TOP = ("base", "name", "version", "source", "drop", "simplified", "rule")
 WORDS = ("standard", "edition", "clause", "note")

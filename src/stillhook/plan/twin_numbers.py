@@ -27,7 +27,7 @@ Runs = Mapping[str, FloatArray]
 
 OF_STAGE = (
     "duration", "s_tip_pp", "e_c_pp", "load_pp", "F_w_max", "DAF", "F_sling_min", "sling_slack_time", "snap", "v_tip_max", "v_w_max",
-    "p_a_max", "saturation_time", "relief_time", "stroke_time",
+    "p_a_max", "saturation_time", "relief_time", "power_time", "stroke_time",
 )  # fmt: skip
 """Numbers that are kept of the stage that counts."""
 KEPT = (*OF_STAGE, "v_landed")
@@ -37,7 +37,7 @@ FAILED_MOST = 0.1
 fail in a phase that holds one run, none in a phase that holds two or more."""
 OF_LOAD = ("F_top_max", "DAF", "load_pp", "sling_ratio", "slack_chance", "snap_load")
 """Quantities of what hangs: largest about the worst height of a way. All others are those of tip and winch, at every height alike."""
-WINCH = ("p_a_max", "saturation_share", "relief_share", "stroke_share", "v_w_demand")
+WINCH = ("p_a_max", "saturation_share", "relief_share", "power_share", "stroke_share", "v_w_demand")
 """Quantities of the winch while it compensates: none and the flat cap have none of the twin's."""
 
 
@@ -73,7 +73,7 @@ def _told(plan: LiftPlan, phase: Phase, alternative: Alternative, winch: Winch, 
     def top(name: str, quantity: str) -> Estimate:
         return _extreme(phase)(runs[name], level(quantity), course.swings if quantity in OF_LOAD else course.times)
 
-    share = {key: mean(runs[f"{key}_time"] / runs["duration"]) for key in ("saturation", "relief", "stroke")}
+    share = {key: mean(runs[f"{key}_time"] / runs["duration"]) for key in ("saturation", "relief", "power", "stroke")}
     tip, v_tip = top("s_tip_pp", "s_tip_pp").of(1.0 / left), top("v_tip_max", "v_tip_max").of(1.0 / left)
     told = {
         "F_top_max": top("F_w_max", "F_top_max"),

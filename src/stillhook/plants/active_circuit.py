@@ -10,7 +10,7 @@ from stillhook.physics.valves import (
     Boost,
     Flushing,
     Relief,
-    boost_flow,
+    boost_flows,
     external_leakage,
     flushing_flow,
     internal_leakage,
@@ -19,7 +19,8 @@ from stillhook.physics.valves import (
 
 
 class ActiveCircuit(NamedTuple):
-    """i_C_h inverse capacitance of each line [Pa/m^3]; n_full, n_max shaft speed limits at full and at reduced displacement [rad/s]."""
+    """i_C_h inverse capacitance of each line [Pa/m^3]; n_full, n_max shaft speed limits at full and at reduced displacement [rad/s];
+    P_back hydraulic power that the power units take back at most [W]."""
 
     pumps: Pumps
     pump_servo: Servo
@@ -32,6 +33,7 @@ class ActiveCircuit(NamedTuple):
     flushing: Flushing
     n_full: float
     n_max: float
+    P_back: float
 
 
 class ActiveFlows(NamedTuple):
@@ -67,8 +69,7 @@ def active_flows(alpha_p, D_m, omega_m, p_a, p_b, f_pump, A):
     Q_int = internal_leakage(C_leak, p_a - p_b)
     Q_ext_a = external_leakage(C_leak, p_a)
     Q_ext_b = external_leakage(C_leak, p_b)
-    Q_boost_a = boost_flow(p_a, A.boost)
-    Q_boost_b = boost_flow(p_b, A.boost)
+    Q_boost_a, Q_boost_b = boost_flows(p_a, p_b, A.boost)
     Q_relief_a = relief_flow(p_a, A.relief)
     Q_relief_b = relief_flow(p_b, A.relief)
     Q_flush_a = flushing_flow(p_a, p_b, A.flushing)
@@ -89,3 +90,20 @@ def overspeed(alpha_m, omega_m, A):
     """
     limit = A.n_max if A.n_full > A.n_max * alpha_m else A.n_full / alpha_m
     return 1.0 if abs(omega_m) > limit else 0.0
+
+
+NEAR_LIMIT = 0.98
+"""Part of the largest power from which the units count as at their limit [-]: the PLC holds them there to within a cycle's change."""
+
+
+@scalar
+def out_of_power(P_hpu, f_pump, plc, A):
+    """1 where the power units give all that those running can, or must take back more than they do; P_hpu [W], f_pump share that runs."""
+    spent = P_hpu >= NEAR_LIMIT * f_pump * plc.power.P_max
+    return 1.0 if spent or P_hpu < -f_pump * A.P_back else 0.0
+
+
+@scalar
+def out_of_boost(f, A):
+    """1 where the lines take all that the boost pump gives; f ActiveFlows."""
+    return 1.0 if f.Q_boost_a + f.Q_boost_b >= NEAR_LIMIT * A.boost.Q_max else 0.0

@@ -4,16 +4,17 @@ from typing import NamedTuple
 
 from stillhook.control.passive import PassiveSettings, displacement_for_weight, make_up
 from stillhook.control.plc import Plc, cycle, hold
+from stillhook.control.power import within_power
 from stillhook.physics.accumulator import Accumulator, accumulator_pressure, piston_loss
 from stillhook.physics.drum import wire_at_end
 from stillhook.physics.friction import bristle_update, dry_torque, system_friction_dry
 from stillhook.physics.motor import Motors, motor_leakage, motor_torque, torque_loss_dry, torque_loss_moving
 from stillhook.physics.pump import Pumps, pump_flow, pump_leakage
 from stillhook.physics.scalar import copysign, fmax, scalar
-from stillhook.physics.swash import Servo, displacement, pilot, swash_acceleration
+from stillhook.physics.swash import Servo, displacement, pilot, swash_acceleration, swash_rate
 from stillhook.physics.valves import Relief, external_leakage, internal_leakage, relief_flow
 from stillhook.physics.wire import wire_stiffness
-from stillhook.plants.active_circuit import ActiveCircuit, ActiveFlows, active_flows, overspeed
+from stillhook.plants.active_circuit import ActiveCircuit, ActiveFlows, active_flows, out_of_boost, out_of_power, overspeed
 from stillhook.plants.hoist import Hoist, HoistState, drag_loss, drum_geometry, hoist_energy, hoist_state, wire_loss
 from stillhook.plants.sensing import obeyed, sense
 from stillhook.plants.state import Limits, Powers, Sensors, Signals, Tip
@@ -66,7 +67,7 @@ class State(NamedTuple):
 
 class Command(NamedTuple):
     """Held between PLC cycles: u_p, u_m active, u_pp, u_pm passive pumps and motors [-]; f_pump, f_passive shares of the active
-    and of the passive pumps that run."""
+    and of the passive pumps that run; brake how far the holding brake is closed [-]."""
 
     u_p: float
     u_m: float
@@ -74,10 +75,12 @@ class Command(NamedTuple):
     u_pm: float
     f_pump: float
     f_passive: float
+    brake: float
 
 
 class Circuit(NamedTuple):
-    """Everything that the diagram shows at an instant; flows [m^3/s], pressures [Pa], torques at the motor shaft [N m]."""
+    """Everything that the diagram shows at an instant; flows [m^3/s], pressures [Pa], torques at the motor shaft [N m]. g level
+    of dry friction, with that of the brake where it is held (above 0.5)."""
 
     q: HoistState
     f: ActiveFlows
@@ -95,6 +98,7 @@ class Circuit(NamedTuple):
     p_o: float
     p_hp: float
     g: float
+    held: float
     T_moving: float
 
 
@@ -146,9 +150,10 @@ def circuit(x, u, geo, tip, p):
     p_hp = p_o + piston_loss(Q_o, P.accumulator)
 
     g = dry_level(q.F_w * 0.5 * geo.d, alpha_m, alpha_pm, x.p_a - x.p_b, p_hp - P.settings.p_lp, x.omega_m, p)
+    g = g + u.brake * p.hoist.T_brake
     T_moving = moving_loss(x.omega_m, alpha_m, alpha_pm, p)
     return Circuit(
-        q, f, alpha_p, alpha_m, alpha_pp, alpha_pm, D_m, D_pm, Q_pp, Q_lp, Q_lp_ext, Q_relief_p, Q_o, p_o, p_hp, g, T_moving
+        q, f, alpha_p, alpha_m, alpha_pp, alpha_pm, D_m, D_pm, Q_pp, Q_lp, Q_lp_ext, Q_relief_p, Q_o, p_o, p_hp, g, u.brake, T_moving
     )
 
 
@@ -161,16 +166,16 @@ def rates(c, x, u, geo, p):
         + motor_torque(c.D_pm, c.p_hp - P.settings.p_lp)
         - c.q.F_w * geo.lever
         - c.T_moving
-        - dry_torque(x.omega_m, x.z, c.g, p.hoist.bristle)
+        - dry_torque(x.omega_m, x.z, c.g, c.held, p.hoist.bristle)
     )
     return State(
-        alpha_p=x.alpha_p_dot,
+        alpha_p=swash_rate(x.alpha_p, x.alpha_p_dot, A.pump_servo),
         alpha_p_dot=swash_acceleration(x.alpha_p, x.alpha_p_dot, u.u_p, A.pump_servo),
-        alpha_m=x.alpha_m_dot,
+        alpha_m=swash_rate(x.alpha_m, x.alpha_m_dot, A.motor_servo),
         alpha_m_dot=swash_acceleration(x.alpha_m, x.alpha_m_dot, u.u_m, A.motor_servo),
-        alpha_pp=x.alpha_pp_dot,
+        alpha_pp=swash_rate(x.alpha_pp, x.alpha_pp_dot, P.pump_servo),
         alpha_pp_dot=swash_acceleration(x.alpha_pp, x.alpha_pp_dot, u.u_pp, P.pump_servo),
-        alpha_pm=x.alpha_pm_dot,
+        alpha_pm=swash_rate(x.alpha_pm, x.alpha_pm_dot, P.motor_servo),
         alpha_pm_dot=swash_acceleration(x.alpha_pm, x.alpha_pm_dot, u.u_pm, P.motor_servo),
         p_a=c.f.Q_a * A.i_C_h,
         p_b=c.f.Q_b * A.i_C_h,
@@ -186,7 +191,7 @@ def rates(c, x, u, geo, p):
 @scalar
 def bristle_after(c, x, p, tau):
     """The bristle's deflection tau [s] later, at the present speed and friction level [rad]."""
-    return bristle_update(x.omega_m, x.z, c.g, tau, p.hoist.bristle)
+    return bristle_update(x.omega_m, x.z, c.g, c.held, tau, p.hoist.bristle)
 
 
 @scalar
@@ -197,13 +202,13 @@ def geometry(x, p):
 
 @scalar
 def at_rest(s_w, m, tick, p):
-    """State and memory with the load hanging still on both circuits, displacements where the PLC wants them; s_w wire out [m]."""
+    """State, memory and commands with the load hanging still on both circuits, displacements where the PLC wants them; s_w wire out [m]."""
     A, P, h = p.active, p.passive, p.hoist
     V_o = 0.5 * P.accumulator.V_stroke
     s_load = tick.s - h.load.W / wire_stiffness(s_w, h.wire)
     x = State(0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, A.boost.p, A.boost.p, V_o, 0.0, s_w, 0.0, s_load, 0.0)
     u, m, _ = control(x, m, tick, Tip(tick.s, 0.0), geometry(x, p), p)
-    return State(0.0, 0.0, u.u_m, 0.0, 0.0, 0.0, u.u_pm, 0.0, A.boost.p, A.boost.p, V_o, 0.0, s_w, 0.0, s_load, 0.0), m
+    return State(0.0, 0.0, u.u_m, 0.0, 0.0, 0.0, u.u_pm, 0.0, A.boost.p, A.boost.p, V_o, 0.0, s_w, 0.0, s_load, 0.0), m, u
 
 
 @scalar
@@ -211,23 +216,34 @@ def control(x, m, tick, tip, geo, p):
     """One PLC cycle: plant commands, the PLC's new memory, and the active drive's signals."""
     A, P = p.active, p.passive
     p_hp = accumulator_pressure(x.V_o, P.accumulator)
-    drive, m = cycle(sense(x, m, tick, tip, geo, p), m, p_hp, p.plc)
+    dp_p = p_hp - P.settings.p_lp
+    T_passive = motor_torque(P.settings.D_m_max * displacement(x.alpha_pm, P.motor_servo), dp_p)
+    drive, m = cycle(sense(x, m, tick, tip, geo, T_passive, p), m, p_hp, p.plc)
     drive = obeyed(drive, tick)
     u_m, held = pilot(drive.u_m, m.held, A.control)
     u_pm = displacement_for_weight(m.F, geo.lever, p_hp, P.settings)
-    u_pp = make_up(m.p_mean, u_pm, tick.v_op / geo.lever, P.settings)
-    return Command(drive.u_p, u_m, u_pp, u_pm, tick.f_pump, tick.f_passive), hold(m, held), drive
+    power, f = p.plc.power, tick.f_known
+    P_left = f * power.P_max - fmax(f * power.Q_p * drive.u_p * (x.p_a - x.p_b), 0.0)
+    asked = make_up(m.p_mean, u_pm, tick.v_op / geo.lever, P.settings)
+    u_pp = within_power(asked, dp_p, f * power.Q_pp, fmax(P_left, 0.0))
+    return Command(drive.u_p, u_m, u_pp, u_pm, tick.f_pump, tick.f_passive, drive.brake), hold(m, held), drive
+
+
+@scalar
+def power_units(c, x, p):
+    """Hydraulic power that the power units give to active and passive pumps, negative: take back [W]."""
+    return c.f.Q_p * (x.p_a - x.p_b) + c.Q_pp * (c.p_hp - p.passive.settings.p_lp)
 
 
 @scalar
 def signals(c, x, u, m, drive, tick, geo, p):
     """One row of the time series."""
-    T_f = c.T_moving + dry_torque(x.omega_m, x.z, c.g, p.hoist.bristle)
+    T_f = c.T_moving + dry_torque(x.omega_m, x.z, c.g, c.held, p.hoist.bristle)
     return Signals(
         tick.s, tick.v, tick.a, x.s_w, c.q.v_w, m.datum + tick.s - tick.s_op - x.s_w, drive.e_c,
         drive.u_p, drive.u_m, drive.u_ff, drive.u_raw, c.alpha_p, c.alpha_m, x.p_a, x.p_b, x.omega_m, c.q.F_w,
         x.s_load, x.v_load, c.f.Q_relief_a + c.f.Q_relief_b, T_f, geo.layers, c.p_hp, c.alpha_pp, c.alpha_pm, x.V_o,
-        u.f_pump, tick.mode, tick.v_op,
+        u.f_pump, tick.mode, tick.v_op, power_units(c, x, p), u.brake,
     )  # fmt: skip
 
 
@@ -236,7 +252,7 @@ def powers(c, x, tip, p):
     """Where the power comes from and where it goes [W]; see `Powers`."""
     P = p.passive
     f, dp = c.f, x.p_a - x.p_b
-    T_f = c.T_moving + dry_torque(x.omega_m, x.z, c.g, p.hoist.bristle)
+    T_f = c.T_moving + dry_torque(x.omega_m, x.z, c.g, c.held, p.hoist.bristle)
     dp_p = c.p_hp - P.settings.p_lp
     Q_low = c.D_pm * x.omega_m + c.Q_lp - c.Q_pp  # into the low side, whose pressure is held
     return Powers(
@@ -262,9 +278,10 @@ def stored_energy(c, x, geo, p):
 
 
 @scalar
-def limits(c, x, p):
+def limits(c, x, u, p):
     """Which limits are passed now; see `Limits`. All motors sit on one shaft and each set has its own speed limit."""
     too_fast = fmax(overspeed(c.alpha_m, x.omega_m, p.active), overspeed(c.alpha_pm, x.omega_m, p.passive))
     at_end = 1.0 if x.V_o <= 0.0 or x.V_o >= p.passive.accumulator.V_stroke else 0.0
     relief_p = 1.0 if c.Q_relief_p > 0.0 else 0.0
-    return Limits(too_fast, at_end, relief_p, wire_at_end(x.s_w, p.hoist.drum))
+    power = out_of_power(power_units(c, x, p), u.f_pump, p.plc, p.active)
+    return Limits(too_fast, at_end, relief_p, wire_at_end(x.s_w, p.hoist.drum), power, out_of_boost(c.f, p.active))

@@ -6,12 +6,13 @@ from stillhook.physics.drum import Drum, Inertia, layer_diameter, layers_filled,
 from stillhook.physics.friction import Bristle, SystemFriction
 from stillhook.physics.load import Load, drag_force, load_acceleration
 from stillhook.physics.scalar import scalar
-from stillhook.physics.wire import Wire, wire_stiffness, wire_tension
+from stillhook.physics.wire import Wire, wire_damping, wire_stiffness, wire_tension
 from stillhook.plants.state import Geometry
 
 
 class Hoist(NamedTuple):
-    """i_i inverse of the gear ratio motor to drum; s_w_0 wire paid out at the start [m]; n_motors all motors, active and passive."""
+    """i_i inverse of the gear ratio motor to drum; s_w_0 wire paid out at the start [m]; n_motors all motors, active and passive; T_brake
+    torque that the holding brake carries at the motor shaft [N m]."""
 
     drum: Drum
     inertia: Inertia
@@ -22,6 +23,7 @@ class Hoist(NamedTuple):
     i_i: float
     s_w_0: float
     n_motors: float
+    T_brake: float
 
 
 class HoistState(NamedTuple):
@@ -37,11 +39,12 @@ class HoistState(NamedTuple):
 
 @scalar
 def drum_geometry(s_w, h):
-    """Layer, diameter, lever and inertia with s_w paid out [m]; taken once per PLC cycle."""
+    """Layer, diameter, lever, inertia and damping of the wire with s_w paid out [m]; taken once per PLC cycle."""
     L_left = h.drum.L_full - s_w
     layers = layers_filled(L_left, h.drum)
     d = layer_diameter(layers, h.drum)
-    return Geometry(layers, d, 0.5 * d * h.i_i, 1.0 / shaft_inertia(L_left, layers, h.drum, h.inertia))
+    i_J = 1.0 / shaft_inertia(L_left, layers, h.drum, h.inertia)
+    return Geometry(layers, d, 0.5 * d * h.i_i, i_J, wire_damping(s_w, h.load.m, h.wire))
 
 
 @scalar
@@ -54,7 +57,7 @@ def hoist_state(omega_m, s_w, s_load, v_load, geo, tip, h):
     k = wire_stiffness(s_w, h.wire)
     stretch = tip.s - (s_w - h.s_w_0) - s_load
     stretch_rate = tip.v + v_w - v_load
-    F_w = wire_tension(stretch, stretch_rate, k, h.wire)
+    F_w = wire_tension(stretch, stretch_rate, k, geo.c)
     return HoistState(v_w, k, stretch, stretch_rate, F_w, load_acceleration(F_w, v_load, h.load))
 
 

@@ -248,7 +248,7 @@ def begin(b, q, v, v_mid, w, f, h):
     """
     e, x = b.hang.element, b.x
     G = 0.5 * h * (e.c + 0.5 * h * e.k)
-    k_0, c_0 = wire_stiffness(x.s_w, b.p.hoist.wire), b.p.hoist.wire.c
+    k_0, c_0 = wire_stiffness(x.s_w, b.p.hoist.wire), b.geo.c
     half = 0.5 * (x.omega_m - b.hang.omega_0)
     s_w = x.s_w - 0.5 * h * b.geo.lever * (x.omega_m + 0.5 * half)
     top = b.tip_1.s - (s_w - b.p.hoist.s_w_0)

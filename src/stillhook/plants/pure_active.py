@@ -7,9 +7,9 @@ from stillhook.physics.drum import wire_at_end
 from stillhook.physics.friction import bristle_update, dry_torque, system_friction_dry
 from stillhook.physics.motor import motor_torque, torque_loss_dry, torque_loss_moving
 from stillhook.physics.scalar import copysign, scalar
-from stillhook.physics.swash import displacement, pilot, swash_acceleration
+from stillhook.physics.swash import displacement, pilot, swash_acceleration, swash_rate
 from stillhook.physics.wire import wire_stiffness
-from stillhook.plants.active_circuit import ActiveCircuit, ActiveFlows, active_flows, overspeed
+from stillhook.plants.active_circuit import ActiveCircuit, ActiveFlows, active_flows, out_of_boost, out_of_power, overspeed
 from stillhook.plants.hoist import Hoist, HoistState, drag_loss, drum_geometry, hoist_energy, hoist_state, wire_loss
 from stillhook.plants.sensing import obeyed, sense
 from stillhook.plants.state import Limits, Powers, Sensors, Signals, Tip
@@ -40,15 +40,17 @@ class State(NamedTuple):
 
 
 class Command(NamedTuple):
-    """Held between PLC cycles: u_p pumps, u_m motors [-]; f_pump share of the pumps that run."""
+    """Held between PLC cycles: u_p pumps, u_m motors [-]; f_pump share of the pumps that run; brake how far the holding brake is closed."""
 
     u_p: float
     u_m: float
     f_pump: float
+    brake: float
 
 
 class Circuit(NamedTuple):
-    """Everything that the diagram shows at an instant; flows [m^3/s], torques at the motor shaft [N m]."""
+    """Everything that the diagram shows at an instant; flows [m^3/s], torques at the motor shaft [N m]. g level of dry friction, with that
+    of the brake where it is held (above 0.5)."""
 
     q: HoistState
     f: ActiveFlows
@@ -56,6 +58,7 @@ class Circuit(NamedTuple):
     alpha_m: float
     D_m: float
     g: float
+    held: float
     T_moving: float
 
 
@@ -73,7 +76,8 @@ def circuit(x, u, geo, tip, p):
         x.omega_m, q.F_w * 0.5 * geo.d, h.friction
     )
     magnitude = A.motors.count * torque_loss_moving(x.omega_m, D, A.motors.fit) + h.n_motors * h.friction.Y_5 * abs(x.omega_m)
-    return Circuit(q, f, alpha_p, alpha_m, D_m, g, copysign(magnitude, x.omega_m))
+    g = g + u.brake * h.T_brake
+    return Circuit(q, f, alpha_p, alpha_m, D_m, g, u.brake, copysign(magnitude, x.omega_m))
 
 
 @scalar
@@ -84,12 +88,12 @@ def rates(c, x, u, geo, p):
         motor_torque(c.D_m, x.p_a - x.p_b)
         - c.q.F_w * geo.lever
         - c.T_moving
-        - dry_torque(x.omega_m, x.z, c.g, p.hoist.bristle)
+        - dry_torque(x.omega_m, x.z, c.g, c.held, p.hoist.bristle)
     )
     return State(
-        alpha_p=x.alpha_p_dot,
+        alpha_p=swash_rate(x.alpha_p, x.alpha_p_dot, A.pump_servo),
         alpha_p_dot=swash_acceleration(x.alpha_p, x.alpha_p_dot, u.u_p, A.pump_servo),
-        alpha_m=x.alpha_m_dot,
+        alpha_m=swash_rate(x.alpha_m, x.alpha_m_dot, A.motor_servo),
         alpha_m_dot=swash_acceleration(x.alpha_m, x.alpha_m_dot, u.u_m, A.motor_servo),
         p_a=c.f.Q_a * A.i_C_h,
         p_b=c.f.Q_b * A.i_C_h,
@@ -104,7 +108,7 @@ def rates(c, x, u, geo, p):
 @scalar
 def bristle_after(c, x, p, tau):
     """The bristle's deflection tau [s] later, at the present speed and friction level [rad]."""
-    return bristle_update(x.omega_m, x.z, c.g, tau, p.hoist.bristle)
+    return bristle_update(x.omega_m, x.z, c.g, c.held, tau, p.hoist.bristle)
 
 
 @scalar
@@ -115,7 +119,7 @@ def geometry(x, p):
 
 @scalar
 def at_rest(s_w, m, tick, p):
-    """State and memory with the load hanging still on line A, displacement where the PLC wants it; s_w wire out [m]."""
+    """State, memory and commands with the load hanging still on line A, displacement where the PLC wants it; s_w wire out [m]."""
     A, h = p.active, p.hoist
     s_load = tick.s - h.load.W / wire_stiffness(s_w, h.wire)
     tip = Tip(tick.s, 0.0)
@@ -124,27 +128,27 @@ def at_rest(s_w, m, tick, p):
     u, m, _ = control(x, m, tick, tip, geo, p)
     q = hoist_state(0.0, s_w, s_load, 0.0, geo, tip, h)
     p_a = A.boost.p + q.F_w * geo.lever / (A.motors.count * A.motors.D_max * u.u_m)
-    return State(0.0, 0.0, u.u_m, 0.0, p_a, A.boost.p, 0.0, s_w, 0.0, s_load, 0.0), m
+    return State(0.0, 0.0, u.u_m, 0.0, p_a, A.boost.p, 0.0, s_w, 0.0, s_load, 0.0), m, u
 
 
 @scalar
 def control(x, m, tick, tip, geo, p):
     """One PLC cycle: plant commands, the PLC's new memory, and the active drive's signals."""
-    drive, m = cycle(sense(x, m, tick, tip, geo, p), m, 0.0, p.plc)
+    drive, m = cycle(sense(x, m, tick, tip, geo, 0.0, p), m, 0.0, p.plc)
     drive = obeyed(drive, tick)
     u_m, held = pilot(drive.u_m, m.held, p.active.control)
-    return Command(drive.u_p, u_m, tick.f_pump), hold(m, held), drive
+    return Command(drive.u_p, u_m, tick.f_pump, drive.brake), hold(m, held), drive
 
 
 @scalar
 def signals(c, x, u, m, drive, tick, geo, p):
     """One row of the time series; the columns of the passive circuit are zero."""
-    T_f = c.T_moving + dry_torque(x.omega_m, x.z, c.g, p.hoist.bristle)
+    T_f = c.T_moving + dry_torque(x.omega_m, x.z, c.g, c.held, p.hoist.bristle)
     return Signals(
         tick.s, tick.v, tick.a, x.s_w, c.q.v_w, m.datum + tick.s - tick.s_op - x.s_w, drive.e_c,
         drive.u_p, drive.u_m, drive.u_ff, drive.u_raw, c.alpha_p, c.alpha_m, x.p_a, x.p_b, x.omega_m, c.q.F_w,
         x.s_load, x.v_load, c.f.Q_relief_a + c.f.Q_relief_b, T_f, geo.layers, 0.0, 0.0, 0.0, 0.0,
-        u.f_pump, tick.mode, tick.v_op,
+        u.f_pump, tick.mode, tick.v_op, c.f.Q_p * (x.p_a - x.p_b), u.brake,
     )  # fmt: skip
 
 
@@ -152,7 +156,7 @@ def signals(c, x, u, m, drive, tick, geo, p):
 def powers(c, x, tip, p):
     """Where the power comes from and where it goes [W]; see `Powers`."""
     f, dp = c.f, x.p_a - x.p_b
-    T_f = c.T_moving + dry_torque(x.omega_m, x.z, c.g, p.hoist.bristle)
+    T_f = c.T_moving + dry_torque(x.omega_m, x.z, c.g, c.held, p.hoist.bristle)
     return Powers(
         pump=f.Q_p * dp,
         boost=x.p_a * f.Q_boost_a + x.p_b * f.Q_boost_b,
@@ -176,6 +180,8 @@ def stored_energy(c, x, geo, p):
 
 
 @scalar
-def limits(c, x, p):
+def limits(c, x, u, p):
     """Which limits are passed now; see `Limits`. There is no accumulator and no passive relief valve."""
-    return Limits(overspeed(c.alpha_m, x.omega_m, p.active), 0.0, 0.0, wire_at_end(x.s_w, p.hoist.drum))
+    power = out_of_power(c.f.Q_p * (x.p_a - x.p_b), u.f_pump, p.plc, p.active)
+    too_fast = overspeed(c.alpha_m, x.omega_m, p.active)
+    return Limits(too_fast, 0.0, 0.0, wire_at_end(x.s_w, p.hoist.drum), power, out_of_boost(c.f, p.active))

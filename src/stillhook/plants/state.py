@@ -12,12 +12,14 @@ class Tip(NamedTuple):
 
 class Geometry(NamedTuple):
     """What the drum is during one PLC cycle, in which at most some centimetres of wire pass: layers filled; d diameter of the wire's
-    centre [m]; lever wire per motor angle [m/rad]; i_J inverse of the inertia at the motor shaft [1/(kg m^2)]."""
+    centre [m]; lever wire per motor angle [m/rad]; i_J inverse of the inertia at the motor shaft [1/(kg m^2)]; c damping of the wire out
+    [N s/m]."""
 
     layers: float
     d: float
     lever: float
     i_J: float
+    c: float
 
 
 class Tick(NamedTuple):
@@ -88,16 +90,21 @@ class Signals(NamedTuple):
     f_pump: float
     mode: float
     v_op: float
+    P_hpu: float
+    brake: float
 
 
 class Limits(NamedTuple):
     """1 where a limit is passed at an instant, else 0: too_fast a motor's speed; at_end the accumulator piston's stroke;
-    relief_p the passive circuit's relief valve is open; wire_end the wire: its last turns leave the drum, or the hook is at the tip."""
+    relief_p the passive circuit's relief valve is open; wire_end the wire: its last turns leave the drum, or the hook is at the tip;
+    power the hydraulic power units give or take back all they can; boost the boost pump gives all it has."""
 
     too_fast: float
     at_end: float
     relief_p: float
     wire_end: float
+    power: float
+    boost: float
 
 
 class Powers(NamedTuple):

@@ -18,10 +18,10 @@ from stillhook.physics.motor import motor_leakage, motor_torque
 from stillhook.physics.pump import pump_flow, pump_leakage
 from stillhook.physics.scalar import clip, fmax, scalar
 from stillhook.physics.sensor import quantise
-from stillhook.physics.swash import displacement, known_displacement, pilot, swash_acceleration
+from stillhook.physics.swash import displacement, known_displacement, pilot, swash_acceleration, swash_rate
 from stillhook.physics.valves import external_leakage, internal_leakage, relief_flow
 from stillhook.physics.wire import wire_stiffness
-from stillhook.plants.active_circuit import ActiveCircuit, overspeed
+from stillhook.plants.active_circuit import ActiveCircuit, out_of_boost, out_of_power, overspeed
 from stillhook.plants.active_passive import PassiveCircuit
 from stillhook.plants.hoist import Hoist, drag_loss, drum_geometry
 from stillhook.plants.sensing import obeyed
@@ -112,6 +112,7 @@ class Command(NamedTuple):
     u_pm: float
     f_pump: float
     f_passive: float
+    brake: float
 
 
 class Circuit(NamedTuple):
@@ -133,6 +134,7 @@ class Circuit(NamedTuple):
     p_o: float
     p_hp: float
     g: float
+    held: float
     g_to: float
     T_moving: float
     thin: float
@@ -171,7 +173,7 @@ def circuit(x, u, geo, tip, p):
     T_moving = moving_loss_true(x.omega_m, thin, e.friction)
     return Circuit(
         q, f, alpha_p, alpha_m, alpha_pp, alpha_pm, D_m, D_pm, Q_pp, Q_lp, Q_lp_ext, Q_relief_p, Q_o, p_o, p_hp,
-        x.g, g_to, T_moving, thin,
+        x.g + u.brake * p.hoist.T_brake, u.brake, g_to, T_moving, thin,
     )  # fmt: skip
 
 
@@ -184,16 +186,16 @@ def rates(c, x, u, geo, p):
         + motor_torque(c.D_pm, c.p_hp - P.settings.p_lp)
         - c.q.F_w * geo.lever
         - c.T_moving
-        - dry_torque(x.omega_m, x.z, c.g, p.hoist.bristle)
+        - dry_torque(x.omega_m, x.z, c.g, c.held, p.hoist.bristle)
     )
     return State(
-        alpha_p=x.alpha_p_dot,
+        alpha_p=swash_rate(x.alpha_p, x.alpha_p_dot, A.pump_servo),
         alpha_p_dot=swash_acceleration(x.alpha_p, x.alpha_p_dot, u.u_p, A.pump_servo),
-        alpha_m=x.alpha_m_dot,
+        alpha_m=swash_rate(x.alpha_m, x.alpha_m_dot, A.motor_servo),
         alpha_m_dot=swash_acceleration(x.alpha_m, x.alpha_m_dot, u.u_m, A.motor_servo),
-        alpha_pp=x.alpha_pp_dot,
+        alpha_pp=swash_rate(x.alpha_pp, x.alpha_pp_dot, P.pump_servo),
         alpha_pp_dot=swash_acceleration(x.alpha_pp, x.alpha_pp_dot, u.u_pp, P.pump_servo),
-        alpha_pm=x.alpha_pm_dot,
+        alpha_pm=swash_rate(x.alpha_pm, x.alpha_pm_dot, P.motor_servo),
         alpha_pm_dot=swash_acceleration(x.alpha_pm, x.alpha_pm_dot, u.u_pm, P.motor_servo),
         p_a=c.f.Q_ma * e.lines.i_C_m,
         p_b=c.f.Q_mb * e.lines.i_C_m,
@@ -219,7 +221,7 @@ def rates(c, x, u, geo, p):
 @scalar
 def bristle_after(c, x, p, tau):
     """The bristle's deflection tau [s] later, at the present speed and friction level [rad]."""
-    return bristle_update(x.omega_m, x.z, c.g, tau, p.hoist.bristle)
+    return bristle_update(x.omega_m, x.z, c.g, c.held, tau, p.hoist.bristle)
 
 
 @scalar
@@ -243,23 +245,28 @@ def _hanging(s_w, alpha_m, alpha_pm, g, tick, p):
 
 @scalar
 def at_rest(s_w, m, tick, p):
-    """State and memory with the load hanging still on both circuits, displacements where the PLC wants them; s_w wire out [m]."""
+    """State, memory and commands with the load hanging still on both circuits, displacements where the PLC wants them; s_w wire out [m]."""
     x = _hanging(s_w, 1.0, 0.0, 0.0, tick, p)
     tip, geo = Tip(tick.s, 0.0), geometry(x, p)
     u, m, _ = control(x, m, tick, tip, geo, p)
     x = _hanging(s_w, u.u_m, u.u_pm, 0.0, tick, p)
-    return _hanging(s_w, u.u_m, u.u_pm, circuit(x, u, geo, tip, p).g_to, tick, p), m
+    return _hanging(s_w, u.u_m, u.u_pm, circuit(x, u, geo, tip, p).g_to, tick, p), m, u
 
 
 @scalar
-def read(x, m, tick, geo, p):
-    """What the PLC reads; differs from the twin's in the load cell, which has a filter and a calibration of its own."""
+def read(x, m, tick, geo, dp_p, p):
+    """What the PLC reads; differs from the twin's in the load cell, which has a filter and a calibration of its own. dp_p pressure over
+    the passive motors [Pa]."""
     A, e = p.active, p.extra
     alpha_m = known_displacement(displacement(x.alpha_m, A.motor_servo), m.u_m, A.control)
     s_w = quantise(x.s_w + tick.n_s, p.sensors.q_s)
     F = quantise(e.cell_gain * x.F_cell + tick.n_F, p.sensors.q_F)
     ratio = K_wire(geo.d, p.hoist.drum)
-    return Sensed(tick.s_m, tick.v_m, tick.a_m, tick.v_op, tick.s_op, tick.mode, tick.f_known, s_w, F, alpha_m, ratio)
+    T_passive = motor_torque(p.passive.settings.D_m_max * displacement(x.alpha_pm, p.passive.motor_servo), dp_p)
+    dp_load = (F * geo.lever - T_passive) / (A.motors.count * A.motors.D_max * alpha_m)
+    return Sensed(
+        tick.s_m, tick.v_m, tick.a_m, tick.v_op, tick.s_op, tick.mode, tick.f_known, s_w, F, alpha_m, ratio, x.p_a - x.p_b, dp_load
+    )  # fmt: skip
 
 
 @scalar
@@ -270,26 +277,32 @@ def control(x, m, tick, tip, geo, p):
     """
     A, P, e = p.active, p.passive, p.extra
     p_hp, before = accumulator_pressure(x.V_o, P.accumulator), m.u_p
-    drive, m = cycle(read(x, m, tick, geo, p), m, p_hp, p.plc)
-    drive = Drive(clip(drive.u_p, -e.u_limit, e.u_limit), drive.u_m, drive.u_ff, drive.u_raw, drive.e_c)
+    drive, m = cycle(read(x, m, tick, geo, p_hp - P.settings.p_lp, p), m, p_hp, p.plc)
+    drive = Drive(clip(drive.u_p, -e.u_limit, e.u_limit), drive.u_m, drive.u_ff, drive.u_raw, drive.e_c, drive.brake)
     drive = obeyed(drive, tick)
     u_m, held = pilot(drive.u_m, m.held, A.control)
     u_pm = displacement_for_weight(m.F, geo.lever, p_hp, P.settings)
     u_pp = make_up(m.p_mean, u_pm, tick.v_op / geo.lever, P.settings)
     u_p = drive.u_p + e.late * (before - drive.u_p)
-    m = Memory(m.mode, m.datum, m.F, m.p_mean, drive.u_p, m.u_m, m.b_p, m.b_m, held)
-    return Command(u_p, u_m, u_pp, u_pm, tick.f_pump, tick.f_passive), m, drive
+    m = Memory(m.mode, m.datum, m.F, m.p_mean, drive.u_p, m.u_m, m.b_p, m.b_m, held, m.brake, m.idle, m.stroke)
+    return Command(u_p, u_m, u_pp, u_pm, tick.f_pump, tick.f_passive, drive.brake), m, drive
+
+
+@scalar
+def power_units(c, x, p):
+    """Hydraulic power that the power units give to active and passive pumps, negative: take back [W]."""
+    return c.f.Q_p * (x.p_ap - x.p_bp) + c.Q_pp * (c.p_hp - p.passive.settings.p_lp)
 
 
 @scalar
 def signals(c, x, u, m, drive, tick, geo, p):
     """One row of the time series."""
-    T_f = c.T_moving + dry_torque(x.omega_m, x.z, c.g, p.hoist.bristle)
+    T_f = c.T_moving + dry_torque(x.omega_m, x.z, c.g, c.held, p.hoist.bristle)
     return Signals(
         tick.s, tick.v, tick.a, x.s_w, c.q.v_w, m.datum + tick.s - tick.s_op - x.s_w, drive.e_c,
         drive.u_p, drive.u_m, drive.u_ff, drive.u_raw, c.alpha_p, c.alpha_m, x.p_a, x.p_b, x.omega_m, c.q.F_w,
         x.s_load, x.v_load, c.f.Q_relief_a + c.f.Q_relief_b, T_f, geo.layers, c.p_hp, c.alpha_pp, c.alpha_pm, x.V_o,
-        u.f_pump, tick.mode, tick.v_op,
+        u.f_pump, tick.mode, tick.v_op, power_units(c, x, p), u.brake,
     )  # fmt: skip
 
 
@@ -298,7 +311,7 @@ def powers(c, x, tip, p):
     """Where the power comes from and where it goes [W]; see `Powers`. The lines' resistance counts as leakage."""
     P = p.passive
     f, dp, dp_pumps = c.f, x.p_a - x.p_b, x.p_ap - x.p_bp
-    T_f = c.T_moving + dry_torque(x.omega_m, x.z, c.g, p.hoist.bristle)
+    T_f = c.T_moving + dry_torque(x.omega_m, x.z, c.g, c.held, p.hoist.bristle)
     dp_p = c.p_hp - P.settings.p_lp
     Q_low = c.D_pm * x.omega_m + c.Q_lp - c.Q_pp  # into the low side, whose pressure is held
     throttled = c.thin * p.extra.lines.R * (x.Q_a * x.Q_a + x.Q_b * x.Q_b)
@@ -325,9 +338,10 @@ def stored_energy(c, x, geo, p):
 
 
 @scalar
-def limits(c, x, p):
+def limits(c, x, u, p):
     """Which limits are passed now; see `Limits`."""
     too_fast = fmax(overspeed(c.alpha_m, x.omega_m, p.active), overspeed(c.alpha_pm, x.omega_m, p.passive))
     at_end = 1.0 if x.V_o <= 0.0 or x.V_o >= p.passive.accumulator.V_stroke else 0.0
     relief_p = 1.0 if c.Q_relief_p > 0.0 else 0.0
-    return Limits(too_fast, at_end, relief_p, wire_at_end(x.s_w, p.hoist.drum))
+    power = out_of_power(power_units(c, x, p), u.f_pump, p.plc, p.active)
+    return Limits(too_fast, at_end, relief_p, wire_at_end(x.s_w, p.hoist.drum), power, out_of_boost(c.f, p.active))

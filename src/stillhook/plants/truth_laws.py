@@ -9,7 +9,7 @@ from stillhook.physics.load import drag_force
 from stillhook.physics.motor import motor_leakage
 from stillhook.physics.pump import pump_leakage
 from stillhook.physics.scalar import exp, fmax, scalar, sqrt
-from stillhook.physics.valves import boost_flow, external_leakage, flushing_flow, internal_leakage, relief_flow
+from stillhook.physics.valves import boost_flows, external_leakage, flushing_flow, internal_leakage, relief_flow
 from stillhook.physics.wire import wire_stiffness
 
 OMEGA_TURN = 1.0
@@ -182,7 +182,7 @@ def two_volume_flows(Q_p, alpha_p, D_m, x, f_pump, more, A):
     Q_int_p, Q_int_m = internal_leakage(C_p, x.p_ap - x.p_bp), internal_leakage(C_m, x.p_a - x.p_b)
     Q_ext_pa, Q_ext_pb = external_leakage(C_p, x.p_ap), external_leakage(C_p, x.p_bp)
     Q_ext_ma, Q_ext_mb = external_leakage(C_m, x.p_a), external_leakage(C_m, x.p_b)
-    Q_boost_a, Q_boost_b = boost_flow(x.p_ap, A.boost), boost_flow(x.p_bp, A.boost)
+    Q_boost_a, Q_boost_b = boost_flows(x.p_ap, x.p_bp, A.boost)
     Q_relief_a, Q_relief_b = relief_flow(x.p_ap, A.relief), relief_flow(x.p_bp, A.relief)
     Q_flush_a, Q_flush_b = flushing_flow(x.p_ap, x.p_bp, A.flushing), flushing_flow(x.p_bp, x.p_ap, A.flushing)
     Q_pa = Q_p - Q_int_p - Q_ext_pa + Q_boost_a - Q_relief_a - Q_flush_a - x.Q_a

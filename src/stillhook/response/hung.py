@@ -59,7 +59,7 @@ def hung(crane: Crane, lift: Lowering, z: float) -> Hung:
     """What hangs with the payload's underside z [m] above still water (negative: below), from the same lift that is lowered in time.
 
     In air, or wholly under water: what the surface does to a payload that it cuts is not linear. Near the bottom (`Payload.seabed`) added
-    mass and drag grow, which is left out. Material damping is that of `lift.wire.zeta` at this depth.
+    mass and drag grow, which is left out. Material damping is that of the crane's `wire.zeta` at this depth.
     Errors: LiftError for a payload in the surface, below the seabed, or wire that the drum does not have.
     """
     load, rho = lift.payload, lift.rho
@@ -83,6 +83,6 @@ def hung(crane: Crane, lift: Lowering, z: float) -> Hung:
     F_sling = still.F_hook - crane.hook_mass * G
     omega = math.sqrt(EA / (crane.wire.L_0 + L) / (end.moving + end.m_h + mu * L / 3.0))
     k_top = EA / crane.wire.L_0 if crane.wire.L_0 > 0.0 else math.inf
-    rod = Rod(L=L, EA=EA, mu=mu, w=(still.F_tip - still.F_hook) / L, beta=2.0 * lift.wire.zeta / omega, k_top=k_top)
+    rod = Rod(L=L, EA=EA, mu=mu, w=(still.F_tip - still.F_hook) / L, beta=2.0 * crane.wire.zeta / omega, k_top=k_top)
     under = {"B": load.drag(rho), "C_lin": load.C_lin, "rho_V": rho * wet.V, "z": z + load.height / 2.0} if wet else {}
     return Hung(rod, end, L, still.F_tip, F_sling, depth=lift.depth, sensors=lift.sensors, **under)

@@ -158,7 +158,7 @@ def _memory(record: Record, mode: FloatArray, a: int, datum: float, F: FloatArra
     u_m = float(record.signals["u_m"][at]) if u_m_logged else 1.0
     early = F[: max(1, round(1.0 / record.step))]
     return Memory(
-        before, datum, float(early.mean()), 0.0, float(record.signals["u_p"][at]), u_m if np.isfinite(u_m) else 1.0, 0.0, 0.0, 1.0
+        before, datum, float(early.mean()), 0.0, float(record.signals["u_p"][at]), u_m if np.isfinite(u_m) else 1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0
     )
 
 

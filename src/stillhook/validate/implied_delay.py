@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from stillhook.physics.wire import wire_stiffness
+from stillhook.physics.wire import wire_damping, wire_stiffness
 from stillhook.scenario import Mode
 from stillhook.validate.implied_curves import bridged, smoothed
 from stillhook.validate.implied_parts import Part, by_test
@@ -133,8 +133,9 @@ def _level(x: FloatArray) -> FloatArray:
 def _response(part: Part, f: FloatArray) -> tuple[Spectrum, float]:
     """Force in the wire over the motion of its upper end [N/m], of the twin's spring, damper and mass, and the band's upper end [Hz]."""
     hoist, w = part.params.hoist, 2.0 * math.pi * f
-    k, m = float(wire_stiffness(float(np.nanmean(part["s_w"])), hoist.wire)), float(hoist.load.m)
-    pull = k + 1j * w * hoist.wire.c
+    s_w = float(np.nanmean(part["s_w"]))
+    k, m = float(wire_stiffness(s_w, hoist.wire)), float(hoist.load.m)
+    pull = k + 1j * w * float(wire_damping(s_w, m, hoist.wire))
     top = min(HIGH, BELOW_RESONANCE * math.sqrt(k / m) / (2.0 * math.pi))
     return -m * w**2 * pull / (pull - m * w**2), max(top, 1.1 * LOW[1])
 
