@@ -23,7 +23,8 @@ def campaign(name: str, truth: Y, seed: int) -> tuple[dict[str, bool], float]:
     """Whether each parameter's interval holds the truth, and the share of the band of predicted friction that does."""
     with tempfile.TemporaryDirectory() as folder:
         instruments = Instruments(noise=Noise.TYPICAL, seed=seed)
-        written = identify.write_campaign(identify.campaign_plan(name), folder, instruments=instruments, minutes=MINUTES, parquet=True)
+        plan = identify.campaign_plan(name)
+        written = identify.write_campaign(plan, folder, instruments=instruments, duration=f"{MINUTES:g} min", parquet=True)
         r = identify.friction(written.campaign, proposals=0)
     inside = {i.name: i.low <= getattr(truth, i.name) <= i.high for i in r.intervals}
     off = np.abs(predicted(r.points, r.loss, r.fit.y) - predicted(r.points, r.loss, truth))

@@ -137,7 +137,7 @@ def reciprocity(loads: Loads) -> float:
 
 def sigmas(ship: Ship, vessel: Rao, headings: Sequence[float] = HEADINGS_SEAS) -> FloatArray:
     """Standard deviations of the tip's height [m], (periods, headings)."""
-    sea = lambda T, b: parse_sea(f"jonswap Hs=1 m Tp={T:g} s gamma=3.3", heading=np.radians(b))
+    sea = lambda T, b: parse_sea(f"jonswap Hs=1 m Tp={T:g} s gamma=3.3", heading=f"{b:g} deg")
     return np.array([[tip_response(vessel, sea(T, b), *ship.tip).sigma_z for b in headings] for T in PERIODS])
 
 

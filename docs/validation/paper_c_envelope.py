@@ -213,5 +213,5 @@ def draw(results: Mapping[str, Any]) -> None:
     save(load_speed_figure(envelope(C150)), "paper-c-envelope.png")
     title = "nov-250t, empty hook, outermost layer: motors and pumps at a steady wire speed"
     save(setting_figure(results["curves"], title=title), "paper-e-settings.png")
-    layers = envelope(C150, layers=range(1, C150.drum.layers + 1), loads=[HS_LOAD, C150.SWL])
+    layers = envelope(C150, layers=range(1, C150.drum.layers + 1), loads=[f"{x!r} kg" for x in (HS_LOAD, C150.SWL)])
     save(layer_figure(layers), "paper-c-envelope-layers.png")

@@ -88,7 +88,7 @@ def logs(plan: str, noise: str, truth: Crane | None = None) -> Iterator[Path]:
     with TemporaryDirectory() as folder:
         sensors, tests = Instruments(noise=noise_of(noise), seed=1), identify.campaign_plan(plan)
         out = Path(folder) / "tests"
-        yield identify.write_campaign(tests, out, instruments=sensors, minutes=MINUTES, truth=truth, parquet=True).campaign
+        yield identify.write_campaign(tests, out, instruments=sensors, duration=f"{MINUTES:g} min", truth=truth, parquet=True).campaign
 
 
 def campaign(plan: str, noise: str, truth: Crane | None = None) -> Friction:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Mapping
 from typing import NamedTuple
 
@@ -63,7 +62,7 @@ def in_sea(wave: str, seeds: Iterable[int]) -> list[LiftFile]:
     assert file.at is not None
     out = []
     for seed in seeds:
-        waves = realise(parse_sea(wave, heading=math.pi), file.lift.duration, seed, depth=file.lift.depth)
+        waves = realise(parse_sea(wave, heading="180 deg"), file.lift.duration, seed, depth=file.lift.depth)
         moved = {"tip": tip_motion(waves, file.vessel, file.at.x, file.at.y), "waves": wave_field(waves, file.at.x, file.at.y)}
         out.append(file._replace(lift=file.lift.model_copy(update=moved)))
     return out

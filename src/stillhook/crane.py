@@ -15,11 +15,13 @@ from collections.abc import Iterator, Mapping
 from enum import StrEnum
 from typing import Annotated, Any, Self
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import ConfigDict, Field, model_validator
 
 from stillhook import units as u
 from stillhook.certified import Certified
+from stillhook.errors import UnitError
 from stillhook.physics.scalar import G
+from stillhook.plausible import Ranged
 
 INERTIA_TOLERANCE = 0.005  # of J_m_eff: the published value has two digits, the split is ours
 DIAMETER_TOLERANCE = 0.005  # of d_max: printed 5.1 m against 5.104 m from drum, layers and wire
@@ -31,7 +33,7 @@ Count = Annotated[int, Field(strict=True, ge=1, le=1000)]
 Text = Annotated[str, Field(min_length=1)]
 
 
-class Spec(BaseModel):
+class Spec(Ranged):
     """A table of a crane file: frozen, and closed to unknown fields."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -370,10 +372,10 @@ class Crane(Spec):
     active: ActiveCircuit
     passive: PassiveCircuit | None = None
     drum: Drum
-    gear_ratios: tuple[Annotated[Number, Field(gt=0, le=1e6)], ...] = Field(
+    gear_ratios: tuple[Annotated[u.GearRatio, Field(gt=0, le=1e6)], ...] = Field(
         min_length=1, max_length=10, description="gear stages from motor to drum"
     )
-    i_hD: Number = Field(ge=1e-3, le=1e6, description="motor turns per drum turn")
+    i_hD: u.GearRatio = Field(ge=1e-3, le=1e6, description="motor turns per drum turn")
     wire: Wire
     inertia: Inertia
     friction: Friction
@@ -389,8 +391,11 @@ class Crane(Spec):
         """i_hD is the product of the gear stages unless a (rounded) value is given."""
         if isinstance(data, Mapping) and "i_hD" not in data:
             stages = data.get("gear_ratios")
-            if isinstance(stages, (list, tuple)) and all(type(i) in (int, float) and 0 < i < 1e6 for i in stages):
-                return {**data, "i_hD": math.prod(stages)}
+            if isinstance(stages, (list, tuple)):
+                try:
+                    return {**data, "i_hD": math.prod(u.parse_ratio(i) for i in stages)}
+                except UnitError:
+                    return data  # the stage itself is refused, with its place
         return data
 
     @model_validator(mode="after")

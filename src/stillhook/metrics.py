@@ -11,8 +11,12 @@ import xarray
 
 from stillhook.errors import StillhookError
 from stillhook.sea.waves import trailing_spans
-from stillhook.units import came
+from stillhook.units import parse
 from stillhook.variables import WINDOW
+
+__all__ = ["counted", "e_c_pp", "eta_c", "s_tip_pp", "settling_time", "time_step"]
+
+DEFAULT_WINDOW = f"{WINDOW:g} s"
 
 
 def time_step(run: xarray.Dataset) -> float:
@@ -35,7 +39,7 @@ def counted(run: xarray.Dataset, name: str) -> xarray.DataArray:
 
 
 def peak_to_peak(series: xarray.DataArray, dt: float, window: float = WINDOW) -> xarray.DataArray:
-    """Largest less smallest value over a moving window that trails and includes both ends; NaN where the window is not full of numbers."""
+    """Largest less smallest value over a trailing window [s] with both ends; NaN where the window is not full of numbers."""
     n = _samples(window, dt, series.sizes["time"])
     x, axis = series.values, series.get_axis_num("time")
     assert isinstance(axis, int)
@@ -45,39 +49,46 @@ def peak_to_peak(series: xarray.DataArray, dt: float, window: float = WINDOW) ->
 
 def _samples(window: float, dt: float, most: int) -> int:
     """Samples in a window, both ends included; one more than there are where the window is longer than the series."""
-    try:
-        n = round(window / dt)
-    except (TypeError, ValueError, OverflowError):
-        n = 0
+    n = round(window / dt)
     if n < 1:
-        raise StillhookError(f"metrics: window = {came(window)}: give seconds as a number, at least the {dt:g} s between two samples.")
+        raise StillhookError(f"metrics: window = {window:g} s: give a time, at least the {dt:g} s between two samples.")
     return min(n, most) + 1
 
 
-def e_c_pp(run: xarray.Dataset, *, measured: bool = False, window: float = WINDOW) -> xarray.DataArray:
+def _window(text: str) -> float:
+    return parse(text, "time", "metrics: window")
+
+
+def e_c_pp(run: xarray.Dataset, *, measured: bool = False, window: str = DEFAULT_WINDOW) -> xarray.DataArray:
     """Peak-to-peak control error over the moving window [m], as a series. Source: Moslatt 2020 paper F eq. 2.
 
     measured: against the tip motion that the PLC saw instead of the true one.
     """
-    return peak_to_peak(counted(run, "e_c_measured" if measured else "e_c"), time_step(run), window).rename("e_c_pp")
+    return peak_to_peak(counted(run, "e_c_measured" if measured else "e_c"), time_step(run), _window(window)).rename("e_c_pp")
 
 
-def s_tip_pp(run: xarray.Dataset, *, window: float = WINDOW) -> xarray.DataArray:
+def s_tip_pp(run: xarray.Dataset, *, window: str = DEFAULT_WINDOW) -> xarray.DataArray:
     """Peak-to-peak tip motion over the moving window [m], as a series."""
-    return peak_to_peak(counted(run, "s_tip"), time_step(run), window).rename("s_tip_pp")
+    return peak_to_peak(counted(run, "s_tip"), time_step(run), _window(window)).rename("s_tip_pp")
 
 
-def eta_c(run: xarray.Dataset, *, measured: bool = False, window: float = WINDOW) -> xarray.DataArray:
+def eta_c(run: xarray.Dataset, *, measured: bool = False, window: str = DEFAULT_WINDOW) -> xarray.DataArray:
     """Compensation efficiency 1 - e_c_pp / s_tip_pp over the moving window [-], as a series. Source: Moslatt 2020 paper F eq. 3."""
     tip = s_tip_pp(run, window=window)
     return (1.0 - e_c_pp(run, measured=measured, window=window) / tip.where(tip > 0.0)).rename("eta_c")
 
 
-def settling_time(run: xarray.Dataset, *, start: float, target: float, step: float, band: float = 0.02) -> xarray.DataArray:
-    """Time from `start` [s] until the wire speed stays within band * |step| of target [s]; NaN where it never does.
+def settling_time(run: xarray.Dataset, *, start: str, target: str, step: str, band: float = 0.02) -> xarray.DataArray:
+    """Time from `start` ("60 s") until the wire speed stays within band * |step| of target [s]; NaN where it never does.
 
-    target [m/s] is the speed after the step of `step` [m/s]. Source: Moslatt 2020 paper E section 4.3 (2 % of 5 m/min).
+    target is the speed after the step of `step` ("5 m/min"). Source: Moslatt 2020 paper E section 4.3 (2 % of 5 m/min).
     """
+    end, change = parse(target, "speed", "target"), parse(step, "speed", "step")
+    return settled_after(run, start=parse(start, "time", "start"), target=end, step=change, band=band)
+
+
+def settled_after(run: xarray.Dataset, *, start: float, target: float, step: float, band: float) -> xarray.DataArray:
+    """The same from a start [s] to a target [m/s] after a step [m/s]; see `settling_time`."""
     if not start <= float(run["time"][-1]):
         raise StillhookError(f"metrics: start = {start:g} s is after the end of the run, {float(run['time'][-1]):g} s.")
     after = run["v_w"].where(run["time"] >= start, drop=True)

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import re
 import zlib
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from enum import StrEnum
 from itertools import pairwise
-from typing import Annotated, Any, Self, get_args, get_origin
+from typing import Annotated, Any, Self
 
 from pydantic import BaseModel, ConfigDict, Field, SerializeAsAny, ValidationError, field_validator, model_validator
 
@@ -15,6 +15,7 @@ from stillhook import units as u
 from stillhook.commands import Commands
 from stillhook.errors import ScenarioError, StillhookError
 from stillhook.physics.scalar import G
+from stillhook.plausible import Ranged, marks
 from stillhook.sea.motion import Motion, Still
 from stillhook.sea.text import motion_from_dict, parse_motion
 
@@ -54,7 +55,7 @@ class FrictionModel(StrEnum):
     REGULARISED = "regularised"
 
 
-class Record(BaseModel):
+class Record(Ranged):
     """A table of a scenario: frozen, and closed to unknown fields."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", arbitrary_types_allowed=True)
@@ -256,13 +257,5 @@ def _kind_of(model: type[BaseModel], loc: Sequence[int | str]) -> str | None:
         return None
     if isinstance(field.annotation, type) and issubclass(field.annotation, BaseModel) and len(loc) > 1:
         return _kind_of(field.annotation, loc[1:])
-    kinds = {mark.kind for mark in (*field.metadata, *_marks(field.annotation)) if isinstance(mark, u.Quantity)}
+    kinds = {mark.kind for mark in (*field.metadata, *marks(field.annotation)) if isinstance(mark, u.Quantity)}
     return kinds.pop() if len(kinds) == 1 else None
-
-
-def _marks(annotation: Any) -> Iterator[Any]:
-    """What stands in Annotated anywhere in a type."""
-    if get_origin(annotation) is Annotated:
-        yield from annotation.__metadata__
-    for part in get_args(annotation):
-        yield from _marks(part)

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from pydantic import GetCoreSchemaHandler
     from pydantic_core import CoreSchema
 
-__all__ = ["KINDS", "Kind", "Quantity", "came", "from_display", "in_display", "in_unit", "parse", "show"]
+__all__ = ["KINDS", "Kind", "Quantity", "came", "from_display", "in_display", "in_unit", "parse", "parse_ratio", "show"]
 
 LONGEST_TEXT = 100  # characters; a longer text is no quantity
 LARGEST = 1e30  # in SI; far above everything measured, far below where squares and products overflow
@@ -51,24 +51,24 @@ KINDS: Mapping[str, Kind] = MappingProxyType(
         "length": _kind("m", "m", "cm", "mm", "km"),
         "diameter": _kind("m", "mm", "cm"),
         "area": _kind("m^2", "m^2", "cm^2", "mm^2"),
-        "volume": _kind("m^3", "L", "cm^3"),
-        "mass": _kind("kg", "t"),
+        "volume": _kind("m^3", "L", "cm^3", "cc"),
+        "mass": _kind("kg", "t", "te"),
         "mass_per_length": _kind("kg/m", "kg/m"),
         "density": _kind("kg/m^3", "kg/m^3"),
-        "time": _kind("s", "s", "ms", "min", "h"),
-        "hours": _kind("s", "h", "min"),
+        "time": _kind("s", "s", "ms", "min", "h", "d"),
+        "hours": _kind("s", "h", "min", "d"),
         "speed": _kind("m/s", "m/min", "mm/s"),
         "wind_speed": _kind("m/s", "m/s", "km/h", "kn"),
         "acceleration": _kind("m/s^2", "m/s^2"),
         "angle": _kind("rad", "deg", "rev"),
-        "rotation": _kind("rad/s", "rev/min"),
+        "rotation": _kind("rad/s", "rev/min", "rpm"),
         "frequency": _kind("rad/s", "rad/s", "Hz"),
-        "displacement": _kind("m^3/rad", "cm^3/rev"),
+        "displacement": _kind("m^3/rad", "cm^3/rev", "cc/rev"),
         "pressure": _kind("Pa", "bar", "kPa", "MPa"),
         "modulus": _kind("Pa", "GPa", "MPa", "bar"),
         "flow": _kind("m^3/s", "L/min"),
         "leakage": _kind("m^3/s/Pa", "L/min/bar"),
-        "leakage_per_speed": _kind("m^3/s/Pa/(rad/s)", "L/min/bar/(rev/min)"),
+        "leakage_per_speed": _kind("m^3/s/Pa/(rad/s)", "L/min/bar/(rev/min)", "L/min/bar/rpm"),
         "flow_resistance": _kind("Pa s/m^3", "bar/(L/min)"),
         "force": _kind("N", "kN", "MN"),
         "force_per_speed": _kind("N s/m", "kN s/m"),
@@ -94,9 +94,9 @@ KINDS: Mapping[str, Kind] = MappingProxyType(
 
 _DEFINITIONS = (
     *("m = [length]", "kg = [mass]", "s = [time]", "K = [temperature]; offset: 0", "rad = [angle]"),
-    *("mm = 1e-3 m", "cm = 1e-2 m", "km = 1e3 m", "L = 1e-3 m^3", "t = 1e3 kg"),
-    *("ms = 1e-3 s", "min = 60 s", "h = 3600 s", "kn = 1852 m/h"),
-    *(f"rev = {2 * math.pi!r} rad", f"deg = {math.pi / 180!r} rad", "Hz = rev/s"),
+    *("mm = 1e-3 m", "cm = 1e-2 m", "km = 1e3 m", "L = 1e-3 m^3", "cc = 1e-6 m^3", "t = 1e3 kg", "te = 1e3 kg"),
+    *("ms = 1e-3 s", "min = 60 s", "h = 3600 s", "d = 86400 s", "kn = 1852 m/h"),
+    *(f"rev = {2 * math.pi!r} rad", f"deg = {math.pi / 180!r} rad", "Hz = rev/s", "rpm = rev/min"),
     *("N = kg m/s^2", "kN = 1e3 N", "MN = 1e6 N"),
     *("Pa = N/m^2", "kPa = 1e3 Pa", "MPa = 1e6 Pa", "GPa = 1e9 Pa", "bar = 1e5 Pa"),
     *("J = N m", "kJ = 1e3 J", "MJ = 1e6 J", "W = J/s", "kW = 1e3 W", "MW = 1e6 W", "kWh = 3.6e6 J"),
@@ -221,6 +221,33 @@ def parse(text: object, kind: str, where: str = "") -> float:
         raise UnitError(f"{place}{came(text)}: {problem}") from None
 
 
+_RATIO = re.compile(rf"(?:i\s*=\s*)?({_NUMBER})(?:\s*:\s*1)?")
+
+
+def parse_ratio(value: object, where: str = "") -> float:
+    """A gear ratio, turns of the motor for one of the drum, as data sheets print it: 35.4, "35.4", "35.4:1", "i = 35.4".
+
+    Errors: UnitError of one line; "1:35.4" is refused, as it may mean either.
+    """
+    try:
+        return _read_ratio(value)
+    except ValueError as problem:
+        place = f"{where} = " if where else ""
+        raise UnitError(f"{place}{came(value)}: {problem}") from None
+
+
+def _read_ratio(value: object) -> float:
+    if isinstance(value, (int, float)) and not isinstance(value, bool):
+        try:
+            return float(value)
+        except OverflowError:
+            raise ValueError("too large a number for a gear ratio.") from None
+    match = _RATIO.fullmatch(value.strip()) if isinstance(value, str) and len(value) <= LONGEST_TEXT else None
+    if match is None:
+        raise ValueError('not a gear ratio; write the turns of the motor for one turn of the drum, 35.4 or "35.4:1".')
+    return float(match[1])
+
+
 def in_display(value: float, kind: str) -> float:
     """An SI value in the unit that its kind prints in (m^3/rad to cm^3/rev)."""
     known = _known(kind)
@@ -283,16 +310,32 @@ class Quantity:
         return core_schema.no_info_before_validator_function(_reader(self.kind), handler(source))
 
 
+@dataclass(frozen=True, slots=True)
+class Ratio:
+    """Marks a pydantic field as a gear ratio: a number, or text as data sheets print it, "35.4:1"."""
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        from pydantic_core import core_schema  # as in Quantity
+
+        return core_schema.no_info_before_validator_function(_refusing(_read_ratio), handler(source))
+
+
 def _reader(kind: str) -> Callable[[object], float]:
-    def read(text: object) -> float:
+    return _refusing(lambda text: _read(text, kind))
+
+
+def _refusing(read: Callable[[object], float]) -> Callable[[object], float]:
+    """A reader whose ValueError becomes the error of type "unit" that `stillhook.library.explain` puts into one line."""
+
+    def refusing(value: object) -> float:
         from pydantic_core import PydanticCustomError
 
         try:
-            return _read(text, kind)
+            return read(value)
         except ValueError as problem:
             raise PydanticCustomError("unit", "{problem}", {"problem": str(problem)}) from None
 
-    return read
+    return refusing
 
 
 Length = Annotated[float, Quantity("length")]
@@ -332,4 +375,5 @@ GainPerLength = Annotated[float, Quantity("gain_per_length")]
 GainPerPressure = Annotated[float, Quantity("gain_per_pressure")]
 GainPerTime = Annotated[float, Quantity("gain_per_time")]
 TimePerLength = Annotated[float, Quantity("time_per_length")]
+GearRatio = Annotated[float, Ratio()]
 TimeSquaredPerLength = Annotated[float, Quantity("time_squared_per_length")]

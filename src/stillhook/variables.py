@@ -69,7 +69,7 @@ SERIES = (
 )  # fmt: skip
 
 SUMMARY = (
-    _v("status", "", "", "", "", '"ok", or what went beyond its limit: saturated, relief, overspeed, accumulator, cavitation, slack, wire (last turns, or hook at the crane tip), power (hydraulic power units at their limit, or more fed back than they take), boost (boost pump gives all it has), offset (the hook never passes its place), unstable (K_p above the gain of marginal stability), uncompensated (error about as large as the tip motion), audit (energy does not add up: do not trust the numbers), diverged'),
+    _v("status", "", "", "", "", '"ok", or what went beyond its limit: saturated, relief, overspeed, accumulator, cavitation, slack, wire (last turns, or hook at the crane tip), power (hydraulic power units at their limit, or more fed back than they take), boost (boost pump gives all it has), offset (the hook never passes its place), unstable (K_p above the gain of marginal stability), uncompensated (error about as large as the tip motion), audit (energy does not add up: do not trust the numbers), implausible (a number of crane or case outside of what was ever built), diverged'),
     _v("e_c_pp", "e_c,pp", "m", "length", "", "largest peak-to-peak of e_c over a moving 30 s window (both ends included)", "paper F eq. 2"),
     _v("e_c_pp_measured", "e_c,m,pp", "m", "length", "", "the same of e_c_measured", "paper F eq. 2"),
     _v("s_tip_pp", "s_tip,pp", "m", "length", "", "largest peak-to-peak of s_tip over the window", "paper F eq. 3"),

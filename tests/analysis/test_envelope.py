@@ -39,25 +39,25 @@ def outer(name, share, way=Direction.HOISTING):
 @cache
 def whole(name):
     crane = load(name)
-    return envelope(crane, layers=[1, crane.drum.layers], loads=[f * crane.SWL for f in (0.0, 0.6, 1.0)], modes=["ns", "hs", "ssc"])
+    return envelope(crane, layers=[1, crane.drum.layers], loads=["0 %", "60 %", "100 %"], modes=["ns", "hs", "ssc"])
 
 
 @cache
 def curves_of_100_t():
-    return setting_curves(load(E250), load=100e3, v_w=np.linspace(0.0, 2.2, 45))
+    return setting_curves(load(E250), load="100 t", v_w="0 m/s to 2.2 m/s by 0.05 m/s")
 
 
 class TestSpecification:
     """Numbers of the ideal machine."""
 
     def test_ssc_at_80_m_per_min(self):
-        at = setting_curves(load(E250), modes=["ssc"], v_w=[80.0 * M_PER_MIN]).isel(v_w=0, mode=0)
+        at = setting_curves(load(E250), modes=["ssc"], v_w=["80 m/min"]).isel(v_w=0, mode=0)
         assert float(at["alpha_m_ideal"]) == pytest.approx(0.760498, abs=SIX)
         assert float(at["alpha_p_ideal"]) == pytest.approx(0.839502, abs=SIX)
 
     def test_ssc_and_ns_cross_where_full_displacement_would_fill_the_pumps(self):
         """0.8 is the middle of u_thr 0.6 .. 1 and of displacements 1 .. 0.6: there u_ff = 0.8 = K_1 v 0.8."""
-        crossing = float(setting_curves(load(E250), modes=["ssc"], v_w=[0.0])["v_w_cross_ideal"].sel(mode="ssc", classic="ns"))
+        crossing = float(setting_curves(load(E250), modes=["ssc"], v_w=["0 m/s"])["v_w_cross_ideal"].sel(mode="ssc", classic="ns"))
         assert crossing == pytest.approx(72.47127 * M_PER_MIN, rel=SAME)
 
 
@@ -67,7 +67,7 @@ class TestSettings:
         return curves_of_100_t()
 
     def test_leakage_takes_more_pump_than_the_ideal_machine_on_the_same_diameter(self):
-        layer_6 = setting_curves(load(E250), load=100e3, layer=6, modes=["ns"], v_w=np.linspace(0.0, 2.0, 9))
+        layer_6 = setting_curves(load(E250), load="100 t", layer=6, modes=["ns"], v_w="0 m/s to 2 m/s by 0.25 m/s")
         assert bool((layer_6["alpha_p"] > layer_6["alpha_p_ideal"])[:, 1:].all())
 
     def test_pumps_rise_and_motors_fall_with_speed(self, curves):
@@ -76,7 +76,7 @@ class TestSettings:
 
     def test_a_mode_meets_a_classic_displacement_at_its_crossing_and_not_before(self, curves):
         v = float(curves["v_w_cross"].sel(mode="ssc", classic="ns"))
-        at = setting_curves(load(E250), modes=["ns", "ssc"], v_w=[0.99 * v, v], load=100e3)["alpha_m"]
+        at = setting_curves(load(E250), modes=["ns", "ssc"], v_w=[f"{x!r} m/s" for x in (0.99 * v, v)], load="100 t")["alpha_m"]
         assert float(at.sel(mode="ssc")[1]) == pytest.approx(float(at.sel(mode="ns")[1]), abs=SAME)
         assert float(at.sel(mode="ssc")[0]) > float(at.sel(mode="ns")[0])
         assert math.isnan(float(curves["v_w_cross"].sel(mode="ns", classic="ns")))
@@ -125,7 +125,7 @@ class TestLimits:
 
     def test_constant_wire_force_keeps_the_speed_of_ns_on_layers_where_its_motors_are_above_their_least(self):
         crane = load(E250)
-        v = envelope(crane, layers=[10, 11, 12], loads=[100e3], modes=["ns"])["v_w_top"].sel(mode="ns", direction="hoisting")
+        v = envelope(crane, layers=[10, 11, 12], loads=["100 t"], modes=["ns"])["v_w_top"].sel(mode="ns", direction="hoisting")
         assert float(v.max() / v.min()) == pytest.approx(1.0, abs=0.003)  # what leaks by speed and friction by diameter
 
     def test_hs_carries_60_per_cent_of_the_swl_and_no_more(self):
@@ -203,12 +203,12 @@ class TestPaperC:
     def test_loads_above_90_t_go_a_quarter_faster_with_ssc(self):
         """+30 % without leakage; 24 % of it are left (validation page)."""
         crane = load(C150)
-        data = envelope(crane, loads=[90.1e3], modes=["ns", "ssc"])
+        data = envelope(crane, loads=["90.1 t"], modes=["ns", "ssc"])
         assert 0.2 < float(gain(data, "ssc", "ns").min()) < crane.control.alpha_ns / crane.active.motor.alpha_min - 1.0
 
     def test_without_leakage_all_30_per_cent_are_there(self):
         tight = {"motor": {"C_1": "0 L/min/bar", "C_2": "0 L/min/bar/(rev/min)"}, "pump": {"leak_scale": 1e-9}}
-        data = envelope(changed(load(C150), {"active": tight}), loads=[90.1e3], modes=["ns", "ssc"])
+        data = envelope(changed(load(C150), {"active": tight}), loads=["90.1 t"], modes=["ns", "ssc"])
         assert float(gain(data, "ssc", "ns").min()) == pytest.approx(0.30, abs=0.002)
 
     def test_leakage_keeps_linear_ssc_from_its_least_displacement(self):
@@ -223,8 +223,11 @@ class TestRefusals:
         [
             ({"layers": [0]}, "layers 1 to 11"),
             ({"layers": []}, "layers 1 to 11"),
-            ({"loads": []}, "at least one payload"),
-            ({"loads": [200e3]}, "exceeds the SWL"),
+            ({"loads": []}, "at least one value with its unit"),
+            ({"loads": [100e3]}, "a bare number; write it as text with its unit"),
+            ({"loads": ["100"]}, "no unit; write"),
+            ({"loads": ["100 m"]}, "not one of kg, t, te"),
+            ({"loads": ["200 t"]}, "exceeds the SWL"),
             ({"modes": "ns"}, "give a list"),
             ({"modes": []}, "at least one"),
             ({"modes": ["ns", "ns"]}, "named twice"),
@@ -238,12 +241,12 @@ class TestRefusals:
             envelope(load(C150), **asked)
 
     def test_every_number_has_a_unit_and_a_meaning(self):
-        for data in (whole(C150), setting_curves(load(C150), modes=["ns"], v_w=[1.0])):
+        for data in (whole(C150), setting_curves(load(C150), modes=["ns"], v_w=["1 m/s"])):
             for name in data.data_vars:
                 assert data[name].attrs["long_name"], name
 
     def test_progress_ends_at_one(self):
         told = []
-        envelope(load(PURE), loads=[0.0], modes=["ns"], progress=told.append)
+        envelope(load(PURE), loads=["0 t"], modes=["ns"], progress=told.append)
         assert told[-1] == pytest.approx(1.0)
         assert told == sorted(told)

@@ -31,7 +31,7 @@ def refusal(capsys, *arguments):
 
 def test_json_holds_what_the_dataset_holds_in_si(capsys):
     found = answer(capsys, *FAST, "--load", "40 t")
-    data = envelope(load_crane(CRANE), loads=[40e3], modes=["ns", "ssc"])
+    data = envelope(load_crane(CRANE), loads=["40 t"], modes=["ns", "ssc"])
     by_mode = {r["mode"]: r for r in found["rows"]}
     assert set(by_mode) == {"ns", "ssc", "physical"}
     for mode, row in by_mode.items():

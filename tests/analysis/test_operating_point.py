@@ -114,7 +114,8 @@ def test_drag_pulls_on_the_wire_and_a_sinking_load_lets_it_go_slack():
         ({"v_w": math.nan}, "finite"),
         ({"load": math.inf}, "finite"),
         ({"load": 400e3}, "exceeds the SWL"),
-        ({"s_w": 1e6}, "more than"),
+        ({"s_w": 1e4}, "more than"),
+        ({"s_w": 1e6}, "it must be between 0 m and 20000 m"),
     ],
 )
 def test_refusals_say_what_came_and_what_is_allowed(asked, told):

@@ -63,7 +63,7 @@ class TestTime:
     def test_a_cell_is_what_the_metric_reads_from_a_run_of_its_own(self, found):
         for i, mode in enumerate(("ns", "hs", "ssc")):
             run = single("150 t", 40.0 / 60.0, mode)
-            t = settling_time(run, start=START, target=45.0 / 60.0, step=DV)
+            t = settling_time(run, start=f"{START!r} s", target="45 m/min", step=f"{DV!r} m/s")
             assert found.values["settling_time"][i, 1, 1, 0, 0] == pytest.approx(float(t), abs=BLOCK_TOLERANCE)
             assert found.values["alpha_m_end"][i, 1, 1, 0, 0] == float(run["alpha_m"][-1])
 
@@ -72,7 +72,7 @@ class TestTime:
 
         t = np.arange(0.0, 15.0, 0.001)
         run = xarray.Dataset({"v_w": ("time", DV * (1.0 - np.exp(-t / 0.5)))}, coords={"time": t})
-        assert float(settling_time(run, start=0.0, target=DV, step=DV)) == pytest.approx(0.5 * np.log(1.0 / BAND), abs=0.002)
+        assert float(settling_time(run, start="0 s", target=f"{DV!r} m/s", step=f"{DV!r} m/s")) == pytest.approx(0.5 * np.log(1.0 / BAND), abs=0.002)
 
     def test_more_oil_in_the_lines_settles_later(self):
         soft = changed(CRANE, {"active": {"line": {"V": "160 L"}}})

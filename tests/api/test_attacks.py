@@ -161,14 +161,16 @@ class TestBadWinchesAreNotCalledGood:
         assert status(stiff, mode="manual", tip="still") == {"ok"}
 
     def test_a_winch_that_does_not_follow_is_not_ok_though_no_limit_was_met(self):
-        idle = other(active={"line": {"V": "100000 m^3"}})
-        assert status(idle) == {"uncompensated"}
+        idle = other(active={"line": {"V": "999 m^3"}})
+        assert status(idle) == {"uncompensated", "implausible"}
 
     def test_a_delay_that_makes_it_worse_is_not_ok(self):
-        assert status(sensors=Sensors(delay="5 s")) == {"uncompensated"}
+        assert status(sensors=Sensors(delay="5 s")) == {"uncompensated", "implausible"}
 
     def test_a_run_whose_energy_does_not_add_up_is_not_ok(self):
-        assert "audit" in status(other(wire={"E": "1e-10 Pa"}))
+        crane = other()
+        rubber = crane.model_copy(update={"wire": crane.wire.model_copy(update={"E": 1e-10})})  # no file could say so
+        assert "audit" in status(rubber)
 
     def test_manual_mode_has_no_control_error_and_no_efficiency(self):
         run = answer(mode="manual")
@@ -184,11 +186,11 @@ class TestBadWinchesAreNotCalledGood:
     @pytest.mark.parametrize(
         "tables",
         [
-            {"active": {"motor": {"servo": {"omega_n": "1000000 rad/s"}}}},
+            {"active": {"motor": {"servo": {"omega_n": "99000 rad/s"}}}},
             {"active": {"pump": {"servo": {"omega_n": "2000 rad/s", "zeta": 0.001}}}},
-            {"passive": {"motor": {"servo": {"omega_n": "1000000 rad/s"}}}},
-            {"passive": {"pump": {"servo": {"omega_n": "1000000 rad/s"}}}},
-            {"active": {"motor": {"C_1": "1000 L/min/bar"}}},
+            {"passive": {"motor": {"servo": {"omega_n": "99000 rad/s"}}}},
+            {"passive": {"pump": {"servo": {"omega_n": "99000 rad/s"}}}},
+            {"active": {"motor": {"C_1": "100 L/min/bar"}}},
             {"active": {"line": {"V": "1 L"}}},
             {"passive": {"accumulator": {"R_piston": "100 bar/(L/min)"}}},
             {"friction": {"system": {"Y_5": "1000 N m s/rad"}}},
@@ -218,7 +220,7 @@ class TestBadWinchesAreNotCalledGood:
         assert text in str(e.value)
         assert "\n" not in str(e.value)
 
-    @pytest.mark.parametrize("T_0", ["1 K", "-200 degC", "5000 K"])
+    @pytest.mark.parametrize("T_0", ["1 K", "-200 degC", "1900 K"])
     def test_nitrogen_at_a_temperature_that_no_accumulator_has_is_refused(self, T_0):
         pytest.importorskip("CoolProp")
         with pytest.raises(SpecError, match=r"T_0 lies between -73\.15 degC and 226\.9 degC"):
@@ -338,9 +340,10 @@ class TestPython:
         assert lost.any()
         assert lost[int(np.argmax(lost)) :].all()
 
-    @pytest.mark.parametrize("window", [0, -1.0, float("nan"), float("inf"), "30 s", None])
+    @pytest.mark.parametrize("window", [0, 30.0, float("nan"), "30", "0 s", "-1 s", "30 m", None])
     def test_metrics_refuse_a_window_that_is_none(self, window):
         run = answer(tip="still")
+        assert metrics.e_c_pp(run, window="30 s").identical(metrics.e_c_pp(run))
         with pytest.raises(StillhookError, match=r"^metrics: window = "):
             metrics.e_c_pp(run, window=window)
 
@@ -351,8 +354,8 @@ class TestPython:
         with pytest.raises(StillhookError, match="has no e_c"):
             metrics.e_c_pp(run.drop_vars("e_c"))
         with pytest.raises(StillhookError, match="after the end of the run"):
-            metrics.settling_time(run, start=1e6, target=0.0, step=1.0)
-        assert metrics.e_c_pp(run, window=1e9).isnull().all()
+            metrics.settling_time(run, start="1e6 s", target="0 m/s", step="1 m/s")
+        assert metrics.e_c_pp(run, window="1e9 s").isnull().all()
 
     def test_complex_heights_are_no_motion(self):
         with pytest.raises(MotionError, match="not numbers"):

@@ -103,6 +103,10 @@ def test_a_file_may_turn_its_base_into_a_pure_active_winch(tmp_path: Path) -> No
     assert not [field for field in mine.sources if field.startswith("passive")]
 
 
+def test_gear_ratios_are_read_as_the_data_sheet_prints_them(tmp_path: Path) -> None:
+    assert load_crane(written(tmp_path, BASE + 'gear_ratios = ["35.4 : 1", "i = 14.17"]\ni_hD = "501.618:1"\n')).i_hD == 501.618
+
+
 def test_a_complete_file_needs_no_base_and_derives_the_gear_ratio(tmp_path: Path) -> None:
     text = "\n".join(line for line in crane_toml(load_crane("nov-150t")).splitlines() if not line.startswith("i_hD"))
     mine = load_crane(written(tmp_path, text))
@@ -131,9 +135,9 @@ def test_a_crane_cannot_be_changed_in_place() -> None:
 
 # Text after the base line, and what the refusal says.
 MISTAKES = [
-    ('[active.motor]\nD_max = "215 cm^3"', 'D_max = "215 cm^3": unit "cm^3" is not one of m^3/rad, cm^3/rev.'),
+    ('[active.motor]\nD_max = "215 cm^3"', 'D_max = "215 cm^3": unit "cm^3" is not one of m^3/rad, cm^3/rev, cc/rev.'),
     ("[active.line]\nV = 80", 'mine.toml: active.line.V = 80: a bare number; write it as text with its unit, "80 L"'),
-    ('[active.line]\nV = "80"', 'mine.toml: active.line.V = "80": no unit; write "80 L" (allowed: m^3, L, cm^3).'),
+    ('[active.line]\nV = "80"', 'mine.toml: active.line.V = "80": no unit; write "80 L" (allowed: m^3, L, cm^3, cc).'),
     ('[active.line]\nV = "-80 L"', 'mine.toml: active.line.V = "-80 L": it must be greater than 0.'),
     ('[active.line]\nV = "nan L"', 'active.line.V = "nan L": not a finite number'),
     ('[control]\nK_1 = "-0.8 s/m"', 'mine.toml: control.K_1 = "-0.8 s/m": it must be greater than 0.'),
@@ -182,6 +186,7 @@ MISTAKES = [
     ("SWL = 1979-05-27", "mine.toml: SWL = datetime.date(1979, 5, 27): neither a number, a text nor a list of them."),
     ("gear_ratios = [[35.4]]", "mine.toml: gear_ratios[0] = [35.4]: a list holds numbers or texts only."),
     ("gear_ratios = []", "mine.toml: gear_ratios = []: "),
+    ('gear_ratios = ["1:35.4", 14.17]', 'mine.toml: gear_ratios[0] = "1:35.4": not a gear ratio; write the turns of the motor'),
     ("gear_ratios = [35.4, -1.0]", "mine.toml: gear_ratios[1] = -1.0: it must be greater than 0."),
     (
         "gear_ratios = [35.4, 14.2]",
@@ -272,7 +277,7 @@ def test_a_missing_field_says_what_it_is_and_its_units(tmp_path: Path) -> None:
     text = "\n".join(line for line in lines if not line.startswith("layers"))
     assert "mine.toml: drum.layers: missing (layers of wire on the full drum). Add it" in refusal(written(tmp_path, text))
     text = "\n".join(line for line in lines if not line.startswith("hook_mass"))
-    assert "mine.toml: hook_mass: missing (hook block; in kg, t). Add it" in refusal(written(tmp_path, text))
+    assert "mine.toml: hook_mass: missing (hook block; in kg, t, te). Add it" in refusal(written(tmp_path, text))
 
 
 def test_a_pure_active_crane_with_a_passive_circuit_is_refused(tmp_path: Path) -> None:

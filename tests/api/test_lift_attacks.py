@@ -156,10 +156,10 @@ JONSWAP = "jonswap Hs=1 m Tp=8 s gamma=3.3"
 @pytest.mark.parametrize(
     ("options", "said"),
     [
-        ((JONSWAP, "--heading", "180", "--duration", "1 s"), "duration: it holds 0.12 cycles of the motion"),
-        ((JONSWAP, "--heading", "180", "--duration", "10 s", "--out", "x"), "duration 10 s leaves 5 harmonics"),
-        ((JONSWAP, "--heading", "180", "--duration", "8760 h", "--out", "x"), "longer than 111 h"),
-        ((f"{JONSWAP} heading=10 deg", "--heading", "180"), "have a heading of their own. Leave it out."),
+        ((JONSWAP, "--heading", "180 deg", "--duration", "1 s"), "duration: it holds 0.12 cycles of the motion"),
+        ((JONSWAP, "--heading", "180 deg", "--duration", "10 s", "--out", "x"), "duration 10 s leaves 5 harmonics"),
+        ((JONSWAP, "--heading", "180 deg", "--duration", "8760 h", "--out", "x"), "longer than 111 h"),
+        ((f"{JONSWAP} heading=10 deg", "--heading", "180 deg"), "have a heading of their own. Leave it out."),
         ((f"{JONSWAP} heading=10 deg spread=3", "--spread", "4"), "have a spread of their own. Leave it out."),
     ],
 )
@@ -171,12 +171,12 @@ def test_options_of_a_tip_that_cannot_count_are_refused(options, said, tmp_path,
 
 def test_a_crane_stands_above_water(capsys):
     crane = ("--pedestal", "x=-15 m, y=-6 m, z=-15 m", "--slew", "270 deg", "--main", "25 m 60 deg")
-    line = refusal(capsys, *TIP[:3], *crane, "--wave", JONSWAP, "--heading", "180")
+    line = refusal(capsys, *TIP[:3], *crane, "--wave", JONSWAP, "--heading", "180 deg")
     assert "its heel lies 15 m below still water" in line
 
 
 def test_one_heading_counts_for_waves_that_have_none_and_all_is_all(capsys):
-    assert "largest in 3 h" in told(capsys, *TIP, f"{JONSWAP} heading=10 deg + pm Hs=1 m Tp=7 s", "--heading", "90")
+    assert "largest in 3 h" in told(capsys, *TIP, f"{JONSWAP} heading=10 deg + pm Hs=1 m Tp=7 s", "--heading", "90 deg")
     assert "\u2502 345" in told(capsys, *TIP, JONSWAP, "--heading", "ALL")
 
 

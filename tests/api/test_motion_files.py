@@ -296,7 +296,7 @@ def test_bad_files_are_refused_in_one_line(tmp_path: Path, content: str | bytes,
     ("header", "says"),
     [
         ("time [s],heave", 'line 1: column "heave" has no unit. Write it as "heave [m]" (allowed: m, cm, mm, km).'),
-        ("time,heave [m]", 'line 1: column "time" has no unit. Write it as "time [s]" (allowed: s, ms, min, h, UTC).'),
+        ("time,heave [m]", 'line 1: column "time" has no unit. Write it as "time [s]" (allowed: s, ms, min, h, d, UTC).'),
         ("time [s],heave [ft]", 'line 1: column "heave [ft]": unit "ft" is not one of m, cm, mm, km.'),
         ("time [s],heave [s]", 'line 1: column "heave [s]": unit "s" is not one of m, cm, mm, km.'),
         ("time [s],heave []", 'line 1: column "heave []": unit "" is not one of m, cm, mm, km.'),

@@ -118,19 +118,19 @@ def test_a_scenario_survives_its_own_record(more):
 @pytest.mark.parametrize(
     ("fields", "text"),
     [
-        ({"load": 100}, 'Scenario.load = 100: a bare number; write it as text with its unit, "100 t" (allowed: kg, t).'),
-        ({"load": "80"}, 'Scenario.load = "80": no unit; write "80 t" (allowed: kg, t).'),
-        ({"load": "100 m"}, 'Scenario.load = "100 m": unit "m" is not one of kg, t.'),
-        ({"load": "12 ton"}, 'Scenario.load = "12 ton": unit "ton" is not one of kg, t.'),
+        ({"load": 100}, 'Scenario.load = 100: a bare number; write it as text with its unit, "100 t" (allowed: kg, t, te).'),
+        ({"load": "80"}, 'Scenario.load = "80": no unit; write "80 t" (allowed: kg, t, te).'),
+        ({"load": "100 m"}, 'Scenario.load = "100 m": unit "m" is not one of kg, t, te.'),
+        ({"load": "12 ton"}, 'Scenario.load = "12 ton": unit "ton" is not one of kg, t, te.'),
         ({"load": "-5 t"}, 'Scenario.load = "-5 t": it must be greater than or equal to 0.'),
-        ({"load": None}, 'Scenario.load = nothing: write a number and a unit as text, such as "1 t" (allowed: kg, t).'),
+        ({"load": None}, 'Scenario.load = nothing: write a number and a unit as text, such as "1 t" (allowed: kg, t, te).'),
         ({"s_w": "-3 m"}, 'Scenario.s_w = "-3 m": it must be greater than or equal to 0.'),
         ({"duration": "0 s"}, 'Scenario.duration = "0 s": it must be greater than or equal to 0.01 s.'),
         ({"duration": "25 h"}, 'Scenario.duration = "25 h": it must be less than or equal to 24 h.'),
         ({"ramp": "-1 s"}, 'Scenario.ramp = "-1 s": it must be greater than or equal to 0.'),
         ({"mode": "warp"}, f'Scenario.mode = "warp": it must be {MODES}.'),
         ({"modes": (("5 s", "fast"),)}, f'Scenario.modes.0.1 = "fast": it must be {MODES}.'),
-        ({"modes": (("5", "ns"),)}, 'Scenario.modes.0.0 = "5": no unit; write "5 s" (allowed: s, ms, min, h).'),
+        ({"modes": (("5", "ns"),)}, 'Scenario.modes.0.0 = "5": no unit; write "5 s" (allowed: s, ms, min, h, d).'),
         ({"friction": "none"}, "Scenario.friction = \"none\": it must be 'lugre' or 'regularised'."),
         ({"tip": 3}, "Scenario.tip = 3: it must be an instance of Motion."),
         ({"tip": "sine 60 m 12 s"}, 'tip: "sine 60 m 12 s": amplitude 60 m is not between 0 m and 50 m. Check its unit; '
@@ -165,7 +165,7 @@ def test_a_missing_field_is_named():
         (lambda: Operator(alpha_m=1.1), "Operator.alpha_m = 1.1: it must be less than or equal to 1."),
         (lambda: Operator(alpha_m="0.7"), 'Operator.alpha_m = "0.7": it must be a valid number.'),
         (lambda: Operator(profile=(("5 s", "3 knots"),)), 'Operator.profile.0.1 = "3 knots": unit "knots" is not one of m/s, m/min, mm/s.'),
-        (lambda: Operator(steps=((3, "1 m"),)), 'Operator.steps.0.0 = 3: a bare number; write it as text with its unit, "3 s" (allowed: s, ms, min, h).'),
+        (lambda: Operator(steps=((3, "1 m"),)), 'Operator.steps.0.0 = 3: a bare number; write it as text with its unit, "3 s" (allowed: s, ms, min, h, d).'),
     ],
 )  # fmt: skip
 def test_a_mistake_in_a_table_is_refused_as_well(make, text):

@@ -21,6 +21,13 @@ ROUNDING = 1e-12  # relative; a few float operations
 READ = [
     ("250 t", "mass", 250e3),
     ("215 cm^3/rev", "displacement", 215e-6 / (2 * math.pi)),
+    ("215 cc/rev", "displacement", 215e-6 / (2 * math.pi)),
+    ("80 cc", "volume", 80e-6),
+    ("250 te", "mass", 250e3),
+    ("1500 rpm", "rotation", 50 * math.pi),
+    ("1e-5 L/min/bar/rpm", "leakage_per_speed", 1e-5 * 1e-3 / 60 / 1e5 * 60 / (2 * math.pi)),
+    ("3 d", "hours", 259200.0),
+    ("1 d", "time", 86400.0),
     ("96 mm", "diameter", 0.096),
     ("350 bar", "pressure", 350e5),
     ("1800 rev/min", "rotation", 60 * math.pi),
@@ -46,16 +53,20 @@ READ = [
 
 # What stock pint reads silently as something else, and what people write.
 REFUSED = [
-    ("215 cm^3", "displacement", '"215 cm^3": unit "cm^3" is not one of m^3/rad, cm^3/rev.'),
-    ("1500 1/min", "rotation", '"1500 1/min": unit "1/min" is not one of rad/s, rev/min.'),
-    ("1500 rpm", "rotation", '"1500 rpm": unit "rpm" is not one of rad/s, rev/min.'),
-    ("12 ton", "mass", '"12 ton": unit "ton" is not one of kg, t.'),
+    ("215 cm^3", "displacement", '"215 cm^3": unit "cm^3" is not one of m^3/rad, cm^3/rev, cc/rev.'),
+    ("1500 1/min", "rotation", '"1500 1/min": unit "1/min" is not one of rad/s, rev/min, rpm.'),
+    ("1500 RPM", "rotation", '"1500 RPM": unit "RPM" is not one of rad/s, rev/min, rpm.'),
+    ("215 cc", "displacement", '"215 cc": unit "cc" is not one of m^3/rad, cm^3/rev, cc/rev.'),
+    ("3 d", "angle", '"3 d": unit "d" is not one of rad, deg, rev.'),
+    ("3 d", "length", '"3 d": unit "d" is not one of m, cm, mm, km.'),
+    ("12 te", "force", '"12 te": unit "te" is not one of N, kN, MN.'),
+    ("12 ton", "mass", '"12 ton": unit "ton" is not one of kg, t, te.'),
     ("1 Nm", "torque", '"1 Nm": unit "Nm" is not one of N m, kN m, MN m.'),
     ("3,5 m", "length", '"3,5 m": a comma in the number; write a point, "3.5 m".'),
-    ("1,234.5 kg", "mass", '"1,234.5 kg": not a number, a space and a unit, such as "1 t" (allowed: kg, t).'),
+    ("1,234.5 kg", "mass", '"1,234.5 kg": not a number, a space and a unit, such as "1 t" (allowed: kg, t, te).'),
     ("250t", "mass", '"250t": no space before the unit; write "250 t".'),
-    ("250", "mass", '"250": no unit; write "250 t" (allowed: kg, t).'),
-    (100, "mass", '100: a bare number; write it as text with its unit, "100 t" (allowed: kg, t).'),
+    ("250", "mass", '"250": no unit; write "250 t" (allowed: kg, t, te).'),
+    (100, "mass", '100: a bare number; write it as text with its unit, "100 t" (allowed: kg, t, te).'),
     (-2.5, "speed", '-2.5: a bare number; write it as text with its unit, "-2.5 m/min" (allowed: m/s, m/min, mm/s).'),
     ("nan m", "length", '"nan m": not a finite number; write one with a unit, such as "1 m".'),
     ("-inf m", "length", '"-inf m": not a finite number; write one with a unit, such as "1 m".'),
@@ -65,7 +76,7 @@ REFUSED = [
     ("", "length", '"": empty; write a number and a unit, such as "1 m" (allowed: m, cm, mm, km).'),
     (" \n", "length", '" \\n": empty; write a number and a unit, such as "1 m" (allowed: m, cm, mm, km).'),
     (None, "length", 'nothing: write a number and a unit as text, such as "1 m" (allowed: m, cm, mm, km).'),
-    (True, "mass", 'true: write a number and a unit as text, such as "1 t" (allowed: kg, t).'),
+    (True, "mass", 'true: write a number and a unit as text, such as "1 t" (allowed: kg, t, te).'),
     ([1, "m"], "length", "[1, 'm']: write a number and a unit as text, such as"),
     (b"5 m", "length", "b'5 m': write a number and a unit as text, such as"),
     ("1+1 m", "length", '"1+1 m": not a number, a space and a unit, such as'),
@@ -103,7 +114,7 @@ def test_the_error_starts_with_file_and_field() -> None:
     with pytest.raises(UnitError) as error:
         parse("215 cm^3", "displacement", "nov-250t.toml: active.motor.D_max")
     assert str(error.value) == (
-        'nov-250t.toml: active.motor.D_max = "215 cm^3": unit "cm^3" is not one of m^3/rad, cm^3/rev.'
+        'nov-250t.toml: active.motor.D_max = "215 cm^3": unit "cm^3" is not one of m^3/rad, cm^3/rev, cc/rev.'
     )
 
 
@@ -134,7 +145,7 @@ def test_every_allowed_unit_measures_what_its_kind_measures(kind: str) -> None:
 
 def test_the_registry_knows_no_unit_that_is_not_in_the_table() -> None:
     """Pint's stock units would read 12 ton as US short tons and Nm as nanometres."""
-    for name in ("ton", "nm", "Nm", "rpm", "psi", "inch", "ft", "lb", "gallon", "knot", "degree", "kilobar", "mbar"):
+    for name in ("ton", "nm", "Nm", "psi", "day", "tonne", "inch", "ft", "lb", "gallon", "knot", "degree", "kilobar", "mbar"):
         assert name not in units._registry(), name
 
 
@@ -224,7 +235,7 @@ def test_fields_take_text_and_hold_si() -> None:
         ({"L": "-1 m"}, "greater than 0"),
         ({"L": "0 mm"}, "greater than 0"),
         ({"L": "1 m", "m": 3}, 'write it as text with its unit, "3 t"'),
-        ({"L": "1 m", "D": ["1 cm^3"]}, 'unit "cm^3" is not one of m^3/rad, cm^3/rev.'),
+        ({"L": "1 m", "D": ["1 cm^3"]}, 'unit "cm^3" is not one of m^3/rad, cm^3/rev, cc/rev.'),
     ],
 )
 def test_fields_refuse_bare_numbers_and_values_out_of_range(data: dict[str, object], message: str) -> None:
@@ -243,3 +254,14 @@ def test_importing_units_does_not_build_the_registry() -> None:
     environment = {**os.environ, "PYTHONPATH": str(source)}
     run = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, env=environment, check=False)
     assert run.returncode == 0, run.stderr
+
+
+@pytest.mark.parametrize("printed", [35.4, "35.4", "35.4:1", "35.4 : 1", "i = 35.4", "i=35.4:1"])
+def test_a_gear_ratio_reads_as_data_sheets_print_it(printed: object) -> None:
+    assert units.parse_ratio(printed) == 35.4
+
+
+@pytest.mark.parametrize("printed", ["1:35.4", "35.4:2", "35,4", "35.4 rev", "1/35.4", "", True, None, [35.4]])
+def test_a_gear_ratio_that_may_mean_either_way_is_refused(printed: object) -> None:
+    with pytest.raises(UnitError, match=r'write the turns of the motor for one turn of the drum, 35.4 or "35.4:1"\.$'):
+        units.parse_ratio(printed)

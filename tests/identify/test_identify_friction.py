@@ -26,14 +26,14 @@ TRACE = 0.05  # N m: a parameter that adds less to a hundred cannot be asked to 
 @pytest.fixture(scope="module")
 def exact(tmp_path_factory):
     out = tmp_path_factory.mktemp("exact")
-    return identify.write_campaign(identify.campaign_plan("L4593"), out, instruments=Instruments(noise=noise_of("none")), minutes=8.0)
+    return identify.write_campaign(identify.campaign_plan("L4593"), out, instruments=Instruments(noise=noise_of("none")), duration="8 min")
 
 
 @pytest.fixture(scope="module")
 def noisy(tmp_path_factory):
     out = tmp_path_factory.mktemp("noisy")
     plan = identify.campaign_plan("crane-2-extended")
-    return identify.write_campaign(plan, out, instruments=Instruments(noise=noise_of("typical"), seed=3), minutes=8.0)
+    return identify.write_campaign(plan, out, instruments=Instruments(noise=noise_of("typical"), seed=3), duration="8 min")
 
 
 @pytest.fixture(scope="module")

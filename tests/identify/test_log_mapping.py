@@ -29,7 +29,7 @@ def test_a_mapping_file_is_read(tmp_path):
     rows = read_mapping(tmp_path / "map.toml")
     assert list(rows) == ["time", "p_a", "omega_m", "u_p", "effort"]
     assert (rows["p_a"].lo, rows["p_a"].hi) == (0.0, 400e5)
-    assert (rows["omega_m"].unit, rows["omega_m"].sign, rows["omega_m"].quantity) == ("rev/min", -1, "rotation")
+    assert (rows["omega_m"].unit, rows["omega_m"].sign, rows["omega_m"].quantity) == ("rpm", -1, "rotation")
     assert (rows["u_p"].column, rows["u_p"].unit, rows["u_p"].quantity) == ("Pump [%]", None, "")
     assert (rows["effort"].column, rows["effort"].clock, rows["effort"].scale, rows["effort"].offset) == ("7", "T2", 2.0, -1.5)
 
@@ -94,8 +94,8 @@ def test_an_unknown_unit_is_told_with_those_allowed():
         "scale = 0.1."
     )
     assert "is not one of 1, %." in said({"u_p": {"column": "u", "unit": "V"}}, UnitError)
-    assert "is not one of s, ms, min, h, UTC (ISO 8601 stamps), a pattern of stamps such as" in said(
-        {"time": {"column": "t", "unit": "d"}}, UnitError
+    assert "is not one of s, ms, min, h, d, UTC (ISO 8601 stamps), a pattern of stamps such as" in said(
+        {"time": {"column": "t", "unit": "week"}}, UnitError
     )
 
 

@@ -136,8 +136,8 @@ def test_the_comparison_is_printed_and_written_whole(tmp_path, capsys):
     ("arguments", "text"),
     [
         (["compare", "crane-9"], 'friction set = "crane-9": not in the library, which has L4593, crane-1'),
-        (["compare", "crane-1", "--load", "100"], '--load = "100": no unit; write "100 t" (allowed: kg, t).'),
-        (["compare", "crane-1", "--load", "1 kt"], '--load = "1 kt": unit "kt" is not one of kg, t.'),
+        (["compare", "crane-1", "--load", "100"], '--load = "100": no unit; write "100 t" (allowed: kg, t, te).'),
+        (["compare", "crane-1", "--load", "1 kt"], '--load = "1 kt": unit "kt" is not one of kg, t, te.'),
         (["compare", "crane-1", "--load", "170 t"], 'load 170 t: "nov-150t" lifts 0 t to 150 t.'),
         (["compare", "crane-1", "--drum-torque", "-1 MN m"], '--drum-torque "-1 MN m": give 0 or more.'),
         (["draws", "crane-2"], 'set "crane-2": it has no [evidence]'),

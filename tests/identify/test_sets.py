@@ -168,7 +168,7 @@ def test_a_set_that_is_not_there_is_named_with_the_place_that_names_it(tmp_path)
             "evidence: covariance: it is not positive semidefinite (least eigenvalue of its correlations -1). Give a covariance matrix.",
         ),
         ("dof = 120", "dof = 0", "evidence: dof = 0: it must be greater than 0."),
-        ('"25 rev/min"', '"25 bar"', 'evidence: omega_m[0] = "25 bar": unit "bar" is not one of rad/s, rev/min.'),
+        ('"25 rev/min"', '"25 bar"', 'evidence: omega_m[0] = "25 bar": unit "bar" is not one of rad/s, rev/min, rpm.'),
         ('"25 rev/min"', '"2500 rev/min"', "evidence: omega_m: its second value is below its first. Write the lower end first."),
         ("dof = 120", "dog = 120", "evidence: dog: unknown field"),
         ("[evidence]", "[[evidence]]", "evidence = [{"),

@@ -56,7 +56,7 @@ def windows(log: dict[str, np.ndarray], pairs: int):
 @pytest.fixture(scope="module")
 def clean(tmp_path_factory: pytest.TempPathFactory):
     small = plan(rows=((2365.0, 107.0), (1800.0, 77.0), (1120.0, 0.0)))
-    return small, write_campaign(small, tmp_path_factory.mktemp("clean") / "tests", instruments=NONE, minutes=6.0)
+    return small, write_campaign(small, tmp_path_factory.mktemp("clean") / "tests", instruments=NONE, duration="6 min")
 
 
 # The machine and its operator
@@ -115,7 +115,7 @@ def test_steady_pressures_show_the_load_and_the_friction_that_the_crane_has(clea
     crane = crane_from_toml((written.folder / "truth.toml").read_text(encoding="utf-8"), "truth.toml")
     n, friction, fit = crane.active.motor.count, friction_record(crane.friction.system), active_record(crane).motors.fit
     for test, path in zip(small.tests, written.logs, strict=True):
-        stairs, checked = staircase(crane, test, layer=written.layer, minutes=6.0), []
+        stairs, checked = staircase(crane, test, layer=written.layer, duration=360.0), []
         W = (test.load + crane.hook_mass) * G
         for mean, change in windows(signals(path), len(stairs.speeds)):
             omega, dp, T_d = mean["omega_m"], mean["p_a"] - mean["p_b"], W * stairs.d / 2.0
@@ -181,7 +181,7 @@ def test_the_truth_may_differ_from_what_the_campaign_says(tmp_path):
     loss = {"motor": {"loss": {"X_4": "20 N m"}}}
     truth = changed(load_crane("nov-150t"), {"friction": {"library": "crane-1"}, "active": loss, "passive": loss})
     one = plan(rows=((2365.0, 77.0),))
-    same, blind = (write_campaign(one, tmp_path / n, instruments=NONE, minutes=3.0, truth=t) for n, t in (("same", None), ("blind", truth)))
+    same, blind = (write_campaign(one, tmp_path / n, instruments=NONE, duration="3 min", truth=t) for n, t in (("same", None), ("blind", truth)))
     assert same.campaign.read_text(encoding="utf-8") == blind.campaign.read_text(encoding="utf-8")
     crane = load_crane(blind.folder / "truth.toml")
     assert crane.friction.system == load_friction("crane-1").system
@@ -195,7 +195,7 @@ def test_the_truth_may_differ_from_what_the_campaign_says(tmp_path):
 
 def test_the_same_seed_gives_the_same_logs_and_another_seed_other_noise(tmp_path):
     one = plan(rows=((2365.0, 77.0),))
-    logs = [write_campaign(one, tmp_path / str(i), instruments=Instruments(seed=s), minutes=2.0).logs[0] for i, s in enumerate((1, 1, 2))]
+    logs = [write_campaign(one, tmp_path / str(i), instruments=Instruments(seed=s), duration="2 min").logs[0] for i, s in enumerate((1, 1, 2))]
     texts = [path.read_bytes() for path in logs]
     assert texts[0] == texts[1]
     assert texts[0] != texts[2]
@@ -203,7 +203,7 @@ def test_the_same_seed_gives_the_same_logs_and_another_seed_other_noise(tmp_path
 
 def test_typical_sensors_add_the_noise_and_the_steps_that_they_state(tmp_path):
     one = plan(rows=((2365.0, 77.0),))
-    clean, noisy = (write_campaign(one, tmp_path / n.value, instruments=Instruments(noise=n), minutes=3.0) for n in Noise)
+    clean, noisy = (write_campaign(one, tmp_path / n.value, instruments=Instruments(noise=n), duration="3 min") for n in Noise)
     a, b = (signals(w.logs[0]) for w in (clean, noisy))
     error = b["p_a"] - a["p_a"]
     assert np.std(error) == pytest.approx(0.5 * BAR, rel=0.05)
@@ -230,11 +230,11 @@ def test_a_sensor_is_late_out_of_calibration_and_held_in_its_range():
 def test_a_sensor_out_of_calibration_shows_in_the_log(tmp_path):
     one = plan(rows=((2365.0, 77.0),))
     wrong = Instruments(noise=Noise.NONE, calibration={"p_a": Calibration(gain=1.01, offset=0.5 * BAR)})
-    true, off = (signals(write_campaign(one, tmp_path / n, instruments=i, minutes=2.0).logs[0]) for n, i in (("a", NONE), ("b", wrong)))
+    true, off = (signals(write_campaign(one, tmp_path / n, instruments=i, duration="2 min").logs[0]) for n, i in (("a", NONE), ("b", wrong)))
     assert np.allclose(off["p_a"], 1.01 * true["p_a"] + 0.5 * BAR)
     assert np.array_equal(off["p_b"], true["p_b"])
     with pytest.raises(StillhookError, match='calibration: "p_c" is not logged'):
-        write_campaign(one, tmp_path / "c", instruments=Instruments(calibration={"p_c": Calibration()}), minutes=2.0)
+        write_campaign(one, tmp_path / "c", instruments=Instruments(calibration={"p_c": Calibration()}), duration="2 min")
 
 
 # Refusals
@@ -251,9 +251,9 @@ def test_what_cannot_be_tested_is_one_line_and_leaves_nothing_behind(tmp_path):
     out = tmp_path / "out"
     assert refusal(lambda: campaign_plan("crane-9")) == 'campaign "crane-9": not one of L4593, crane-2, crane-2-extended.'
     assert refusal(lambda: noise_of("much")) == 'noise = "much": not one of none, typical.'
-    assert refusal(lambda: write_campaign(plan(), out, minutes=1.0)) == "minutes = 1: a staircase takes 1.8 to 1440 minutes. Change it."
+    assert refusal(lambda: write_campaign(plan(), out, duration="1 min")) == "duration = 60 s: a staircase takes 106 s to 86400 s. Change it."
     assert refusal(lambda: write_campaign(plan(), out, layer=12)) == 'layer = 12: the drum of "nov-150t-closed-circuit" has layers 1 to 11.'
-    assert refusal(lambda: write_campaign(plan(), out, minutes=float("nan"))).startswith("minutes = nan: ")
+    assert refusal(lambda: write_campaign(plan(), out, duration=20.0)).startswith("duration = 20.0: a bare number")
     assert refusal(lambda: write_campaign(plan(), out, layer=0)).startswith("layer = 0: ")
     assert "D_m 300 cm^3/rev: the motors" in refusal(lambda: write_campaign(plan(rows=((3300.0, 1.0),)), out))
     assert "lifts 150 t on no layer without its relief valves" in refusal(lambda: write_campaign(plan(rows=((500.0, 150.0),)), out))
@@ -264,20 +264,20 @@ def test_what_cannot_be_tested_is_one_line_and_leaves_nothing_behind(tmp_path):
 
 def test_progress_runs_from_nothing_to_all(tmp_path):
     seen: list[float] = []
-    write_campaign(plan(), tmp_path / "out", minutes=2.0, progress=seen.append)
+    write_campaign(plan(), tmp_path / "out", duration="2 min", progress=seen.append)
     assert (seen[0], seen[-1]) == (0.0, 1.0)
     assert seen == sorted(seen)
 
 
 def test_the_command_writes_a_campaign_and_says_what_it_wrote(tmp_path, capsys):
-    example_campaign("crane-2", tmp_path / "a", minutes=2.0)
+    example_campaign("crane-2", tmp_path / "a", duration="2 min")
     said = capsys.readouterr().out
     assert said.startswith("SYNTHETIC friction tests of crane 2")
     assert str(tmp_path / "a" / "campaign.toml") in said
-    example_campaign("crane-2", tmp_path / "b", minutes=2.0, parquet=True, noise="none", json=True)
+    example_campaign("crane-2", tmp_path / "b", duration="2 min", parquet=True, noise="none", json=True)
     data = json.loads(capsys.readouterr().out)
     assert len(data["logs"]) == 7
-    example_campaign("crane-2", tmp_path / "c", minutes=2.0, truth=["crane-1", "A6VM215-crane-2-second-loop"])
+    example_campaign("crane-2", tmp_path / "c", duration="2 min", truth=["crane-1", "A6VM215-crane-2-second-loop"])
     crane = load_crane(tmp_path / "c" / "truth.toml")
     assert crane.friction.system == load_friction("crane-1").system
     assert crane.active.motor.loss.X_3 == 0.012

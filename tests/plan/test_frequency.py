@@ -175,13 +175,13 @@ def test_a_hindcast_is_judged_record_by_record_and_a_missing_one_is_not_workable
     hours = np.array(["2020-01-01T00", "2020-01-01T01", "2020-01-01T02", "2020-01-01T03"], dtype="datetime64[s]")
     H, unknown = np.array([0.5, 2.0, math.nan, 6.0]), np.full(4, math.nan)
     states = SeaStates(hours, np.isfinite(H), H, np.full(4, 8.0), unknown, unknown)
-    told = spectral_weather(plan, (NONE, CAP), Waves(states, beta=math.pi))
+    told = spectral_weather(plan, (NONE, CAP), Waves(states, beta="180 deg"))
     used = told["utilisation"].sel(alternative="cap-80").values
     assert used[0] < used[1] < used[3]
     assert np.isnan(used[2])
     assert told["workable_record"].sel(alternative="cap-80").values[2] == 0
     assert told.attrs["left_out"] == "splash zone"
-    closed = spectral_weather(plan, (CAP,), Waves(states, beta=math.pi), elsewhere={CAP: np.array([1.0, 1.0, 1.0, 0.0])})
+    closed = spectral_weather(plan, (CAP,), Waves(states, beta="180 deg"), elsewhere={CAP: np.array([1.0, 1.0, 1.0, 0.0])})
     assert closed["workable_record"].values[0].tolist() == [1, 0, 0, 0]
     assert closed["utilisation"].values[0, 3] == math.inf
     with pytest.raises(PlanError, match="one sea is no hindcast"):

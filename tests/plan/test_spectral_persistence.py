@@ -50,7 +50,7 @@ def test_low_seas_are_raised_to_the_lowest_height_that_has_an_alpha():
 
 def test_windows_of_the_reference_period_between_high_and_missing_records(plan):
     calm, high = [0.4] * 3, [5.0]
-    found = spectral_persistence(plan, Waves(states([*high, *calm, math.nan, *calm[:2], *high, *calm]), beta=math.pi), TABLE)
+    found = spectral_persistence(plan, Waves(states([*high, *calm, math.nan, *calm[:2], *high, *calm]), beta="180 deg"), TABLE)
     (one,) = found["alternatives"]
     assert found["T_R"] == 3 * H
     assert (found["n_records"], found["n_valid"]) == (11, 10)
@@ -61,7 +61,7 @@ def test_windows_of_the_reference_period_between_high_and_missing_records(plan):
 
 def test_an_operation_that_is_not_weather_restricted_is_refused(plan):
     with pytest.raises(PlanError, match="not weather restricted"):
-        spectral_persistence(replace(plan, T_POP=60 * H, T_C=None), Waves(states([1.0]), beta=math.pi), TABLE)
+        spectral_persistence(replace(plan, T_POP=60 * H, T_C=None), Waves(states([1.0]), beta="180 deg"), TABLE)
 
 
 class TestCommand:
@@ -73,14 +73,14 @@ class TestCommand:
         return str(tmp_path / "buoy.txt")
 
     def test_json_of_one_alternative(self, file, capsys):
-        assert run(["weather", "lift", "template-to-1500m", file, "--heading", "180", "--alternative", "cap-80", "--json"]) == 0
+        assert run(["weather", "lift", "template-to-1500m", file, "--heading", "180 deg", "--alternative", "cap-80", "--json"]) == 0
         found = json.loads(capsys.readouterr().out)
         assert [one["alternative"] for one in found["alternatives"]] == ["cap-80"]
         assert found["alternatives"][0]["operability"] == pytest.approx(23 / 24)
 
     @pytest.mark.parametrize(
         ("more", "says"),
-        [(["--heading", "180", "--alternative", "scc"], 'did you mean "ssc"'), ([], "Give --ship"), (["--heading", "180", "--ship", "90"], "--ship")],
+        [(["--heading", "180 deg", "--alternative", "scc"], 'did you mean "ssc"'), ([], "Give --ship"), (["--heading", "180 deg", "--ship", "90 deg"], "--ship")],
     )
     def test_mistakes_are_one_line(self, file, capsys, more, says):
         assert run(["weather", "lift", "template-to-1500m", file, *more]) == 2

@@ -1,6 +1,5 @@
 """The library's supply vessel beside ShipX's table of a real one of the same size: another hull, another method, the same kind of motion."""
 
-import numpy as np
 import pytest
 
 from stillhook.io.vessel_file import read_vessel
@@ -19,7 +18,7 @@ def both(shared_data):
 
 
 def sigma(vessel, degrees, T_p):
-    sea = parse_sea(f"jonswap Hs=1 m Tp={T_p:g} s gamma=3.3", heading=np.radians(degrees))
+    sea = parse_sea(f"jonswap Hs=1 m Tp={T_p:g} s gamma=3.3", heading=f"{degrees} deg")
     return tip_response(vessel, sea, *TIP).sigma_z
 
 

@@ -120,7 +120,7 @@ class TestOneSea:
         assert told["braked"]["sigma_load"] > told["sigma_z"]
 
     def test_every_key_is_a_name_of_the_registry(self, capsys, lift, plain, records):
-        for more in ((), ("--sea", records, "--heading", "150")):
+        for more in ((), ("--sea", records, "--heading", "150 deg")):
             told = answer(capsys, lift, *more)
             unknown = {key for key in names_of(told) if key not in BY_NAME}
             assert unknown <= {"time", "valid"}  # of records, as in `stillhook sea`
@@ -128,16 +128,16 @@ class TestOneSea:
     def test_the_tip_moves_as_stillhook_tip_says(self, capsys, lift, plain):
         told = answer(capsys, lift)
         place = ["--vessel", "supply-vessel-82m", "--at", "x=-20 m, y=-18 m"]
-        assert run(["tip", *place, "--wave", "jonswap Hs=1.5 m Tp=8 s gamma=2", "--heading", "165", "--json"]) == 0
+        assert run(["tip", *place, "--wave", "jonswap Hs=1.5 m Tp=8 s gamma=2", "--heading", "165 deg", "--json"]) == 0
         tip = json.loads(capsys.readouterr().out)
         for name in ("sigma_z", "sigma_v", "T_z", "z_mpm", "v_mpm"):
             assert told[name] == pytest.approx(tip[name], rel=2e-3), name  # two grids, and waves beyond 3 rad/s
 
     def test_other_waves_and_another_heading_go_before_those_of_the_file(self, capsys, lift, plain):
         as_it_is = answer(capsys, lift)
-        same = answer(capsys, lift, "--wave", "jonswap Hs=1.5 m Tp=8 s gamma=2", "--heading", "165")
+        same = answer(capsys, lift, "--wave", "jonswap Hs=1.5 m Tp=8 s gamma=2", "--heading", "165 deg")
         turned, stated = (
-            answer(capsys, lift, "--heading", "90"),
+            answer(capsys, lift, "--heading", "90 deg"),
             answer(capsys, lift, "--wave", "jonswap Hs=3 m Tp=8 s gamma=2 heading=165 deg"),
         )
         assert same["sigma_load"] == as_it_is["sigma_load"]
@@ -151,7 +151,7 @@ class TestOneSea:
 
     def test_slack_and_overload_end_with_code_1(self, capsys, lift, monkeypatch):
         monkeypatch.setattr(of_lift, "identify_residual", lambda *_, **__: Residual.constant(1.0))
-        told = answer(capsys, lift, "--wave", "jonswap Hs=6 m Tp=9 s", "--heading", "90", code=1)
+        told = answer(capsys, lift, "--wave", "jonswap Hs=6 m Tp=9 s", "--heading", "90 deg", code=1)
         assert "slack" in told["status"]
         assert told["slack_chance"] > 0.1
         assert told["sigma_load"] == told["braked"]["sigma_load"]
@@ -164,14 +164,14 @@ class TestOneSea:
         assert "status: ok" in text
 
     def test_nothing_moves_in_a_calm(self, capsys, lift, plain):
-        told = answer(capsys, lift, "--wave", "jonswap Hs=0 m Tp=8 s", "--heading", "0")
+        told = answer(capsys, lift, "--wave", "jonswap Hs=0 m Tp=8 s", "--heading", "0 deg")
         assert (told["sigma_load"], told["load_mpm"], told["slack_chance"]) == (0.0, 0.0, 0.0)
-        assert run(["response", lift, "--wave", "jonswap Hs=0 m Tp=8 s", "--heading", "0"]) == 0
+        assert run(["response", lift, "--wave", "jonswap Hs=0 m Tp=8 s", "--heading", "0 deg"]) == 0
 
     def test_the_winch_is_asked_once_and_found_again(self, ship):
         calls = []
         for _ in range(2):
-            found = lift_response(ship, Waves(ship.sea), z=-700.0, progress=calls.append)
+            found = lift_response(ship, Waves(ship.sea), z="-700 m", progress=calls.append)
         assert not found.made
         assert 0.5 < float(found.data["eta_sigma_wire"][0]) < 1.0
         assert all(0.0 <= share <= 1.0 for share in calls)
@@ -180,7 +180,7 @@ class TestOneSea:
 
 class TestRecords:
     def test_missing_records_are_counted_and_calm_ones_are_calm(self, capsys, lift, plain, records):
-        told = answer(capsys, lift, "--sea", records, "--heading", "150")
+        told = answer(capsys, lift, "--sea", records, "--heading", "150 deg")
         assert (told["n_records"], told["n_valid"], told["n_missing"]) == (4, 3, 1)
         assert told["records"]["valid"] == [True, False, True, True]
         one, missing, calm, four = told["records"]["sigma_z"]
@@ -193,14 +193,14 @@ class TestRecords:
         assert told["sigma_z"]["mean"] == pytest.approx((one + four) / 3.0, rel=1e-9)
 
     def test_one_record_alone_is_the_same(self, capsys, lift, plain, records):
-        whole = answer(capsys, lift, "--sea", records, "--heading", "150")["records"]
-        alone = answer(capsys, lift, "--sea", records, "--heading", "150", "--record", "3")
+        whole = answer(capsys, lift, "--sea", records, "--heading", "150 deg")["records"]
+        alone = answer(capsys, lift, "--sea", records, "--heading", "150 deg", "--record", "3")
         for name in ("sigma_z", "sigma_v", "sigma_load", "sigma_F_top"):
             assert alone[name] == pytest.approx(whole[name][3], rel=5e-3), name  # steps of 0.0075 rad/s cut the bands otherwise
 
     def test_the_folder_holds_every_hour_picture_and_summary(self, capsys, lift, plain, records, tmp_path):
         out = tmp_path / "year"
-        told = answer(capsys, lift, "--sea", records, "--heading", "150", "--out", str(out))
+        told = answer(capsys, lift, "--sea", records, "--heading", "150 deg", "--out", str(out))
         assert sorted(p.name for p in out.iterdir()) == ["response.nc", "response.png", "summary.json"]
         with xarray.open_dataset(out / "response.nc", engine="h5netcdf") as data:
             assert data["sigma_load"].values[[0, 3]] == pytest.approx([told["records"]["sigma_load"][i] for i in (0, 3)], rel=1e-12)
@@ -218,16 +218,16 @@ class TestRecords:
     def test_a_weather_table_with_directions(self, capsys, lift, plain, tmp_path):
         path = tmp_path / "weather.txt"
         path.write_text(WEATHER)
-        told = answer(capsys, lift, "--sea", str(path), "--ship", "9")
+        told = answer(capsys, lift, "--sea", str(path), "--ship", "9 deg")
         assert told["n_valid"] == 2
         off, ahead = told["records"]["sigma_z"][1:]
-        head = answer(capsys, lift, "--wave", "jonswap Hs=1.5 m Tp=9 s", "--heading", "0")
+        head = answer(capsys, lift, "--wave", "jonswap Hs=1.5 m Tp=9 s", "--heading", "0 deg")
         assert ahead == pytest.approx(head["sigma_z"], rel=1e-3)  # from 189 deg on a ship that heads 9 deg: following; gamma in hundredths
         assert off > 1.2 * ahead
 
     def test_a_year_in_a_few_seconds_is_that_of_plain_sums(self, capsys, lift, plain, shared_data):
         path = shared_data / "sea_ndbc_46042" / "46042w1996.txt.gz"
-        told = answer(capsys, lift, "--sea", str(path), "--heading", "180")
+        told = answer(capsys, lift, "--sea", str(path), "--heading", "180 deg")
         assert (told["n_records"], told["n_valid"]) == (8712, 8600)
         file, series = load_lift(lift, duration="60 s", moving=False), read_sea(path)
         fine = (np.arange(20) + 0.5) / 20 - 0.5
@@ -347,7 +347,7 @@ class TestDepth:
         (["--mode", "manual"], "compensates nothing"),
         (["--wave", "jonswap Hs=1 m Tp=8 s"], "no heading"),
         (["--sea", "nowhere.txt"], "no such file"),
-        (["--ship", "30"], "Give --sea as well"),
+        (["--ship", "30 deg"], "Give --sea as well"),
         (["--record", "3"], "Give --sea as well"),
         (["--duration", "-1 h"], "not longer than 0 s"),
         (["--duration", "1 s"], "Give ten wave periods or more"),
@@ -366,10 +366,10 @@ def test_bad_input_ends_in_one_line(capsys, lift, plain, more, said):
 def test_measured_waves_need_one_direction_and_no_more(capsys, lift, plain, records):
     for more, said in (
         ([], "has no directions. Give --heading"),
-        (["--ship", "30"], "has no directions. Give --heading"),
-        (["--ship", "30", "--heading", "30"], "given beside --heading"),
-        (["--heading", "30", "--wave", "pm Hs=1 m Tp=8 s"], "given beside --sea"),
-        (["--heading", "30", "--record", "1"], "is missing"),
+        (["--ship", "30 deg"], "has no directions. Give --heading"),
+        (["--ship", "30 deg", "--heading", "30 deg"], "given beside --heading"),
+        (["--heading", "30 deg", "--wave", "pm Hs=1 m Tp=8 s"], "given beside --sea"),
+        (["--heading", "30 deg", "--record", "1"], "is missing"),
     ):
         assert run(["response", lift, "--sea", records, *more]) == 2
         assert said in capsys.readouterr().err
@@ -385,7 +385,7 @@ def test_a_lift_without_vessel_is_told_so(capsys, tmp_path, plain):
         + '[tip]\nmotion = "sine 1 m 9 s"\nheight = "25 m"\n[water]'
         + LIFT.split("[water]")[1]
     )
-    assert run(["response", str(path), "--wave", "pm Hs=1 m Tp=8 s", "--heading", "0"]) == 2
+    assert run(["response", str(path), "--wave", "pm Hs=1 m Tp=8 s", "--heading", "0 deg"]) == 2
     assert "runs in time only" in capsys.readouterr().err
 
 
@@ -395,6 +395,6 @@ def test_a_lift_without_a_sea_takes_another_one(capsys, tmp_path, plain):
     path.write_text(start + "[tip]" + rest.split("[tip]")[1])
     assert run(["response", str(path)]) == 2
     assert "the lift file has none" in capsys.readouterr().err
-    assert answer(capsys, str(path), "--wave", "pm Hs=1 m Tp=8 s", "--heading", "180")["sigma_z"] > 0.0
+    assert answer(capsys, str(path), "--wave", "pm Hs=1 m Tp=8 s", "--heading", "180 deg")["sigma_z"] > 0.0
     with pytest.raises(LiftError, match="vessel is given"):
         load_lift(path)

@@ -43,7 +43,7 @@ def refusal(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
 
 
 def test_the_line_of_the_handbook_gives_the_tips_numbers(capsys, vessel):
-    found = answer(capsys, "--vessel", vessel, "--at", AT, "--wave", WAVE, "--heading", "180")
+    found = answer(capsys, "--vessel", vessel, "--at", AT, "--wave", WAVE, "--heading", "180 deg")
     assert found["T_z"] == pytest.approx(2.0 * math.pi * found["sigma_z"] / found["sigma_v"])
     assert found["sea"]["H_m0"] == pytest.approx(1.0)
     assert 0.14 < found["sigma_z"] < 0.15
@@ -51,7 +51,7 @@ def test_the_line_of_the_handbook_gives_the_tips_numbers(capsys, vessel):
 
 
 def test_every_number_has_its_row_among_the_variables(capsys, vessel):
-    found = answer(capsys, "--vessel", vessel, "--at", AT, "--wave", WAVE, "--heading", "90")
+    found = answer(capsys, "--vessel", vessel, "--at", AT, "--wave", WAVE, "--heading", "90 deg")
     for name, value in found.items():
         if isinstance(value, float):
             assert name in BY_NAME, name
@@ -60,14 +60,14 @@ def test_every_number_has_its_row_among_the_variables(capsys, vessel):
 def test_headings_may_be_written_with_their_unit_and_waves_may_bring_their_own(capsys, vessel):
     plain, unit, own = (
         answer(capsys, "--vessel", vessel, "--at", AT, "--wave", wave, *heading)["sigma_z"]
-        for wave, heading in ((WAVE, ("--heading", "135")), (WAVE, ("--heading", "135 deg")), (f"{WAVE} heading=135 deg", ()))
+        for wave, heading in ((WAVE, ("--heading", "135 deg")), (WAVE, ("--heading", "0.375 rev")), (f"{WAVE} heading=135 deg", ()))
     )
     assert plain == unit == own
 
 
 def test_short_crested_waves_differ_from_long_crested_ones(capsys, vessel):
     long, short = (
-        answer(capsys, "--vessel", vessel, "--at", AT, "--wave", WAVE, "--heading", "75", *more)["sigma_z"]
+        answer(capsys, "--vessel", vessel, "--at", AT, "--wave", WAVE, "--heading", "75 deg", *more)["sigma_z"]
         for more in ((), ("--spread", "4"))
     )
     assert 0.8 * long < short < 0.99 * long
@@ -75,8 +75,8 @@ def test_short_crested_waves_differ_from_long_crested_ones(capsys, vessel):
 
 def test_a_crane_in_place_of_a_tip_is_the_tip_that_it_has(capsys, vessel):
     crane = ("--pedestal", "x=-20 m, y=-6 m, z=15 m", "--slew", "270 deg", "--main", "24 m 60 deg")
-    by_crane = answer(capsys, "--vessel", vessel, *crane, "--wave", WAVE, "--heading", "90")
-    by_hand = answer(capsys, "--vessel", vessel, "--at", AT, "--wave", WAVE, "--heading", "90")
+    by_crane = answer(capsys, "--vessel", vessel, *crane, "--wave", WAVE, "--heading", "90 deg")
+    by_hand = answer(capsys, "--vessel", vessel, "--at", AT, "--wave", WAVE, "--heading", "90 deg")
     assert by_crane["sigma_a"] == pytest.approx(by_hand["sigma_a"])
     assert by_crane["at"]["z"] == pytest.approx(15.0 + 24.0 * math.sqrt(3.0) / 2.0)
 
@@ -92,7 +92,7 @@ def test_all_headings_make_a_table_with_starboard_and_port_in_their_places(capsy
 
 def test_out_writes_picture_series_and_summary_that_agree(capsys, vessel, tmp_path):
     out = tmp_path / "tip"
-    found = answer(capsys, "--vessel", vessel, "--at", AT, "--wave", WAVE, "--heading", "90", "--duration", "10 min", "--out", str(out))
+    found = answer(capsys, "--vessel", vessel, "--at", AT, "--wave", WAVE, "--heading", "90 deg", "--duration", "10 min", "--out", str(out))
     assert sorted(p.name for p in out.iterdir()) == ["summary.json", "tip.csv", "tip.json", "tip.png"]
     motion = motion_from_json((out / "tip.json").read_text())
     assert motion.duration == found["series"]["repeat"] == 600.0
@@ -105,7 +105,7 @@ def test_out_writes_picture_series_and_summary_that_agree(capsys, vessel, tmp_pa
 
 @pytest.mark.usefixtures("no_picture")
 def test_the_same_seed_writes_the_same_series_and_another_does_not(capsys, vessel, tmp_path):
-    given = ("--vessel", vessel, "--at", AT, "--wave", WAVE, "--heading", "90", "--duration", "5 min")
+    given = ("--vessel", vessel, "--at", AT, "--wave", WAVE, "--heading", "90 deg", "--duration", "5 min")
     texts = []
     for seed in ("4", "5", "4"):
         answer(capsys, *given, "--seed", seed, "--out", str(tmp_path))
@@ -117,7 +117,7 @@ def test_the_same_seed_writes_the_same_series_and_another_does_not(capsys, vesse
 def test_exact_rotations_are_told_beside_the_linear_motion(capsys, vessel, tmp_path):
     wave = "jonswap Hs=3 m Tp=9 s gamma=1"
     series = ("--duration", "10 min", "--exact", "--out", str(tmp_path / "o"))
-    found = answer(capsys, "--vessel", vessel, "--at", f"{AT}, z=30 m", "--wave", wave, "--heading", "90", *series)
+    found = answer(capsys, "--vessel", vessel, "--at", f"{AT}, z=30 m", "--wave", wave, "--heading", "90 deg", *series)
     assert "off the linear motion" in found["series"]["report"]
 
 
@@ -125,7 +125,7 @@ def test_exact_rotations_are_told_beside_the_linear_motion(capsys, vessel, tmp_p
 def test_a_case_file_runs_on_the_series_that_was_written(vessel, tmp_path, capsys):
     from stillhook.io.case_file import load_case
 
-    answer(capsys, "--vessel", vessel, "--at", AT, "--wave", WAVE, "--heading", "90", "--duration", "5 min", "--out", str(tmp_path))
+    answer(capsys, "--vessel", vessel, "--at", AT, "--wave", WAVE, "--heading", "90 deg", "--duration", "5 min", "--out", str(tmp_path))
     (tmp_path / "case.toml").write_text('crane = "nov-250t"\n[scenario]\nload = "50 t"\ns_w = "100 m"\ntip = { file = "tip.json" }\n')
     case = load_case(tmp_path / "case.toml").case
     assert case.duration == 300.0
@@ -144,7 +144,7 @@ def test_a_log_of_a_motion_sensor_gives_the_same_numbers(capsys, shared_data):
 
 @pytest.mark.usefixtures("no_picture")
 def test_the_series_that_was_written_has_the_numbers_of_the_spectra(capsys, vessel, tmp_path):
-    given = ("--vessel", vessel, "--at", AT, "--wave", WAVE, "--heading", "90", "--duration", "40 min", "--out", str(tmp_path))
+    given = ("--vessel", vessel, "--at", AT, "--wave", WAVE, "--heading", "90 deg", "--duration", "40 min", "--out", str(tmp_path))
     spectra, series = answer(capsys, *given), answer(capsys, "--log", str(tmp_path / "tip.json"), "--duration", "40 min")
     for name in ("sigma_z", "sigma_v", "sigma_a", "T_z", "v_mpm"):
         assert series[name] == pytest.approx(spectra[name], rel=0.01), name  # 10 s of 40 min are left out
@@ -166,32 +166,32 @@ def test_measured_directions_are_turned_by_the_ships_heading(capsys, vessel, tmp
     file = tmp_path / "buoy.txt"
     file.write_text("")
     at = ("--vessel", vessel, "--at", AT, "--wave", str(file), "--record", "0")
-    for ship, heading in (("0", "90"), ("90", "180"), ("180", "270")):
+    for ship, heading in (("0 deg", "90 deg"), ("90 deg", "180 deg"), ("180 deg", "270 deg")):
         by_ship, by_heading = answer(capsys, *at, "--ship", ship)["sigma_z"], answer(capsys, *at, "--heading", heading)["sigma_z"]
         assert by_ship == pytest.approx(by_heading)
     assert "Give --ship, where the bow points" in refusal(capsys, *at)
-    assert "has directions of its own" in refusal(capsys, *at, "--ship", "0", "--spread", "4")
+    assert "has directions of its own" in refusal(capsys, *at, "--ship", "0 deg", "--spread", "4")
 
 
 def test_measured_spectra_are_taken_record_by_record(capsys, vessel, shared_data, tmp_path):
     """The sea of the record, 38 bands; and what the command asks for when it is not told enough."""
     buoy = str(shared_data / "sea_ndbc_46042" / "46042w1996.txt.gz")
     at = ("--vessel", vessel, "--at", AT, "--wave", buoy)
-    found = answer(capsys, *at, "--record", "1996-01-05T12:00", "--heading", "90")
+    found = answer(capsys, *at, "--record", "1996-01-05T12:00", "--heading", "90 deg")
     assert found["sea"]["H_m0"] == pytest.approx(2.46, abs=0.005)
     assert found["sea"]["T_p"] == pytest.approx(1.0 / 0.06)
     assert found["sigma_z"] < 2.0 * found["sea"]["H_m0"] / 4.0
-    assert "Choose one with --record" in refusal(capsys, *at, "--heading", "90")
+    assert "Choose one with --record" in refusal(capsys, *at, "--heading", "90 deg")
     assert "has no directions. Give --heading" in refusal(capsys, *at, "--record", "0")
-    assert "no directions are taken from it" in refusal(capsys, *at, "--record", "0", "--heading", "90", "--ship", "30")
+    assert "no directions are taken from it" in refusal(capsys, *at, "--record", "0", "--heading", "90 deg", "--ship", "30 deg")
     met = tmp_path / "met.txt"
     met.write_text("#YY  MM DD hh mm WDIR WSPD GST  WVHT   DPD   APD MWD\n#yr  mo dy hr mn degT m/s  m/s     m   sec   sec degT\n"
                    "2019 08 01 00 00 999  99.0 99.0  1.50  9.00  6.00 270\n")  # fmt: skip
-    assert "no spectra" in refusal(capsys, "--vessel", vessel, "--at", AT, "--wave", str(met), "--record", "0", "--heading", "90")
+    assert "no spectra" in refusal(capsys, "--vessel", vessel, "--at", AT, "--wave", str(met), "--record", "0", "--heading", "90 deg")
 
 
 def test_seeds_give_the_largest_values_that_were_met_with_their_intervals(capsys, vessel):
-    given = ("--vessel", vessel, "--at", AT, "--wave", WAVE, "--heading", "90", "--duration", "1 h", "--seeds", "12")
+    given = ("--vessel", vessel, "--at", AT, "--wave", WAVE, "--heading", "90 deg", "--duration", "1 h", "--seeds", "12")
     found = answer(capsys, *given)
     for name in ("z_mpm", "v_mpm", "a_mpm"):
         met = found["maxima"][name]
@@ -202,7 +202,7 @@ def test_seeds_give_the_largest_values_that_were_met_with_their_intervals(capsys
 
 
 def test_the_table_for_people_has_the_numbers_and_where_the_vessel_ends(capsys, vessel):
-    assert run(["tip", "--vessel", vessel, "--at", AT, "--wave", WAVE, "--heading", "180"]) == 0
+    assert run(["tip", "--vessel", vessel, "--at", AT, "--wave", WAVE, "--heading", "180 deg"]) == 0
     text = capsys.readouterr().out
     for part in ("sigma_z", "T_z", "most probable maximum", "largest in 3 h", "ends at a period of 2 s", "m/min"):
         assert part in text
@@ -211,31 +211,34 @@ def test_the_table_for_people_has_the_numbers_and_where_the_vessel_ends(capsys, 
 @pytest.mark.parametrize(
     ("arguments", "text"),
     [
-        (("--wave", WAVE, "--heading", "0"), "--at: missing"),
-        (("--at", AT, "--heading", "0"), "--wave: missing"),
+        (("--wave", WAVE, "--heading", "0 deg"), "--at: missing"),
+        (("--at", AT, "--heading", "0 deg"), "--wave: missing"),
         (("--at", AT, "--wave", WAVE), "no heading"),
-        (("--at", "x=-20, y=-18 m", "--wave", WAVE, "--heading", "0"), "--at: x"),
-        (("--at", AT, "--wave", "jonswap Hs=1 Tp=8 s", "--heading", "0"), "Hs"),
+        (("--at", "x=-20, y=-18 m", "--wave", WAVE, "--heading", "0 deg"), "--at: x"),
+        (("--at", AT, "--wave", "jonswap Hs=1 Tp=8 s", "--heading", "0 deg"), "Hs"),
         (("--at", AT, "--wave", WAVE, "--heading", "north"), "--heading"),
-        (("--at", AT, "--wave", WAVE, "--heading", "0", "--spread", "0"), "spread 0"),
-        (("--at", AT, "--wave", WAVE, "--heading", "0", "--duration", "1 s"), "too few for a largest value"),
-        (("--at", AT, "--wave", WAVE, "--heading", "0", "--duration", "-1 s"), "--duration -1 s: is not longer than 0 s"),
-        (("--at", AT, "--wave", "waves/gone.txt", "--heading", "0"), '--wave "waves/gone.txt": no such file'),
-        (("--at", AT, "--slew", "0 deg", "--wave", WAVE, "--heading", "0"), "--slew: the tip is given by --at already"),
-        (("--slew", "0 deg", "--wave", WAVE, "--heading", "0"), "--pedestal: missing"),
-        (("--pedestal", AT, "--slew", "0 deg", "--main", "20 m 50 deg", "--wave", WAVE, "--heading", "0"), "--pedestal: z is missing"),
+        (("--at", AT, "--wave", WAVE, "--heading", "180"), '--heading = "180": no unit; write "180 deg"'),
+        (("--at", AT, "--wave", WAVE, "--heading", "400 deg"), '--heading = "400 deg": not between 0 deg and 360 deg'),
+        (("--at", AT, "--wave", f"{WAVE} heading=-30 deg"), '"-30 deg": not between 0 deg and 360 deg'),
+        (("--at", AT, "--wave", WAVE, "--heading", "0 deg", "--spread", "0"), "spread 0"),
+        (("--at", AT, "--wave", WAVE, "--heading", "0 deg", "--duration", "1 s"), "too few for a largest value"),
+        (("--at", AT, "--wave", WAVE, "--heading", "0 deg", "--duration", "-1 s"), "--duration -1 s: is not longer than 0 s"),
+        (("--at", AT, "--wave", "waves/gone.txt", "--heading", "0 deg"), '--wave "waves/gone.txt": no such file'),
+        (("--at", AT, "--slew", "0 deg", "--wave", WAVE, "--heading", "0 deg"), "--slew: the tip is given by --at already"),
+        (("--slew", "0 deg", "--wave", WAVE, "--heading", "0 deg"), "--pedestal: missing"),
+        (("--pedestal", AT, "--slew", "0 deg", "--main", "20 m 50 deg", "--wave", WAVE, "--heading", "0 deg"), "--pedestal: z is missing"),
         (
-            ("--pedestal", f"{AT}, z=5 m", "--slew", "0 deg", "--main", "20 m", "--wave", WAVE, "--heading", "0"),
+            ("--pedestal", f"{AT}, z=5 m", "--slew", "0 deg", "--main", "20 m", "--wave", WAVE, "--heading", "0 deg"),
             "is not a length and an angle",
         ),
-        (("--at", AT, "--wave", WAVE, "--heading", "0", "--exact"), "--exact: is for the series"),
-        (("--at", AT, "--wave", WAVE, "--heading", "0", "--record", "0"), "--record: belongs to a file of measured waves"),
-        (("--at", AT, "--wave", WAVE, "--heading", "0", "--seeds", "2"), "seeds = 2: give 5 to 1000"),
+        (("--at", AT, "--wave", WAVE, "--heading", "0 deg", "--exact"), "--exact: is for the series"),
+        (("--at", AT, "--wave", WAVE, "--heading", "0 deg", "--record", "0"), "--record: belongs to a file of measured waves"),
+        (("--at", AT, "--wave", WAVE, "--heading", "0 deg", "--seeds", "2"), "seeds = 2: give 5 to 1000"),
         (("--at", AT, "--wave", WAVE, "--heading", "all", "--seeds", "20"), "--seeds: is for one heading"),
         (("--at", AT, "--wave", f"{WAVE} heading=20 deg", "--heading", "all"), "have a heading of their own"),
         (("--at", AT, "--wave", WAVE, "--log", "x.csv"), "belongs to a vessel in waves"),
-        (("--at", AT, "--wave", WAVE, "--heading", "0", "--seed", "-1", "--out", "never-made"), "whole number of 0 or more"),
-        (("--at", AT, "--wave", WAVE, "--heading", "0", "--amplitudes", "wild", "--out", "never-made"), "not one of fixed, rayleigh"),
+        (("--at", AT, "--wave", WAVE, "--heading", "0 deg", "--seed", "-1", "--out", "never-made"), "whole number of 0 or more"),
+        (("--at", AT, "--wave", WAVE, "--heading", "0 deg", "--amplitudes", "wild", "--out", "never-made"), "not one of fixed, rayleigh"),
     ],
 )
 def test_bad_input_is_one_line_and_exit_code_2(capsys, vessel, tmp_path, monkeypatch, arguments, text):
@@ -246,4 +249,4 @@ def test_bad_input_is_one_line_and_exit_code_2(capsys, vessel, tmp_path, monkeyp
 
 def test_a_vessel_that_is_not_there_or_not_given_is_one_line(capsys):
     assert "--vessel: missing" in refusal(capsys)
-    assert "no-such" in refusal(capsys, "--vessel", "no-such.re1", "--at", AT, "--wave", WAVE, "--heading", "0")
+    assert "no-such" in refusal(capsys, "--vessel", "no-such.re1", "--at", AT, "--wave", WAVE, "--heading", "0 deg")

@@ -121,11 +121,11 @@ ANCHOR = 'mass = "40 t"\nshape = "suction-anchor"\ndiameter = "5 m"\nheight = "9
         ),
         (
             DISC.replace('"40 t"', "40"),
-            'mine.toml: Payload.mass = 40: a bare number; write it as text with its unit, "40 t" (allowed: kg, t).',
+            'mine.toml: Payload.mass = 40: a bare number; write it as text with its unit, "40 t" (allowed: kg, t, te).',
         ),
         (
             DISC.replace("40 t", "40 m"),
-            'mine.toml: Payload.mass = "40 m": unit "m" is not one of kg, t.',
+            'mine.toml: Payload.mass = "40 m": unit "m" is not one of kg, t, te.',
         ),
         (
             DISC.replace("disc", "dics"),

@@ -33,7 +33,7 @@ class TestPeriods:
 
 class TestSeas:
     def test_each_train_may_have_its_own_side_and_spread(self):
-        sea = parse_sea("jonswap Hs=2 m Tp=8 s heading=150 deg spread=4 + pm Hs=1 m Tp=14 s", heading=math.pi)
+        sea = parse_sea("jonswap Hs=2 m Tp=8 s heading=150 deg spread=4 + pm Hs=1 m Tp=14 s", heading="180 deg")
         wind, swell = sea.trains
         assert math.degrees(wind.beta) == pytest.approx(150.0)
         assert (wind.spread, swell.spread, swell.beta) == (4.0, None, math.pi)

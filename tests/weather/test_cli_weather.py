@@ -104,7 +104,7 @@ class TestPersistence:
             (("--limit", "Hs <= 1 m", "--window", "6 h", "--step", "0 h"), "is not above 0 s"),
             (("--limit", "Hs <= 1 m", "--window", "6 h", "--step", "7 h"), "--step 7 h: its records are 1 h apart"),
             (("--limit", "Hs <= 1 m", "--window", "24"), 'write "24 h"'),
-            (("--limit", "beta 0..90 deg", "--window", "6 h", "--ship", "400"), '--ship "400": is not between 0 deg and 360 deg'),
+            (("--limit", "beta 0..90 deg", "--window", "6 h", "--ship", "400 deg"), '--ship = "400 deg": not between 0 deg and 360 deg'),
         ],
     )  # fmt: skip
     def test_mistakes_are_one_line(self, file, capsys, arguments, says):
@@ -123,7 +123,7 @@ class TestPersistence:
 
 
     def test_a_direction_or_a_horizon_that_cannot_be_is_refused_in_the_other_commands_too(self, file, capsys):
-        assert '--heading "400": is not between 0 deg and 360 deg' in refusal(capsys, "lift", "template-to-1500m", file, "--heading", "400")
+        assert '--heading = "400 deg": not between 0 deg and 360 deg' in refusal(capsys, "lift", "template-to-1500m", file, "--heading", "400 deg")
         asked = ("forecast", file, "--limit", "Hs <= 2 m", "--t-pop", "6 h")
         assert '--horizon "0 h": is not above 0 h' in refusal(capsys, *asked, "--horizon", "0 h")
 

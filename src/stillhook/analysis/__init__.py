@@ -15,17 +15,23 @@ if TYPE_CHECKING:
     from stillhook.analysis.linear import eigenfrequency, gain_limit
     from stillhook.analysis.linearisation import linearise
     from stillhook.analysis.load_speed import envelope, setting_curves
-    from stillhook.analysis.loop_stability import Stability, full_stability, stability, sweep
+    from stillhook.analysis.loop_stability import Stability
     from stillhook.analysis.many_draws import monte_carlo
     from stillhook.analysis.map_draws import monte_carlo_map
     from stillhook.analysis.map_result import Map
     from stillhook.analysis.maps import operability_map
-    from stillhook.analysis.margins import strongest_gain
-    from stillhook.analysis.operation import OperatingPoint, operating_point
-    from stillhook.analysis.reduced import simulate_reduced
+    from stillhook.analysis.operation import OperatingPoint
     from stillhook.analysis.settling import settling_map
     from stillhook.analysis.sobol import sensitivity
-    from stillhook.analysis.strong import strong_ssc
+    from stillhook.analysis.surface import (
+        full_stability,
+        operating_point,
+        simulate_reduced,
+        stability,
+        strong_ssc,
+        strongest_gain,
+        sweep,
+    )
     from stillhook.analysis.tuning import Tuned, tune
     from stillhook.analysis.uncertainty import Uncertainty, load_uncertainty
 
@@ -39,22 +45,22 @@ _HOMES = {
     "controller": "analysis.controllers",
     "eigenfrequency": "analysis.linear",
     "envelope": "analysis.load_speed",
-    "full_stability": "analysis.loop_stability",
+    "full_stability": "analysis.surface",
     "gain_limit": "analysis.linear",
     "linearise": "analysis.linearisation",
     "load_uncertainty": "analysis.uncertainty",
     "monte_carlo": "analysis.many_draws",
     "monte_carlo_map": "analysis.map_draws",
     "operability_map": "analysis.maps",
-    "operating_point": "analysis.operation",
+    "operating_point": "analysis.surface",
     "sensitivity": "analysis.sobol",
     "setting_curves": "analysis.load_speed",
     "settling_map": "analysis.settling",
-    "simulate_reduced": "analysis.reduced",
-    "stability": "analysis.loop_stability",
-    "strong_ssc": "analysis.strong",
-    "strongest_gain": "analysis.margins",
-    "sweep": "analysis.loop_stability",
+    "simulate_reduced": "analysis.surface",
+    "stability": "analysis.surface",
+    "strong_ssc": "analysis.surface",
+    "strongest_gain": "analysis.surface",
+    "sweep": "analysis.surface",
     "tune": "analysis.tuning",
 }
 __all__ = [

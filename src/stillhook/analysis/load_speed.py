@@ -13,13 +13,16 @@ from stillhook.analysis.applicable import HS_SHARE
 from stillhook.analysis.controllers import Controller, controller
 from stillhook.analysis.drum import layer_row
 from stillhook.analysis.envelope_limits import RESERVE, Direction, Limit, Station, Top
+from stillhook.analysis.map_axes import Texts, quantities
 from stillhook.analysis.steady import steady
 from stillhook.control.motors import displacement_calc_min
 from stillhook.crane import Crane
 from stillhook.engine.pack import plc_record, wire_speed_max
 from stillhook.errors import StillhookError
 from stillhook.library import crane_toml
+from stillhook.plausible import implausible_values
 from stillhook.scenario import Mode
+from stillhook.units import parse
 from stillhook.variables import BY_NAME
 
 if TYPE_CHECKING:
@@ -49,7 +52,7 @@ def envelope(
     crane: Crane,
     *,
     layers: Sequence[int] | None = None,
-    loads: Sequence[float] | None = None,
+    loads: Texts | None = None,
     modes: Which = STANDARD,
     reserve: float = RESERVE,
     hs_share: float = HS_SHARE,
@@ -63,7 +66,8 @@ def envelope(
     in a crane file: the makers put theirs into the motors' smallest displacement (Moslatt 2020 eq. 2.11). NS may carry the SWL, HS
     hs_share of it. Without a mode ("physical") the motors stand at the best displacement of all.
 
-    Parameters: layers counted from the bare drum, None the outermost alone; loads payload [kg], None 0 to the SWL in steps of 5 %;
+    Parameters: layers counted from the bare drum, None the outermost alone; loads payloads as for a map, ["90 t", "120 t"]
+    or "0 % to 100 % by 20 %" of the SWL, None 0 to the SWL in steps of 5 %;
     modes names, `Mode` or `Controller`; reserve part of the static load that the active motors can deliver on top of what they hold
     [-]; progress called with the share done.
 
@@ -72,16 +76,30 @@ def envelope(
     well: the speed that each limit alone allows (inf: it never binds, NaN: it allows none); by layer and load alpha_least (D_m_min of
     SSC), alpha_reserve, alpha_pm_hold [-], and the hyperbolas of constant power v_w_power (the reserve at relief pressure) and
     v_w_power_rule (the same force at the pressure at which alpha_swl holds it) [m/s]; load_most(mode) [kg].
-    Errors: StillhookError for an unknown layer, a load above the SWL, a mode named twice or manual mode.
+    Errors: UnitError for a load without its unit; StillhookError for an unknown layer, a load above the SWL, a mode named twice or manual
+    mode.
     Source: Moslatt 2020 paper C figure 4 and section "Considered system".
     Differs from print: paper C's rectangles end at one speed for all loads; here leakage and friction grow with the load.
     """
+    kg = [f * crane.SWL for f in LOADS] if loads is None else quantities(loads, "mass", "loads", whole=crane.SWL)
+    return envelope_at(crane, kg, layers=layers, modes=modes, reserve=reserve, hs_share=hs_share, progress=progress)
+
+
+def envelope_at(
+    crane: Crane,
+    loads: Sequence[float],
+    *,
+    layers: Sequence[int] | None = None,
+    modes: Which = STANDARD,
+    reserve: float = RESERVE,
+    hs_share: float = HS_SHARE,
+    progress: Progress | None = None,
+) -> xarray.Dataset:
+    """The same at loads in kg; see `envelope`."""
     _check_share("reserve", reserve)
     _check_share("hs_share", hs_share)
     which, numbers = _controllers(modes), _layers(crane, layers)
-    kg = [float(x) for x in (loads if loads is not None else [f * crane.SWL for f in LOADS])]
-    if not kg:
-        raise StillhookError("loads: empty. Give at least one payload in kg.")
+    kg = list(loads)
     cranes = [*(c.on(crane) for c in which), crane]
     shape = (len(cranes), len(numbers), len(kg), len(Direction))
     cells = _cells(crane, cranes, [c.mode for c in which], numbers, kg, reserve, hs_share)
@@ -91,7 +109,8 @@ def envelope(
         _store(columns, cell)
         if progress is not None:
             progress((done + 1) / math.prod(shape))
-    attrs = {"crane": crane_toml(crane), "stillhook": __version__, "reserve": reserve, "hs_share": hs_share}
+    notes = "; ".join(implausible_values(crane))
+    attrs = {"crane": crane_toml(crane), "stillhook": __version__, "notes": notes, "reserve": reserve, "hs_share": hs_share}
     return _dataset(columns, [*(c.name for c in which), PHYSICAL], numbers, kg, attrs)
 
 
@@ -99,27 +118,28 @@ def setting_curves(
     crane: Crane,
     *,
     modes: Which = STANDARD,
-    v_w: Sequence[float] | None = None,
-    load: float = 0.0,
+    v_w: Texts | None = None,
+    load: str = "0 t",
     layer: int | None = None,
     direction: Direction | str = Direction.HOISTING,
 ) -> xarray.Dataset:
     """Steady pump and motor setting against wire speed, of the ideal machine of the published figures and of the whole plant.
 
-    Parameters: v_w wire speeds without sign [m/s], None from 0 to a little above the speed of full pumps and the smallest displacement;
-    load payload [kg]; layer counted from the bare drum, None the outermost (the ideal machine then turns the published outer diameter).
+    Parameters: v_w wire speeds without sign, ["40 m/min", "80 m/min"] or "0 m/s to 2 m/s by 0.1 m/s", None from 0 to a little
+    above the speed of full pumps and the smallest displacement;
+    load payload "100 t"; layer counted from the bare drum, None the outermost (the ideal machine then turns the published outer diameter).
     Returns: Dataset over ("mode", "v_w"): alpha_m_ideal, alpha_p_ideal [-], alpha_m, alpha_p [-] and dp_m [Pa] of the plant, all as
     magnitudes; alpha_p above 1 cannot be reached. v_w_cross, v_w_cross_ideal over ("mode", "classic") [m/s]: the speed at which a mode's
     motors come down to those of NS or HS, NaN where they never do.
     Errors: as `envelope`. Source: Moslatt 2020 figure 2.17, paper E figure 4 (ideal).
     """
-    which, way = _controllers(modes), Direction(direction)
+    which, way, mass = _controllers(modes), Direction(direction), parse(load, "mass", "load")
     number = _layers(crane, None if layer is None else [layer])[0]
-    stations = [Station(c.on(crane), load, wire_out_on(crane, number), way) for c in which]
+    stations = [Station(c.on(crane), mass, wire_out_on(crane, number), way) for c in which]
     K_wire = 1.0 if layer is None else stations[0].ratio
     fastest = 1.1 * wire_speed_max(crane, min(s.crane.active.motor.alpha_min for s in stations)) / K_wire
-    speeds = np.linspace(0.0, fastest, SPEEDS) if v_w is None else np.abs(np.asarray(v_w, dtype=float))
-    ideal = [[_ideal(s.crane, c.mode, v, load, K_wire) for v in speeds] for c, s in zip(which, stations, strict=True)]
+    speeds = np.linspace(0.0, fastest, SPEEDS) if v_w is None else np.array(quantities(v_w, "speed", "v_w"))
+    ideal = [[_ideal(s.crane, c.mode, v, mass, K_wire) for v in speeds] for c, s in zip(which, stations, strict=True)]
     laws = [s.displacement(c.mode) for c, s in zip(which, stations, strict=True)]
     points = [[s.at(v, law(v)) for v in speeds] for s, law in zip(stations, laws, strict=True)]
     curve = ("mode", "v_w")
@@ -130,8 +150,8 @@ def setting_curves(
         "alpha_p": (curve, [[way.sign * o.alpha_p for o in row] for row in points]),
         "dp_m": (curve, [[way.sign * o.dp_m for o in row] for row in points]),
     }
-    crossings = _crossings(crane, which, stations, load, K_wire, fastest)
-    attrs = {"crane": crane_toml(crane), "stillhook": __version__, "layer": number, "load": load, "direction": way.value}
+    crossings = _crossings(crane, which, stations, mass, K_wire, fastest)
+    attrs = {"crane": crane_toml(crane), "stillhook": __version__, "layer": number, "load": mass, "direction": way.value}
     coords = {"mode": [c.name for c in which], "v_w": speeds, "classic": [Mode.NS.value, Mode.HS.value]}
     return _labelled(fields | crossings, coords, attrs)
 

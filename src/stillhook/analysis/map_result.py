@@ -17,6 +17,7 @@ from stillhook.crane import Crane
 from stillhook.engine.build import kernel_hash
 from stillhook.engine.validated import twin_line
 from stillhook.library import crane_toml
+from stillhook.plausible import implausible_values
 from stillhook.scenario import Mode
 from stillhook.variables import BY_NAME
 
@@ -137,7 +138,7 @@ class Map:
             axes["layer"] = list(self.axes.layers)
         if self.axes.periods != (None,):
             axes["period"] = list(self.axes.periods)
-        who = {"crane": self.crane.name, "twin": twin_line(self.crane)}
+        who = {"crane": self.crane.name, "twin": twin_line(self.crane), "notes": list(implausible_values(self.crane))}
         return {**who, **self.about, **axes, "controllers": cells, "summary": self.summary()}
 
     def _without_empty(self, a: NDArray[Any], before: int = 0) -> NDArray[Any]:
@@ -167,6 +168,7 @@ class Map:
             "title": f"Stillhook map of {self.crane.name}",
             "crane": crane_toml(self.crane),
             "twin": twin_line(self.crane),
+            "notes": "; ".join(implausible_values(self.crane)),
             "about": json.dumps(dict(self.about)),
             "stillhook_version": __version__,
             "stillhook_kernel": kernel_hash(),

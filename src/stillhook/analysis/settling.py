@@ -230,11 +230,11 @@ def _settling_times(runs: Sequence[tuple[Scenario, Result]], dv: float) -> Float
     """Settling time of every run [s], by `stillhook.metrics.settling_time`."""
     import xarray  # heavy: other maps print without it
 
-    from stillhook.metrics import settling_time
+    from stillhook.metrics import settled_after
 
     v = np.array([_risen(case, result) for case, result in runs])
     run = xarray.Dataset({"v_w": (("case", "time"), v)}, coords={"time": np.arange(v.shape[1]) * runs[0][1].dt})
-    return np.asarray(settling_time(run, start=0.0, target=dv, step=dv, band=BAND).values, dtype=np.float64)
+    return np.asarray(settled_after(run, start=0.0, target=dv, step=dv, band=BAND).values, dtype=np.float64)
 
 
 def _response(crane: Crane, case: Scenario, result: Result, t: float, dv: float) -> Response:

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 from stillhook.analysis.controllers import Controller
-from stillhook.analysis.tune_goal import Limits, Objective, scenarios
+from stillhook.analysis.tune_goal import Limits, Objective, parse_limits, scenarios
 from stillhook.analysis.tune_score import NEAR, Score, gain_allowed, loop_margins, scored
 from stillhook.analysis.tune_search import Search, Spent, Trial
 from stillhook.analysis.tune_space import present, space, tuned_controller, with_settings
@@ -77,7 +77,7 @@ def tune(
     free: Sequence[str] = (),
     objective: Objective | str = Objective.BALANCED,
     cases: Sequence[Scenario] | None = None,
-    limits: Limits | None = None,
+    limits: Limits | Sequence[str] | None = None,
     seed: int = 0,
     budget: int = BUDGET,
     reference: Controller | None = None,
@@ -90,7 +90,8 @@ def tune(
     ----------
     crane, controller: where the search starts; the tuned controller holds what differs from the crane. free: settings to tune, default
     all that the motor law knows (`tune_space.tunable`): K_1, K_2, K_p, t_lead, and u_thr, alpha_min, alpha_swl or alpha_ns or alpha_hs.
-    objective: see `Objective`. cases: scenarios, run in the controller's mode; default `tune_goal.scenarios`. limits: see `Limits`.
+    objective: see `Objective`. cases: scenarios, run in the controller's mode; default `tune_goal.scenarios`. limits: texts such as
+    "p_max <= 300 bar", see `parse_limits`, or `Limits`.
     seed: the same seed gives the same settings. budget: evaluations at most, each in all scenarios. reference: the controller whose speed
     capacity and fast runs are kept, default `controller` itself. progress: called with the share done.
 
@@ -107,7 +108,8 @@ def tune(
     settings = space(plain, controller.mode, free, delay=max(c.sensors.delay for c in mine))
     if not settings:
         raise StillhookError(f'"{controller.name}": nothing is left to tune. Name other settings.')
-    search = Search(plain, controller.mode, mine, settings, goal, limits or Limits(), budget, threads, progress)
+    kept = limits if isinstance(limits, Limits) else parse_limits(limits or ())
+    search = Search(plain, controller.mode, mine, settings, goal, kept, budget, threads, progress)
     search.begin((reference or controller).on(crane))
     try:
         search.evolve(seed)

@@ -112,7 +112,7 @@ def example_campaign(
     out: Annotated[Path, typer.Argument(help="Folder for campaign.toml, the logs and truth.toml.")],
     seed: Annotated[int, typer.Option(min=0, help="Another seed is another crane, sea and noise.")] = 0,
     defect: Annotated[str | None, typer.Option(help="One thing that is wrong, by name, to see it caught.")] = None,
-    size: Annotated[float | None, typer.Option(help="Size of the defect, in place of its usual one.")] = None,
+    size: Annotated[str | None, typer.Option(help='Size of the defect, in place of its usual one: 0.03, or "0.2 s" of a time.')] = None,
     crane: Annotated[str, typer.Option(help="Twin under test: library crane, or path of a crane file.")] = "nov-250t",
     apart: Annotated[bool, typer.Option("--apart", help="Capacitance, leakage and inertia 10 to 30 % off, to be tuned.")] = False,
     parquet: Annotated[bool, typer.Option("--parquet", help="Logs as Parquet instead of CSV.")] = False,
@@ -122,15 +122,20 @@ def example_campaign(
 
     Example: stillhook certificate example-campaign my-tests --defect leakage
     """
+    from stillhook.errors import ValidateError
     from stillhook.library import cranes, load_crane
+    from stillhook.units import came
     from stillhook.validate.truth import defect_of, sea_trials, write_campaign
-    from stillhook.validate.truth.defects import told
+    from stillhook.validate.truth.defects import size_of, told
 
     named = defect_of(defect) if defect is not None else None
+    if named is None and size is not None:
+        raise ValidateError(f"--size = {came(size)}: the size of no defect. Name the defect.")
+    large = size_of(named, size, "--size") if named is not None and size is not None else None
     plan = sea_trials(crane if crane in cranes() else load_crane(crane))
     with progress_bar(f"{len(plan.tests)} tests") as bar:
-        written = write_campaign(out, plan=plan, seed=seed, defect=named, size=size, apart=apart, parquet=parquet, progress=bar)
-    what = told(named, size) if named is not None else "well matched by its twin"
+        written = write_campaign(out, plan=plan, seed=seed, defect=named, size=large, apart=apart, parquet=parquet, progress=bar)
+    what = told(named, large) if named is not None else "well matched by its twin"
     if json:
         logs, notes = [str(p) for p in written.logs], list(written.notes)
         print_json({"campaign": str(written.campaign), "logs": logs, "truth": str(written.truth), "crane": what, "notes": notes})

@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from stillhook.cli.show import print_json, print_table, print_twin
+from stillhook.cli.show import print_implausible, print_json, print_table, print_twin
 
 Json = Annotated[bool, typer.Option("--json", help="Print JSON in SI units.")]
 
@@ -37,13 +37,16 @@ def show_crane(
     """Print a crane's sheet: every number with its kind and source. Example: stillhook crane nov-250t"""
     from stillhook.engine.validated import twin_line
     from stillhook.library import load_crane, sheet, sheet_json
+    from stillhook.plausible import implausible_values, marked
 
     crane = load_crane(name)
+    notes = implausible_values(crane)
     if json:
-        print_json(sheet_json(crane) | {"twin": twin_line(crane)})
+        print_json(sheet_json(crane) | {"twin": twin_line(crane), "status": marked("ok", notes), "notes": list(notes)})
         return
     print(f"{crane.name}: {crane.title}")
     print_twin(crane)
+    print_implausible(crane)
     rows = [(r.field, r.value, r.meaning, r.kind, r.source) for section in sheet(crane) for r in section.rows]
     print_sheet(rows)
 

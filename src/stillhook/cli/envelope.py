@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from stillhook.cli.cranes import Json
-from stillhook.cli.show import human, print_json, print_table, print_twin, progress_bar, unit_of
+from stillhook.cli.show import human, print_implausible, print_json, print_table, print_twin, progress_bar, unit_of
 
 if TYPE_CHECKING:
     import xarray
@@ -99,10 +99,10 @@ def _gains(data: xarray.Dataset, load: float, layer: int, mode: str) -> dict[str
 
 
 def _computed(crane: Crane, which: list[Controller], loads: list[float], layer: int | None) -> xarray.Dataset:
-    from stillhook.analysis.load_speed import envelope as compute
+    from stillhook.analysis.load_speed import envelope_at
 
     with progress_bar(crane.name) as bar:
-        return compute(crane, modes=which, loads=loads, layers=None if layer is None else [layer], progress=bar)
+        return envelope_at(crane, loads, modes=which, layers=None if layer is None else [layer], progress=bar)
 
 
 def _answer(crane: Crane, data: xarray.Dataset, found: list[dict[str, Any]]) -> dict[str, Any]:
@@ -114,9 +114,11 @@ def _answer(crane: Crane, data: xarray.Dataset, found: list[dict[str, Any]]) -> 
     ]
     most = {str(m): float(x) for m, x in zip(data["mode"].values, data["load_most"].values, strict=True)}
     from stillhook.engine.validated import twin_line
+    from stillhook.plausible import implausible_values
 
     return {
         "twin": twin_line(crane),
+        "notes": list(implausible_values(crane)),
         "reserve": data.attrs["reserve"],
         "hs_share": data.attrs["hs_share"],
         "load_most": most,
@@ -151,6 +153,7 @@ def _print(crane: Crane, data: xarray.Dataset, found: list[dict[str, Any]]) -> N
     print_table(head, body, title=f"{crane.name}: highest steady wire speed, layer {layer} of {crane.drum.layers}", left=3)
     print("Compensating, the slower of hoisting and lowering; leakage and friction included. -: the mode may not be used at this load.")
     print_twin(crane)
+    print_implausible(crane)
 
 
 _SHOWN = ("v_w_top", "alpha_m_top", "alpha_p_top", "dp_m_top", "omega_m_top")
@@ -169,16 +172,15 @@ def _percent(part: float) -> str:
 
 def _write(out: Path, crane: Crane, which: list[Controller], layer: int | None, data: xarray.Dataset, found: list[dict[str, Any]]) -> None:
     from stillhook.analysis import envelope_figures as figures
-    from stillhook.analysis.load_speed import LOADS, setting_curves
-    from stillhook.analysis.load_speed import envelope as compute
+    from stillhook.analysis.load_speed import LOADS, envelope_at, setting_curves
     from stillhook.io.figures import save_figure
     from stillhook.io.results import save_json, save_run
     from stillhook.whole import whole_folder
 
     with progress_bar("pictures") as bar:
-        fine = compute(crane, modes=which, loads=[f * crane.SWL for f in LOADS], layers=None if layer is None else [layer], progress=bar)
+        fine = envelope_at(crane, [f * crane.SWL for f in LOADS], modes=which, layers=None if layer is None else [layer], progress=bar)
         loads, every = [f * crane.SWL for f in LAYERS_SHARES], range(1, crane.drum.layers + 1)
-        by_layer = compute(crane, modes=which, loads=loads, layers=every, progress=bar)
+        by_layer = envelope_at(crane, loads, modes=which, layers=every, progress=bar)
     curves = setting_curves(crane, modes=which, layer=layer)
     with whole_folder(out) as part:
         save_figure(figures.load_speed_figure(fine), part / "range.png")

@@ -16,7 +16,7 @@ def example_campaign(
     out: Annotated[Path, typer.Argument(help="Folder for campaign.toml, the logs and truth.toml.")],
     noise: Annotated[str, typer.Option(help="none: as simulated, all digits; typical: as a PLC sees it.")] = "typical",
     seed: Annotated[int, typer.Option(min=0, help="Seed of the noise.")] = 0,
-    minutes: Annotated[float, typer.Option(help="Length of each test.")] = 20.0,
+    duration: Annotated[str, typer.Option(help="Length of each test.")] = "20 min",
     layer: Annotated[int | None, typer.Option(help="Layer of wire (default: the outermost that the pressures allow).")] = None,
     truth: Annotated[
         list[str] | None, typer.Option(help="Friction or motor set that the crane really has, for a blind test. May be given twice.")
@@ -37,13 +37,13 @@ def example_campaign(
     crane = crane_with(load_crane(plan.crane), *(load_set(name) for name in truth)) if truth else None
     with progress_bar(f"{plan.crane}: {len(plan.tests)} tests") as bar:
         written = write_campaign(
-            plan, out, instruments=instruments, truth=crane, minutes=minutes, layer=layer, parquet=parquet, progress=bar
+            plan, out, instruments=instruments, truth=crane, duration=duration, layer=layer, parquet=parquet, progress=bar
         )
     if json:
         logs = [str(p) for p in written.logs]
         print_json({"campaign": str(written.campaign), "logs": logs, "layer": written.layer, "notes": written.notes})
         return
-    print(f"SYNTHETIC {plan.title}: {len(written.logs)} tests of {minutes:g} minutes on layer {written.layer}")
+    print(f"SYNTHETIC {plan.title}: {len(written.logs)} tests of {duration} on layer {written.layer}")
     for note in written.notes:
         print(note)
     print(f"written: {written.campaign}, {written.folder / 'logs'}; what the crane really was: {written.folder / 'truth.toml'}")

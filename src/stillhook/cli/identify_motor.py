@@ -46,7 +46,7 @@ def motor(
         check_folder(out, OUT_FILES)
     if not 0.0 < threshold < 100.0:
         raise IdentifyError(f"--threshold = {threshold:g}: give per cent of nominal torque between 0 and 100, such as 1.")
-    D_max = None if like is None else load_losses(like).motor.D_max
+    D_max = None if like is None else f"{load_losses(like).motor.D_max!r} m^3/rad"
     m = read_map(map_file, mapping=mapping, D_max=D_max)
     if m.synthetic and not json:
         say("SYNTHETIC map: made by a formula, measured on no motor.")

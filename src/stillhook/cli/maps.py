@@ -10,7 +10,7 @@ import typer
 
 from stillhook.cli.cluster import Scheduler, client_of
 from stillhook.cli.cranes import Json
-from stillhook.cli.show import print_json, print_table, print_twin, progress_bar, started
+from stillhook.cli.show import print_implausible, print_json, print_table, print_twin, progress_bar, started
 
 if TYPE_CHECKING:
     from stillhook.analysis.map_result import Map
@@ -141,6 +141,7 @@ def _print(found: Map, metric: str) -> None:
 def _print_validated(found: Map) -> None:
     """How far the twin is validated, and in how many cells."""
     print_twin(found.crane)
+    print_implausible(found.crane)
     if found.crane.certified is not None and "validated" in found.values:
         own = [i for i, mode in enumerate(found.modes) if mode is not None]  # "best classic" is made of others
         inside = found.values["validated"][own] > 0.0

@@ -48,6 +48,7 @@ def show(
     from stillhook.errors import LiftError
     from stillhook.io.payload_sheet import payload_numbers
     from stillhook.library.payloads import read_payload
+    from stillhook.plausible import implausible_values
     from stillhook.units import came, parse
     from stillhook.whole import check_folder
 
@@ -57,7 +58,7 @@ def show(
     if out is not None:
         check_folder(out, OUT_FILES)
     load = read_payload(payload)
-    answer = payload_numbers(load, density)
+    answer = payload_numbers(load, density) | {"notes": list(implausible_values(load))}
     if out is not None:
         _write(out, load, density, answer)
     if json:
@@ -78,6 +79,8 @@ def _print(answer: dict[str, Any]) -> None:
     print_table(header, rows, left=0, title="Over submergence: every sixteenth level")
     stated = [(s["field"], s["kind"], s["source"]) for s in answer["sources"]]
     print_table(("field", "kind", "source"), stated, left=3)
+    for note in answer["notes"]:
+        print(note)
     if answer["shape"] != "levels":
         print("Coefficients are recalled from DNV-RP-N103: check against your edition. A model test or CFD beats all of them.")
 

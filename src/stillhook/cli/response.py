@@ -82,14 +82,14 @@ def response(
 
     Example: stillhook response anchor-to-3000m --depth "2980 m"
 
-    Example: stillhook response anchor-to-3000m --sea 46042w1996.txt.gz --heading 180 --out year
+    Example: stillhook response anchor-to-3000m --sea 46042w1996.txt.gz --heading "180 deg" --out year
     """
     from stillhook.cli.response_inputs import waves_of
     from stillhook.errors import LiftError, StillhookError
     from stillhook.io.lift_file import load_lift
     from stillhook.io.response_files import OUT_FILES, write_response
     from stillhook.response.lift_answer import answer_of, stamped
-    from stillhook.response.of_lift import check_place, compensated_depth, lift_response
+    from stillhook.response.of_lift import check_place, compensated_depth, response_at
     from stillhook.units import parse
     from stillhook.whole import check_folder
 
@@ -105,7 +105,7 @@ def response(
     try:
         with progress_bar(f"{file.crane.name}: asking the twin") as bar:
             told = started(file.crane, bar)
-            found = lift_response(file, waves, z=-compensated_depth(file.lift) if z is None else z, mode=mode, duration=time, progress=told)
+            found = response_at(file, waves, -compensated_depth(file.lift) if z is None else z, mode=mode, duration=time, progress=told)
     except StillhookError as e:
         raise type(e)(f"{Path(lift).name}: {e}") from None
     answer = answer_of(found, file, waves)

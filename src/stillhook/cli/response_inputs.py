@@ -5,8 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from stillhook.cli.tip_inputs import angle, refuse, sea_of
+from stillhook.cli.tip_inputs import refuse, sea_of
 from stillhook.errors import SeaError
+from stillhook.sea.directions import parse_direction
 from stillhook.units import came
 
 if TYPE_CHECKING:
@@ -51,22 +52,23 @@ def waves_of_file(sea: Path, heading: str | None, spread: float | None, ship: st
     from stillhook.sea.measured import SpectrumSeries
     from stillhook.sea.spectrum import check_spread
 
+    beta, bow = (None if text is None else parse_direction(text, name) for text, name in ((heading, "--heading"), (ship, "--ship")))
     found = read_sea(sea)
     if spread is not None:
         check_spread(spread, "--spread")
     if found.n_valid == 0:
         raise SeaError(f"{found.source}: none of its {len(found)} records is valid. Give another file.")
-    if heading is not None:
+    if beta is not None:
         refuse({"--ship": ship}, "is given beside --heading, which is from the bow. Leave one of them out.")
-        return Waves(found, beta=angle(heading, "--heading"), spread=spread)
+        return Waves.from_si(found, beta=beta, spread=spread)
     spectral = isinstance(found, SpectrumSeries)
     if isinstance(found, SpectrumSeries) and found.directional is None:
-        raise SeaError(f"{found.source}: has no directions. Give --heading (0 following, 90 coming from starboard, 180 head sea).")
-    if ship is None:
+        raise SeaError(f'{found.source}: has no directions. Give --heading, such as "180 deg" for a head sea.')
+    if bow is None:
         raise SeaError(f"{found.source}: has directions. Give --ship, where the bow points from north, or --heading in place of them.")
     if spectral:
         refuse({"--spread": spread}, f"{found.source} has directions of its own. Leave it out, or give --heading.")
-    return Waves(found, ship=angle(ship, "--ship"), spread=spread)
+    return Waves.from_si(found, ship=bow, spread=spread)
 
 
 def _turned(file: LiftFile, heading: str | None, spread: float | None) -> Sea:
@@ -80,6 +82,6 @@ def _turned(file: LiftFile, heading: str | None, spread: float | None) -> Sea:
         raise SeaError("--heading: the lift file's waves come from several directions. Give all of them with --wave.")
     if spread is not None:
         check_spread(spread, "--spread")
-    beta = None if heading is None else angle(heading, "--heading")
+    beta = None if heading is None else parse_direction(heading, "--heading")
     trains = (Train(t.spectrum, t.beta if beta is None else beta, t.spread if spread is None else spread) for t in file.sea.trains)
     return Sea(tuple(trains))

@@ -130,6 +130,14 @@ def print_twin(crane: Crane, *cases: Scenario) -> None:
             print(note)
 
 
+def print_implausible(crane: Crane) -> None:
+    """What of a crane is outside of what was ever built; for answers that have no notes of their own."""
+    from stillhook.plausible import implausible_values
+
+    for note in implausible_values(crane):
+        print(note)
+
+
 def say(text: str) -> None:
     """A line for the person, not for the machine that reads standard output."""
     import sys

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from stillhook.cli.cranes import Json
-from stillhook.cli.show import human, print_json, print_table, say, unit_of
+from stillhook.cli.show import human, print_implausible, print_json, print_table, say, unit_of
 
 if TYPE_CHECKING:
     from stillhook.analysis.loop_stability import Stability
@@ -50,6 +50,7 @@ def stability(
     Example: stillhook stability nov-250t --alpha-m 1 --alpha-m 0.6 --delay "50 ms"
     """
     from stillhook.library import load_crane
+    from stillhook.plausible import implausible_values
     from stillhook.units import parse
 
     _check_out(out)
@@ -66,7 +67,7 @@ def stability(
         from stillhook.analysis.loop_stability import stability as margins_of
 
         found, point = [margins_of(crane, a, layer=layer, v_tip=speed, delay=late) for a in alphas], None
-    table = _lists([s.table() for s in found])
+    table = _lists([s.table() for s in found]) | {"notes": list(implausible_values(crane))}
     if json:
         print_json(table)
     else:
@@ -125,6 +126,7 @@ def _report(crane: Crane, found: list[Stability], point: OperatingPoint | None, 
         where = f"whole plant at {show(-point.v_w, 'speed')} of the tip, {show(point.p_a, 'pressure')} and {show(point.p_b, 'pressure')}"
     title = f"{crane.name}, {where}; PLC cycle {show(first.t_cycle, 'time')}, delay {show(first.delay, 'time')}"
     print_table(header, rows, title=title)
+    print_implausible(crane)
     for s in found:
         _say_verdict(s)
 

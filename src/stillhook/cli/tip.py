@@ -27,8 +27,8 @@ WAVE_HELP = (
     "or a file of measured spectra (NDBC)."
 )
 HEADING_HELP = (
-    "Direction in which the waves travel, counter-clockwise from the bow: 0 following, 90 coming from starboard, 180 head sea, "
-    "270 coming from port; or all."
+    "Direction in which the waves travel, counter-clockwise from the bow: \"180 deg\" is a head sea, \"0 deg\" "
+    "following, \"90 deg\" from starboard, \"270 deg\" from port; or all."
 )
 AT_HELP = 'Crane tip from the RAO\'s reference point: "x=-20 m, y=-18 m", forward and to port.'
 PEDESTAL_HELP = 'In place of --at: heel of the boom, "x=-10 m, y=-6 m, z=15 m", z above water.'
@@ -48,7 +48,7 @@ def tip(
     heading: Annotated[str | None, typer.Option(help=HEADING_HELP)] = None,
     spread: Annotated[float | None, typer.Option(help="Short-crested waves: exponent n of cos^n about the heading.")] = None,
     record: Annotated[str | None, typer.Option(help="Of a file of measured waves: its record, by number from 0 or by time (UTC).")] = None,
-    ship: Annotated[str | None, typer.Option(help="Where the bow points, clockwise from north, for measured directions.")] = None,
+    ship: Annotated[str | None, typer.Option(help='Where the bow points, clockwise from north, for measured directions: "30 deg".')] = None,
     pedestal: Annotated[str | None, typer.Option(help=PEDESTAL_HELP)] = None,
     slew: Annotated[str | None, typer.Option(help='Where the boom points, from the bow to port: "270 deg" is starboard.')] = None,
     main: Annotated[str | None, typer.Option(help='Main boom: length and angle above the horizontal, "25 m 50 deg".')] = None,
@@ -66,7 +66,7 @@ def tip(
 ) -> None:
     """Motion of the crane tip: standard deviations, periods, largest values, spectra and series.
 
-    Example: stillhook tip --vessel FILE.re1 --at "x=-20 m, y=-18 m" --wave "jonswap Hs=1 m Tp=8 s gamma=3.3" --heading 180
+    Example: stillhook tip --vessel FILE.re1 --at "x=-20 m, y=-18 m" --wave "jonswap Hs=1 m Tp=8 s gamma=3.3" --heading "180 deg"
     """
     from stillhook.cli.tip_inputs import place, refuse, sea_of
     from stillhook.errors import SeaError
@@ -188,7 +188,7 @@ def _all_round(rao: Rao, wave: str, spread: float | None, record: str | None, po
     from stillhook.sea.tip import tip_numbers, tip_responses
 
     turns = range(0, 360, EVERY)
-    responses = tip_responses(rao, sea_of(wave, "0", spread, record, None), point.x, point.y, np.radians(turns))
+    responses = tip_responses(rao, sea_of(wave, "0 deg", spread, record, None), point.x, point.y, np.radians(turns))
     found = {degrees: tip_numbers(response, duration) for degrees, response in zip(turns, responses, strict=True)}
     if json:
         rows = [{"beta": math.radians(d), **values} for d, values in found.items()]

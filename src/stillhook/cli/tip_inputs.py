@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from stillhook.errors import SeaError
+from stillhook.sea.directions import parse_direction
 from stillhook.units import came, parse
 
 if TYPE_CHECKING:
@@ -22,22 +23,18 @@ def refuse(options: Mapping[str, Any], why: str) -> None:
             raise SeaError(f"{name}: {why}")
 
 
-def angle(text: str, where: str) -> float:
-    """An angle [rad]; a bare number is in degrees."""
-    return parse(f"{text.strip()} deg" if re.fullmatch(r"\s*[+-]?[0-9.]+\s*", text) else text, "angle", where)
-
-
 def sea_of(wave: str, heading: str | None, spread: float | None, record: str | None, ship: str | None) -> Sea:
     """The sea that a text describes, or a record of a file of measured waves."""
-    beta = None if heading is None else angle(heading, "--heading")
     if Path(wave).is_file():
-        return _measured(wave, beta, spread, record, ship)
+        return _measured(wave, None if heading is None else parse_direction(heading, "--heading"), spread, record, ship)
     from stillhook.sea.sea_text import parse_sea
 
     if "=" not in wave and re.search(r"[./\\]", wave):
         raise SeaError(f'--wave {came(wave)}: no such file, and not waves such as "jonswap Hs=2 m Tp=8 s". Check the path.')
     refuse({"--record": record, "--ship": ship}, f"belongs to a file of measured waves, and --wave {came(wave)} is none. Leave it out.")
-    sea = parse_sea(wave, heading=beta, spread=spread, where="--wave")
+    if heading is not None:
+        parse_direction(heading, "--heading")  # so that the line names the option
+    sea = parse_sea(wave, heading=heading, spread=spread, where="--wave")
     for name, value in (("heading", heading), ("spread", spread)):
         if wave.lower().count(name) == len(sea.trains):
             refuse({f"--{name}": value}, f"all waves of --wave {came(wave)} have a {name} of their own. Leave it out.")
@@ -59,10 +56,10 @@ def _measured(wave: str, beta: float | None, spread: float | None, record: str |
         if ship is None:
             raise SeaError(f"{series.source}: has directions. Give --ship, where the bow points from north, or --heading in place of them.")
         refuse({"--spread": spread}, f"{series.source} has directions of its own. Leave it out, or give --heading.")
-        return series.sea(i, angle(ship, "--ship"))
+        return series.sea(i, parse_direction(ship, "--ship"))
     refuse({"--ship": ship}, f"{series.source}: no directions are taken from it. Give --heading alone.")
     if beta is None:
-        raise SeaError(f"{series.source}: has no directions. Give --heading (0 following, 90 coming from starboard, 180 head sea).")
+        raise SeaError(f'{series.source}: has no directions. Give --heading, such as "180 deg" for a head sea.')
     return Sea((Train(series.spectrum(i), beta, spread),))
 
 
@@ -84,7 +81,7 @@ def place(at: str | None, pedestal: str | None, slew: str | None, main: str | No
         raise SeaError("--pedestal: z is missing. Give the height of the boom's heel above still water as well.")
     boom = Boom(
         pedestal=(f"{heel.x!r} m", f"{heel.y!r} m", f"{heel.z!r} m"),
-        slew=f"{angle(slew, '--slew')!r} rad",
+        slew=f"{parse(slew, 'angle', '--slew')!r} rad",
         main=_length_and_angle(main, "--main"),
         knuckle=None if knuckle is None else _length_and_angle(knuckle, "--knuckle"),
     )

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from stillhook.cli.cranes import Json
-from stillhook.cli.show import print_json, print_table, print_twin, progress_bar, say, say_if_compiling
+from stillhook.cli.show import print_implausible, print_json, print_table, print_twin, progress_bar, say, say_if_compiling
 
 if TYPE_CHECKING:
     from stillhook.analysis.controllers import Controller
@@ -181,11 +181,13 @@ class _Report:
     def data(self) -> dict[str, Any]:
         """Everything in SI, for machines."""
         from stillhook.engine.validated import twin_line
+        from stillhook.plausible import implausible_values
 
         first = self.tuned[0]
         return {
             "crane": self.crane.name,
             "twin": twin_line(self.crane),
+            "notes": list(implausible_values(self.crane)),
             "objective": first.objective.value,
             "seed": first.seed,
             "scenarios": [_scenario(c) for c in self.cases],
@@ -235,6 +237,7 @@ class _Report:
         for line in self.remarks:
             print(line)
         print_twin(self.crane, *self.cases)
+        print_implausible(self.crane)
         if self.crane.certified is not None:
             print("with other settings it is another crane, for which its certificate does not hold: validate before they are used")
         for name, points in self.fronts.items():

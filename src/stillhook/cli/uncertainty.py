@@ -11,7 +11,7 @@ import typer
 from stillhook.cli.cluster import Scheduler, client_of
 from stillhook.cli.cranes import Json
 from stillhook.cli.runs import MOTION_HELP, cell, motion_of
-from stillhook.cli.show import print_json, print_table, print_twin, progress_bar, started
+from stillhook.cli.show import print_implausible, print_json, print_table, print_twin, progress_bar, started
 
 if TYPE_CHECKING:
     from stillhook.analysis.bands import Limit
@@ -167,6 +167,7 @@ def _print(asked: _Asked, data: dict[str, Any], indices: list[Sensitivity]) -> N
     for output in dict.fromkeys(s.output for s in indices):
         _print_indices([s for s in indices if s.output == output])
     print_twin(crane, *asked.cases)
+    print_implausible(crane)
 
 
 def _row(label: str, case: dict[str, Any]) -> list[str]:

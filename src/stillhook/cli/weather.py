@@ -202,8 +202,8 @@ def _begin(start: str) -> Any:
 def lift(
     plan: Annotated[str, typer.Argument(metavar="PLAN.toml", help="Plan file, or one of the library's.")],
     file: Annotated[Path, typer.Argument(metavar="FILE", help="Measured waves, record by record: NDBC spectra or standard meteorology.")],
-    heading: Annotated[str | None, typer.Option(help="Direction of travel from the bow in every record: 180 is a head sea.")] = None,
-    ship: Annotated[str | None, typer.Option("--ship", help="Where the bow points from north, for files with directions.")] = None,
+    heading: Annotated[str | None, typer.Option(help="Direction of travel from the bow in every record: 180 deg is a head sea.")] = None,
+    ship: Annotated[str | None, typer.Option("--ship", help='Where the bow points from north, by measured directions: "250 deg".')] = None,
     spread: Annotated[float | None, typer.Option(help="Short-crested waves: exponent n of cos^n about the heading.")] = None,
     alternative: Annotated[list[str] | None, typer.Option(help="Way to reckon the winch, such as ssc; default: all of the plan.")] = None,
     table: Annotated[str, typer.Option("--table", help=TABLE_HELP)] = "dnv-os-h101",
@@ -214,7 +214,7 @@ def lift(
     The window is the plan's T_R, the forecast factor is in the limits. What the road does not tell (the splash zone) is judged by the
     plan's table in closed form. A year of hourly spectra takes about 20 s. Exit code 0 whatever the weather is.
 
-    Example: stillhook weather lift template-to-1500m 46042w1996.txt.gz --heading 180
+    Example: stillhook weather lift template-to-1500m 46042w1996.txt.gz --heading "180 deg"
     """
     from stillhook.cli.response_inputs import waves_of_file
     from stillhook.cli.show import progress_bar
@@ -223,9 +223,6 @@ def lift(
     from stillhook.plan.spectral_persistence import spectral_persistence
     from stillhook.weather.alpha import load_alpha_table
 
-    for text, option in ((heading, "--heading"), (ship, "--ship")):
-        if text is not None:
-            _direction(text, option)
     asked, factors = load_plan(plan), load_alpha_table(table)
     wanted = chosen_alternatives(alternative or (), asked.alternatives)
     waves = waves_of_file(file, heading, spread, ship)
@@ -278,26 +275,14 @@ def _written(out: Path | None) -> None:
 def _heading(ship: str | None, limits: Sequence[Limit], planned: bool = False) -> tuple[float | None, bool]:
     """Heading of the ship [rad], and whether it is free; planned: a plan asks for it as well as limits on beta."""
     from stillhook.errors import WeatherError
+    from stillhook.sea.directions import parse_direction
     from stillhook.weather.limit_text import BETA
 
     if ship is not None and not planned and not any(BETA in limit.columns for limit in limits):
         raise WeatherError('--ship: no limit asks for beta. Leave it out, or write a limit such as "Hs <= 3 m for beta 150..210 deg".')
     if ship is None or ship.strip().lower() == "free":
         return None, ship is not None
-    return _direction(ship, "--ship"), False
-
-
-def _direction(text: str, option: str) -> float:
-    """A direction [rad] that goes round once at most."""
-    from stillhook.cli.tip_inputs import angle
-    from stillhook.errors import WeatherError
-    from stillhook.sea.directions import FULL
-    from stillhook.units import came
-
-    value = angle(text, option)
-    if not 0.0 <= value <= FULL + 1e-9:
-        raise WeatherError(f"{option} {came(text)}: is not between 0 deg and 360 deg. Mend it.")
-    return value
+    return parse_direction(ship, "--ship"), False
 
 
 def _read(

@@ -43,7 +43,7 @@ def kernel_hash() -> str:
 
 
 RESULT_FOLDERS = (*KERNEL_FOLDERS, "engine", "sea", "lift", "library")
-RESULT_FILES = ("certified.py", "commands.py", "crane.py", "metrics.py", "scenario.py", "variables.py")
+RESULT_FILES = ("certified.py", "commands.py", "crane.py", "metrics.py", "plausible.py", "scenario.py", "variables.py")
 
 
 @functools.cache

@@ -14,6 +14,7 @@ from stillhook.lift.lowering import Lowering
 from stillhook.lift.programme import StageMode
 from stillhook.plants.lift import NEVER, LiftStats
 from stillhook.plants.state import Powers
+from stillhook.plausible import implausible_values, marked
 from stillhook.units import show
 
 AUDIT = 0.01
@@ -204,7 +205,8 @@ def lift_summary(crane: Crane, case: Lowering, result: LiftResult) -> tuple[dict
     }
     if result.ending is Ending.DIVERGED:
         numbers = dict.fromkeys(numbers, math.nan)
-    return {"status": status(case, result, r, crane), **numbers, "notes": notes(case, result)}, rows
+    doubts = (*implausible_values(crane), *implausible_values(case, "lift"))
+    return {"status": marked(status(case, result, r, crane), doubts), **numbers, "notes": [*doubts, *notes(case, result)]}, rows
 
 
 def notes(case: Lowering, result: LiftResult) -> list[str]:

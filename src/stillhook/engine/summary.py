@@ -6,6 +6,7 @@ from typing import Any
 from stillhook.crane import Crane
 from stillhook.engine.checks import Foreseen, foresee
 from stillhook.engine.run import Ending, Result
+from stillhook.plausible import implausible_values, marked
 from stillhook.scenario import Mode, Scenario
 from stillhook.variables import WINDOW
 
@@ -84,7 +85,8 @@ def summarise(crane: Crane, case: Scenario, result: Result) -> dict[str, Any]:
     A diverged run has NaN for every number, and one that is manual throughout for those of the position.
     """
     foreseen = foresee(crane, case)
-    notes = [*foreseen.notes, *_window_notes(result)]
+    doubts = (*implausible_values(crane), *implausible_values(case))
+    notes = [*doubts, *foreseen.notes, *_window_notes(result)]
     if result.ending is Ending.DIVERGED:
         notes.append(f"lost its numbers by {result.t_end:.2f} s")
     st, t = result.stats, result.t_cycle
@@ -131,7 +133,7 @@ def summarise(crane: Crane, case: Scenario, result: Result) -> dict[str, Any]:
         numbers = dict.fromkeys(numbers, math.nan)
     elif {case.mode, *(m for _, m in case.modes)} == {Mode.MANUAL}:
         numbers |= dict.fromkeys(POSITION, math.nan)
-    return {"status": status(case, result, foreseen), **numbers, "validated": float(foreseen.validated), "notes": notes}
+    return {"status": marked(status(case, result, foreseen), doubts), **numbers, "validated": float(foreseen.validated), "notes": notes}
 
 
 def _window_notes(result: Result) -> list[str]:

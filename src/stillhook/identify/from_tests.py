@@ -215,7 +215,7 @@ def with_map(points: Points, path: str | Path, D_max: float, fit: FrictionFit) -
     """The same points with the supplier's map as motor loss. Errors: LogError, UnitError of one line for a map that cannot be read."""
     from stillhook.identify.loss_map import mapped_loss, read_map
 
-    supplier = read_map(path, D_max=D_max)
+    supplier = read_map(path, D_max=f"{D_max!r} m^3/rad")
     table = mapped_loss(supplier)
     loss: Loss = lambda omega, D_m, dp: table(omega, D_m, dp)[0]
     again = fit_system(points, loss, used=tuple(n for n in Y_LINEAR if n in fit.names), keep_Y_2="Y_2" in fit.names, given=fit.given)

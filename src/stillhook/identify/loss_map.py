@@ -126,13 +126,13 @@ def blocks(values: FloatArray, most: int) -> NDArray[np.intp]:
 
 
 def read_map(
-    path: str | os.PathLike[str], *, mapping: str | os.PathLike[str] | None = None, D_max: str | float | None = None
+    path: str | os.PathLike[str], *, mapping: str | os.PathLike[str] | None = None, D_max: str | None = None
 ) -> LossMap:
     """A supplier's map from CSV, Parquet or Excel in long form: a row a cell, with displacement, speed, pressure drop and a loss.
 
     Columns: D_m, omega_m (or n), dp_m (or dp), and one of T_f (torque loss), T_shaft (torque at the shaft of the driving motor) or eta_hm
     (hydromechanical efficiency T_shaft / (D_m dp_m)), with the unit in the heading or in the mapping file (see `stillhook.io.table`).
-    Parameters: D_max full displacement, text with unit or m^3/rad; without it the largest of the map.
+    Parameters: D_max full displacement, text with its unit; without it the largest of the map.
     Rows that cannot be a loss (empty cells, efficiency not in (0, 100 %], negative loss, standstill) are left out and told in `findings`.
     Errors: LogError, UnitError of one line with file, row and column.
     """
@@ -156,7 +156,7 @@ def read_map(
         found.append(f"half of the cells lose more than {100.0 * float(np.median(share)):.0f} % of nominal torque: is it a loss?")
     if table.unused:
         found.append("columns not used: " + ", ".join(came(h) for h in table.unused))
-    full = float(D.max()) if D_max is None else parse(D_max, "displacement", "D_max") if isinstance(D_max, str) else D_max
+    full = float(D.max()) if D_max is None else parse(D_max, "displacement", "D_max")
     if full < D.max() * (1.0 - SAME):
         raise LogError(
             f"{table.source}: displacement {show(float(D.max()), 'displacement')} is beyond the motor's full {show(full, 'displacement')}. "

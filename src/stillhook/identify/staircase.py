@@ -58,7 +58,7 @@ class Staircase:
     notes: tuple[str, ...]
 
 
-def staircase(crane: Crane, test: PlannedTest, *, layer: int, minutes: float = 20.0) -> Staircase:
+def staircase(crane: Crane, test: PlannedTest, *, layer: int, duration: float = 1200.0) -> Staircase:
     """The scenario of one test on a crane whose motors all sit in its active circuit.
 
     The joystick rises from pair to pair; each speed is held `HOLD`, reached and left within `RAMP`. The command is trimmed by the leakage
@@ -74,10 +74,9 @@ def staircase(crane: Crane, test: PlannedTest, *, layer: int, minutes: float = 2
             f"{show(motor.alpha_min * motor.D_max, 'displacement', 6)} to {show(motor.D_max, 'displacement', 6)}. Choose one in between."
         )
     alpha = min(max(alpha, motor.alpha_min), 1.0)
-    least = (2.0 * PAUSE + LEAST_PAIRS * 2.0 * (HOLD + 2.0 * RAMP)) / 60.0
-    if not least <= minutes <= LONGEST / 60.0:
-        raise IdentifyError(f"minutes = {minutes:g}: a staircase takes {least:.2g} to {LONGEST / 60.0:g} minutes. Change it.")
-    duration = 60.0 * minutes
+    least = 2.0 * PAUSE + LEAST_PAIRS * 2.0 * (HOLD + 2.0 * RAMP)
+    if not least <= duration <= LONGEST:
+        raise IdentifyError(f"duration = {show(duration, 'time')}: a staircase takes {least:g} s to {LONGEST:g} s. Change it.")
     pairs = math.floor((duration - 2.0 * PAUSE) / (2.0 * (HOLD + 2.0 * RAMP)))
     d = float(layer_diameter(float(layer), drum_record(crane)))
     dp_L = holding_pressure(crane, test, d)

@@ -32,7 +32,7 @@ from stillhook.io.synthetic import (
     write_log,
 )
 from stillhook.library import changed, crane_toml, load_crane
-from stillhook.units import came, show
+from stillhook.units import came, parse, show
 from stillhook.whole import whole_folder
 
 C_LEAK_SPEED = 1000.0 * np.pi / 30.0
@@ -118,7 +118,7 @@ def write_campaign(
     out: str | Path,
     *,
     instruments: Instruments | None = None,
-    minutes: float = 20.0,
+    duration: str = "20 min",
     truth: Crane | None = None,
     layer: int | None = None,
     parquet: bool = False,
@@ -130,18 +130,18 @@ def write_campaign(
     Parameters
     ----------
     plan: which tests on which crane, see `CAMPAIGNS`. out: folder, without a campaign in it yet.
-    instruments: sensors (default: typical noise, seed 0). minutes: length of each test.
+    instruments: sensors (default: typical noise, seed 0). duration: of each test.
     truth: the crane that is really tested, for a blind test: the campaign file names the plan's crane all the same. Make it with
     `stillhook.library.changed` or `stillhook.identify.draws.crane_with`.
     layer: layer of wire to work on (default: the outermost that the pressures allow). parquet: logs as Parquet instead of CSV.
 
     Returns what was written, with notes. Errors: IdentifyError, SpecError, SimulationError, one line; nothing is left half-written.
     """
-    folder, instruments = Path(out), instruments or Instruments()
+    folder, instruments, length = Path(out), instruments or Instruments(), parse(duration, "time", "duration")
     check_campaign_folder(folder)
     crane = crane_of(plan, truth)
     chosen = outermost_layer(crane, plan.tests) if layer is None else layer
-    stairs = [staircase(crane, t, layer=chosen if t.layer is None else t.layer, minutes=minutes) for t in plan.tests]
+    stairs = [staircase(crane, t, layer=chosen if t.layer is None else t.layer, duration=length) for t in plan.tests]
     sensors = instruments.sensors(crane, max(float(s.speeds.max()) for s in stairs))
     files = [log_file(t.name, parquet) for t in plan.tests]
     meter = Meter(len(stairs), progress)

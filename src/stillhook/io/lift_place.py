@@ -16,6 +16,7 @@ from stillhook.io.sea_file import read_sea
 from stillhook.io.vessel_file import read_vessel
 from stillhook.library.vessels import vessel_file, vessels
 from stillhook.sea.boom import HOW, Boom
+from stillhook.sea.directions import parse_direction
 from stillhook.sea.kinematics import WaveField
 from stillhook.sea.long_wave import wavenumber
 from stillhook.sea.measured import SpectrumSeries
@@ -152,7 +153,8 @@ def boom_of(top: Fields) -> Boom:
 
 def _sea(table: Fields, folder: Path) -> Sea:
     """Waves of a text, or one record of a file beside the lift file."""
-    heading = table.quantity("heading", "angle")
+    heading = table.table.get("heading")
+    beta = None if heading is None else parse_direction(heading, "sea.heading")
     spread = table.table.get("spread")
     if spread is not None and (isinstance(spread, bool) or not isinstance(spread, int | float)):
         raise table.wrong("spread", "give the exponent n of cos^n, such as 4, or leave it out for long-crested waves.")
@@ -160,7 +162,7 @@ def _sea(table: Fields, folder: Path) -> Sea:
     if "=" not in text and "." in text:
         if not (folder / text).is_file():
             raise table.wrong("wave", "no such file beside the lift file. Check the path, or write waves as a text.")
-        return _measured_sea(table, folder / text, heading, spread)
+        return _measured_sea(table, folder / text, beta, spread)
     if "record" in table:
         raise table.wrong("record", "belongs to a file of measured waves, and sea.wave is a text. Leave it out.")
     return parse_sea(text, heading=heading, spread=spread, where="sea.wave")

@@ -11,7 +11,9 @@ from os.path import isfile
 from pathlib import Path
 from typing import Any
 
-from stillhook.crane import content
+from pydantic import BaseModel
+
+from stillhook.crane import Crane, content
 from stillhook.errors import PlanError, ScenarioError, WeatherError
 from stillhook.io.fields import Fields, described
 from stillhook.io.lift_file import parts_of, payload_of, water_of
@@ -21,6 +23,7 @@ from stillhook.io.weather_times import ORDERS
 from stillhook.library import load_crane
 from stillhook.library.files import nearest, shelf, toml_text
 from stillhook.library.weather import weather_file
+from stillhook.lift.payload import Payload
 from stillhook.plan.alternatives import Alternative
 from stillhook.plan.courses import Water, joined
 from stillhook.plan.hangs import check_sinks, check_tips, check_wire
@@ -30,6 +33,8 @@ from stillhook.plan.rule_file import limit_text, load_rules, rules_of
 from stillhook.plan.rules import RuleSet
 from stillhook.plan.sea_range import spelled
 from stillhook.plan.weather_value import check_headings
+from stillhook.plausible import implausible_values
+from stillhook.sea.directions import parse_direction
 from stillhook.sea.rao import Rao
 from stillhook.sea.tip import TipPoint
 from stillhook.units import came, number
@@ -124,7 +129,7 @@ def _plan(table: Mapping[str, Any], file: Path) -> LiftPlan:
         T_C=T_C,
         T_POP_given=not notes,
         source=file.name,
-        notes=(*notes, *_ideal(table, phases), *depth_notes(vessel, max(environment.Tp), depth)),
+        notes=(*notes, *_ideal(table, phases), *depth_notes(vessel, max(environment.Tp), depth), *_doubts(crane, payload, given)),
         **given,
     )
     check_tips(plan, boom_of(top) if "boom" in top else None)
@@ -205,6 +210,13 @@ def _ideal(table: Mapping[str, Any], phases: tuple[Phase, ...]) -> tuple[str, ..
     return ("sensors are taken as ideal, without delay and noise: give [sensors] with those of your crane",)
 
 
+def _doubts(crane: Crane, payload: Payload, given: Mapping[str, Any]) -> tuple[str, ...]:
+    """Notes on numbers outside of what was ever built."""
+    parts = {"payload": payload, **given}
+    found = [implausible_values(part, name) for name, part in parts.items() if isinstance(part, BaseModel)]
+    return tuple(note for notes in (implausible_values(crane, "crane"), *found) for note in notes)
+
+
 def _environment(top: Fields) -> Environment:
     table = Fields(top.table["environment"], "environment.", PlanError)
     table.need("Hs", "Tp", "headings")
@@ -257,7 +269,8 @@ def _weather(top: Fields, folder: Path) -> WeatherUse | None:
     if order is not None and order not in ORDERS:
         raise table.wrong("date_order", f"is not one of {', '.join(ORDERS)}.")
     time = table.text("time") if "time" in table else None
-    return WeatherUse(file, table.quantity("ship", "angle"), sense, columns, time, order)
+    ship = parse_direction(table.table["ship"], "weather.ship") if "ship" in table else None
+    return WeatherUse(file, ship, sense, columns, time, order)
 
 
 def _digest(plan: LiftPlan) -> str:

@@ -54,7 +54,7 @@ def spectral_persistence(
         times = f"T_POP {plan.T_POP / 3600.0:g} h, T_R {T_R / 3600.0:g} h"
         raise PlanError(f"operation: {times}: not weather restricted. Divide the operation.")
     chosen_ones = tuple(alternatives) or plan.alternatives
-    raised = replace(waves, of=_raised(waves.of, raised_heights(table, np.asarray(waves.of.H_m0), plan.T_POP)))
+    raised = waves.with_waves(_raised(waves.of, raised_heights(table, np.asarray(waves.of.H_m0), plan.T_POP)))
     elsewhere, left = _in_the_surface(plan, raised, chosen_ones)
     found = spectral_weather(plan, chosen_ones, raised, progress, elsewhere=elsewhere)
     time, step = waves.of.time, usual_step(waves.of.time)

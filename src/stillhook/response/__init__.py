@@ -3,7 +3,7 @@
 >>> import stillhook
 >>> from stillhook import response
 >>> file = stillhook.load_lift("anchor-to-3000m")
->>> found = response.lift_response(file, response.Waves(file.sea), z=-2900.0, duration=3600.0)  # doctest: +SKIP
+>>> found = response.lift_response(file, response.Waves(file.sea), z="-2900 m", duration="1 h")  # doctest: +SKIP
 >>> float(found.data.sigma_load[0])  # doctest: +SKIP
 """
 

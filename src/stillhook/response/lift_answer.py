@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from stillhook.engine.build import cache_root
 from stillhook.io.lift_file import LiftFile
+from stillhook.plausible import implausible_values, marked
 from stillhook.response.deviations import sigmas
 from stillhook.response.linearise import answers
 from stillhook.response.of_lift import FLAGS, LiftResponse, Waves
@@ -40,7 +41,7 @@ def answer_of(found: LiftResponse, file: LiftFile, waves: Waves, *, records: boo
     numbers = [str(name) for name in data.data_vars if name not in FLAGS]
     if "time" not in data.dims:
         at = {name: float(data[name][0]) for name in numbers}
-        return head | {"status": status_of(data)} | _nested(at) | {"notes": notes_of(found, file)}
+        return head | {"status": marked(status_of(data), _doubts(file))} | _nested(at) | {"notes": notes_of(found, file)}
     times = np.datetime_as_string(data["time"].values, unit="s")
     known = np.isfinite(data["sigma_z"].values)
     head |= {"file": waves.of.source, "n_records": len(times), "n_valid": int(known.sum()), "n_missing": int((~known).sum())}  # type: ignore[union-attr]
@@ -77,10 +78,14 @@ def status_of(data: xarray.Dataset) -> str:
     return ", ".join(name for name in FLAGS if bool(data[name][0])) or "ok"
 
 
+def _doubts(file: LiftFile) -> tuple[str, ...]:
+    return (*implausible_values(file.crane), *implausible_values(file.lift, "lift"))
+
+
 def notes_of(found: LiftResponse, file: LiftFile) -> list[str]:
     """What there is to say of how the numbers came about."""
     how = "made now from runs of the twin" if found.made else "found on disk"
-    notes = [f"winch: {found.residual.about}; {how}, kept in {residuals_folder()}"]
+    notes = [*_doubts(file), f"winch: {found.residual.about}; {how}, kept in {residuals_folder()}"]
     clear, load = file.lift.depth + found.z, file.lift.payload
     if found.z < 0.0 and clear < load.height:
         notes.append(f"{show(clear, 'length')} above the seabed: added mass and drag grow there, which is left out")

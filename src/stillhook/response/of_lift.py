@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,11 +22,12 @@ from stillhook.response.residual import Residual
 from stillhook.response.road import road
 from stillhook.response.rod import natural_periods
 from stillhook.scenario import Mode, mode_of
+from stillhook.sea.directions import parse_direction
 from stillhook.sea.measured import SpectrumSeries
 from stillhook.sea.rao import Rao
 from stillhook.sea.spectrum import Sea
 from stillhook.sea.states import SeaStates
-from stillhook.units import show
+from stillhook.units import parse, show
 from stillhook.variables import BY_NAME
 
 if TYPE_CHECKING:
@@ -46,15 +47,42 @@ FLAGS = ("saturated", "slack", "overload")
 """What may be wrong in a sea: the winch, the slings, the load."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, init=False)
 class Waves:
-    """One sea, or many with a direction: beta of travel from the bow [rad], or ship, where the bow points from north [rad]; spread exponent
-    of cos^n. A `Sea` has directions of its own."""
+    """One sea, or many with a direction: beta of travel from the bow, or ship, where the bow points from north; spread exponent of cos^n.
+    A `Sea` has directions of its own.
+
+    Parameters: of the waves; beta, ship texts such as "180 deg" (`from_si` takes radians); held as rad.
+    Errors: UnitError for a direction without its unit, SeaError for one outside 0 to 360 deg.
+    """
 
     of: Sea | SpectrumSeries | SeaStates
-    beta: float | None = None
-    ship: float | None = None
-    spread: float | None = None
+    beta: float | None
+    ship: float | None
+    spread: float | None
+
+    def __init__(
+        self, of: Sea | SpectrumSeries | SeaStates, beta: str | None = None, ship: str | None = None, spread: float | None = None
+    ) -> None:
+        travel = None if beta is None else parse_direction(beta, "beta")
+        self._fill(of, travel, None if ship is None else parse_direction(ship, "ship"), spread)
+
+    @classmethod
+    def from_si(
+        cls, of: Sea | SpectrumSeries | SeaStates, *, beta: float | None = None, ship: float | None = None, spread: float | None = None
+    ) -> Self:
+        """Waves with directions in rad."""
+        waves = cls.__new__(cls)
+        waves._fill(of, beta, ship, spread)
+        return waves
+
+    def _fill(self, of: Sea | SpectrumSeries | SeaStates, beta: float | None, ship: float | None, spread: float | None) -> None:
+        for name, value in (("of", of), ("beta", beta), ("ship", ship), ("spread", spread)):
+            object.__setattr__(self, name, value)
+
+    def with_waves(self, of: Sea | SpectrumSeries | SeaStates) -> Self:
+        """Other waves with the same directions."""
+        return type(self).from_si(of, beta=self.beta, ship=self.ship, spread=self.spread)
 
     def describe(self) -> str:
         """The waves in words."""
@@ -103,14 +131,22 @@ def compensated_depth(lift: Lowering) -> float:
 
 
 def lift_response(
-    file: LiftFile, waves: Waves, *, z: float, mode: Mode | str | None = None, duration: float = 10800.0, progress: Progress | None = None
+    file: LiftFile, waves: Waves, *, z: str, mode: Mode | str | None = None, duration: str = "3 h", progress: Progress | None = None
 ) -> LiftResponse:
-    """Statistics of tip, wire and load of a lift in every sea, its underside at z [m] above still water (negative: below).
+    """Statistics of tip, wire and load of a lift in every sea, its underside at z above still water ("-1500 m": below).
 
-    mode: how the winch compensates, None for the lift's controller; duration [s] of largest values and chances. progress is called while
-    the winch is asked, and not where the answer is on disk. Valid as `stillhook.response.road` and `stillhook.response.hung` say.
-    Errors: StillhookError, one line: no vessel or tip, a depth or tension that cannot be, waves without a direction.
+    mode: how the winch compensates, None for the lift's controller; duration, "3 h", of largest values and chances. progress is called
+    while the winch is simulated, and not where the result is on disk. Valid as `stillhook.response.road` and `stillhook.response.hung`
+    say. Errors: StillhookError, one line: a quantity without its unit, no vessel or tip, a depth or tension that cannot be, waves without
+    a direction.
     """
+    return response_at(file, waves, parse(z, "length", "z"), mode=mode, duration=parse(duration, "time", "duration"), progress=progress)
+
+
+def response_at(
+    file: LiftFile, waves: Waves, z: float, *, mode: Mode | str | None = None, duration: float = 10800.0, progress: Progress | None = None
+) -> LiftResponse:
+    """The same at z [m] and over a duration [s]; see `lift_response`."""
     check_place(file)
     mode = file.lift.controller if mode is None else mode_of(mode)
     if mode is Mode.MANUAL:

@@ -14,9 +14,20 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from stillhook.errors import SeaError
+from stillhook.units import came, parse
+
 Angles = TypeVar("Angles", float, NDArray[np.float64])
 
 FULL = 2.0 * math.pi
+
+
+def parse_direction(text: object, where: str = "direction") -> float:
+    """A direction as text with its unit, within one turn [rad]. Errors: UnitError; SeaError outside 0 to 360 deg; one line."""
+    value = parse(text, "angle", where)
+    if not 0.0 <= value <= FULL * (1.0 + 1e-12):
+        raise SeaError(f"{where} = {came(text)}: not between 0 deg and 360 deg. Give the direction within one turn.")
+    return value
 
 
 class DirectionSense(Enum):

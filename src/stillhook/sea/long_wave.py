@@ -44,6 +44,8 @@ SLOPES = 25.0
 ROLL_RANGE = (0.3, 5.0)  # times the slope: roll beyond it deserves a look
 LARGEST_SHIFT, LARGEST_TURN = 4.0, math.radians(20.0)  # m/m, rad/m: beyond what damped ships do in any wave
 NO_SHIFT, NO_TURN = 50.0, math.pi  # m/m, rad/m: beyond what any ship does: a slip, or a resonance that makes the table useless
+USUAL, LONGEST_AND_SHORTEST = (0.02, 10.0), (1e-3, 100.0)  # rad/s: what tables have, and beyond what none has: 0.06 s to 1.7 h
+SHALLOW = 0.5  # m: water in which no ship of these floats
 END = 0.05  # m/m: what a table may still hold at its highest frequency without a word
 LEVER = 50.0  # m: makes a rotation comparable with a displacement at the ship's end
 
@@ -160,6 +162,14 @@ def _beyond(rao: Rao) -> str | None:
     """Refusal of a motion larger than any ship's, in any wave."""
     from stillhook.sea.rao import DOFS
 
+    first, last = LONGEST_AND_SHORTEST
+    if rao.omega[0] < first or rao.omega[-1] > last:
+        return (
+            f"{rao.source or rao.name}: frequencies of {rao.omega[0]:.3g} to {rao.omega[-1]:.3g} rad/s are not between {first:g} and "
+            f"{last:g} rad/s, those of waves. Check their unit."
+        )
+    if rao.depth < SHALLOW:
+        return f"{rao.source or rao.name}: a depth of {rao.depth:.3g} m floats no ship. Check its unit."
     for d, dof in enumerate(DOFS):
         size, amount, place = _peak(rao, d)
         if size > (NO_SHIFT if d < 3 else NO_TURN):
@@ -211,6 +221,9 @@ def remarks(rao: Rao, tests: tuple[LongWave, ...]) -> tuple[str, ...]:
         size, amount, place = _peak(rao, d)
         if size > (LARGEST_SHIFT if d < 3 else LARGEST_TURN):
             lines.append(f"{t.dof} reaches {amount} at {place}: a resonance with hardly any damping, or a slip in the table")
+    if first < USUAL[0] or last > USUAL[1]:
+        usual = f"{USUAL[0]:g} to {USUAL[1]:g} rad/s"
+        lines.append(f"frequencies of {first:.3g} to {last:.3g} rad/s are implausible, outside {usual}: check their unit")
     left = float(np.abs(rao.H[2:5, :, -1] * np.array([1.0, LEVER, LEVER])[:, None]).max())
     if left > END:
         lines.append(

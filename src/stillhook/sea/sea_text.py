@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from stillhook.errors import SeaError, UnitError
+from stillhook.sea.directions import parse_direction
 from stillhook.sea.measured import Measured
 from stillhook.sea.ochi_hubble import Hump, OchiHubble
 from stillhook.sea.parametric import Jonswap, Mixed, Peaks, peak_period_of, pierson_moskowitz
@@ -51,17 +52,19 @@ def parse_wave(text: str, where: str = "") -> Peaks:
     return terms[0] if len(terms) == 1 else Mixed(tuple(terms))
 
 
-def parse_sea(text: str, *, heading: float | None = None, spread: float | None = None, where: str = "") -> Sea:
+def parse_sea(text: str, *, heading: str | None = None, spread: float | None = None, where: str = "") -> Sea:
     """A sea whose wave trains may each have their own `heading=150 deg` and `spread=4`, else the ones given here.
 
-    heading: the direction in which waves travel, counter-clockwise from the bow [rad] (0 following, pi/2 coming from starboard, pi head
-    sea); spread: exponent of cos^n, None for long-crested waves. Errors: as `parse_wave`; SeaError where a train has no heading.
+    heading: the direction in which waves travel, counter-clockwise from the bow, as text such as "180 deg" ("0 deg" following, "90 deg"
+    coming from starboard, "180 deg" head sea); spread: exponent of cos^n, None for long-crested waves. Errors: as `parse_wave`; UnitError
+    for a heading without its unit, SeaError for one outside 0 to 360 deg or a train that has none.
     """
+    given = None if heading is None else parse_direction(heading, f"{where}: heading" if where else "heading")
     trains = []
     for place, name, values in _terms(text, where):
-        towards, n = heading, spread
+        towards, n = given, spread
         if "heading" in values:
-            towards = parse(values["heading"], "angle", f"{place}: heading")
+            towards = parse_direction(values["heading"], f"{place}: heading")
         if "spread" in values:
             n = check_spread(_number(values["spread"], f"{place}: spread"), f"{place}: spread")
         if towards is None:

@@ -12,7 +12,7 @@ from stillhook.engine.pack import drum_record
 from stillhook.errors import ValidateError
 from stillhook.physics.drum import wire_to_layer
 from stillhook.physics.scalar import G
-from stillhook.units import came
+from stillhook.units import came, parse
 from stillhook.validate.truth.scatter import Setting
 
 
@@ -34,13 +34,15 @@ class Defect(StrEnum):
 
 
 class Change(NamedTuple):
-    """meaning of a defect with its size as {}; size by default, lo and hi what it may be; made: the setting with the defect of a size."""
+    """meaning of a defect with its size as {}; size by default, lo and hi what it may be; made: the setting with the defect of a size;
+    kind of quantity of the size ("": a pure number)."""
 
     meaning: str
     size: float
     lo: float
     hi: float
     made: Callable[[Setting, Crane, float], Setting]
+    kind: str = ""
 
 
 def _grown(name: str) -> Callable[[Setting, Crane, float], Setting]:
@@ -78,12 +80,12 @@ DEFECTS: Mapping[Defect, Change] = {
     Defect.LAYER: Change("the drum holds {:g} full layers of wire less than the twin's", 1.0, 0.0, 2.0, _layers_less),
     Defect.GEAR: Change("gear ratio motor to drum {:+.1%} against the twin's", 0.02, -0.3, 0.3, _grown("gear")),
     Defect.PRESSURE_LINES: Change("the transmitters of lines A and B are swapped in the log", 1.0, 1.0, 1.0, _fault("swapped")),
-    Defect.MRU_DELAY: Change("the motion unit is {:g} s later than the campaign states", 0.15, 0.0, 2.0, _later),
+    Defect.MRU_DELAY: Change("the motion unit is {:g} s later than the campaign states", 0.15, 0.0, 2.0, _later, "time"),
     Defect.MOTOR_OFFSET: Change("active motors stand {:+.0%} of D_max above their command", 0.1, 0.0, 0.4, _set("motor_offset")),
     Defect.K_1: Change("speed feedforward of the PLC {:+.0%} against the twin's", -0.1, -0.9, 1.0, _grown("K_1")),
     Defect.CLOCK: Change("the clock of the log runs {:+.2%} fast", 5e-3, -0.05, 0.05, _faster),
     Defect.SATURATION: Change("the PLC holds the pump command within {:.0%}, unlike the twin", 0.7, 0.3, 1.0, _set("pump_limit")),
-    Defect.GAP: Change("the longest log has a gap of {:g} s", 20.0, 0.0, 600.0, _fault("gap")),
+    Defect.GAP: Change("the longest log has a gap of {:g} s", 20.0, 0.0, 600.0, _fault("gap"), "time"),
     Defect.LOAD_CELL: Change("the load cell is logged in units of {:.4g} times the stated one", G, 1e-6, 1e6, _fault("cell_unit")),
 }
 
@@ -94,6 +96,16 @@ def defect_of(text: Defect | str) -> Defect:
         return Defect(text)
     except ValueError:
         raise ValidateError(f"defect {came(text)}: not one of {', '.join(Defect)}.") from None
+
+
+def size_of(defect: Defect, text: str, where: str = "size") -> float:
+    """The size of a defect as text, with its unit where it is a quantity. Errors: UnitError, ValidateError."""
+    if kind := DEFECTS[defect].kind:
+        return parse(text, kind, where)
+    try:
+        return float(text)
+    except ValueError:
+        raise ValidateError(f"{where} = {came(text)}: the defect {defect} has a plain number, such as {DEFECTS[defect].size:g}.") from None
 
 
 def with_defect(setting: Setting, crane: Crane, defect: Defect, size: float | None = None) -> Setting:
