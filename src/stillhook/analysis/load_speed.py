@@ -188,7 +188,7 @@ ALPHA_SAME = 1e-12
 def _controllers(modes: Which) -> list[Controller]:
     if isinstance(modes, str):
         raise StillhookError(f'modes = "{modes}": give a list, such as ["ns", "hs", "ssc"].')
-    found = [m if isinstance(m, Controller) else controller(m) for m in modes]
+    found = [controller(m) for m in modes]
     names = [c.name for c in found]
     if not found:
         raise StillhookError("modes: empty. Give at least one, such as ns,hs,ssc.")

@@ -142,7 +142,7 @@ def controllers_of(given: Sequence[str | Path | Controller]) -> list[Controller]
     """Controllers from names, paths and objects, each once. Errors: SpecError, one line."""
     if isinstance(given, str) or not isinstance(given, Sequence):
         raise SpecError(f'controllers = {came(given)}: give a list, such as ("ns", "hs", "ssc").')
-    found = [c if isinstance(c, Controller) else controller(c) for c in given]
+    found = [controller(c) for c in given]
     if not found:
         raise SpecError('controllers: empty. Name at least one, such as ("ns", "hs", "ssc").')
     labels = [c.name for c in found]

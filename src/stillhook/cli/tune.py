@@ -151,21 +151,23 @@ class _Report:
         self.held_out = [(found[2 * i], found[2 * i + 1]) for i in range(len(tuned))]
         self.varied = variations(crane, [t.controller for t in tuned], cases)
         load = max(c.load for c in cases)
-        self.slow = [slow_limit(crane, t.controller, load=load, s_w=cases[0].s_w) for t in tuned]
-        self.remarks = [*self._slow_remarks(load), *self._load_remarks(load)]
+        self.slow = [slow_limit(crane, t.controller) for t in tuned]
+        self.remarks = [*self._slow_remarks(), *self._load_remarks(load)]
 
-    def _slow_remarks(self, load: float) -> list[str]:
-        """Controllers whose gain makes the loaded winch swing at low speed, which no scenario of a tuning shows."""
+    def _slow_remarks(self) -> list[str]:
+        """Controllers whose gain makes the slow winch swing at a payload or length of wire for which no margins were kept."""
+        from stillhook.analysis.tune_score import wires_of
         from stillhook.units import show
 
         out = []
         for t, slow in zip(self.tuned, self.slow, strict=True):
             K_p = t.controller.on(self.crane).control.K_p
             if slow is not None and slow.K_p_ms < K_p:
-                limit, where = show(slow.K_p_ms, "gain_per_length", 2), f"{show(load, 'mass', 4)} at {show(abs(slow.v_tip), 'speed', 2)}"
+                wires = ", ".join(show(s_w, "length", 4) for s_w in wires_of(self.cases))
+                limit = f"above {show(slow.K_p_ms, 'gain_per_length', 2)}" if slow.K_p_ms > 0.0 else "with any gain"
                 out.append(
-                    f"{t.start.name}: K_p {show(K_p, 'gain_per_length', 3)} is above the {limit} at which the whole plant swings "
-                    f"with {where} (motors at {slow.alpha_m:.2f})"
+                    f"{t.start.name}: margins hold on {wires} of wire only; {limit} the whole plant swings with {slow.place.describe()} "
+                    f"(motors at {slow.alpha_m:.2f}), and K_p is {show(K_p, 'gain_per_length', 3)}"
                 )
         return out
 
