@@ -108,10 +108,17 @@ def plant_loop_at(crane: Crane, mode: Mode, place: Place, *, alpha_m: float | No
     """
     station = _station(crane, place)
     at = station.displacement(mode)(abs(place.v_tip)) if alpha_m is None else alpha_m
+    loop = _loop(crane, station, mode, place.v_tip, at, delay)
+    return None if loop is None else PlantLoop(loop, at)
+
+
+def _loop(crane: Crane, station: Station, mode: Mode, v_tip: float, alpha_m: float, delay: float = 0.0) -> SampledLoop | None:
+    """None where pressure or pumps do not suffice."""
     try:
-        return PlantLoop(plc_loop(crane, station.at(abs(place.v_tip), at), mode=mode, delay=delay), at)
+        point = station.at(abs(v_tip), alpha_m)
     except NoSteadyOperation:
         return None
+    return plc_loop(crane, point, mode=mode, delay=delay) if point.reachable else None
 
 
 def governing(
@@ -184,9 +191,5 @@ def _published_at(keyed: _Keyed, alpha: float, kept: tuple[float, float, float])
 @functools.lru_cache(maxsize=4096)
 def _plant_at(keyed: _Keyed, mode: Mode, alpha: float, kept: tuple[float, float, float]) -> tuple[SampledLoop | None, float]:
     crane, station = keyed.machine
-    v_tip = keyed.key[2].v_tip
-    try:
-        loop = plc_loop(crane, station.at(abs(v_tip), alpha), mode=mode)
-    except NoSteadyOperation:
-        return None, math.inf
-    return loop, strongest(loop, *kept)
+    loop = _loop(crane, station, mode, keyed.key[2].v_tip, alpha)
+    return (None, math.inf) if loop is None else (loop, strongest(loop, *kept))
