@@ -10,11 +10,14 @@ import pytest
 from stillhook import Profile, Scenario, load_crane, simulate
 from stillhook.analysis.controllers import Controller, controller
 from stillhook.analysis.governing import KEPT, SLOW, carried, governing, plant_loop_at, slow_places, wire_range
+from stillhook.analysis.linear import gain_limit
 from stillhook.analysis.margins import gain_limit_of, margins, strongest_gain
+from stillhook.analysis.slow_limit import slow_limit
 from stillhook.analysis.strong import strong_ssc
 from stillhook.analysis.tune_goal import Limits, parse_limits
 from stillhook.analysis.tune_score import gain_allowed, linear_broken, loop_margins
 from stillhook.analysis.tuning import tune
+from stillhook.engine.checks import foresee, layer_diameter_at
 from stillhook.errors import StillhookError
 from stillhook.library import changed
 from stillhook.scenario import Mode
@@ -110,6 +113,17 @@ def test_a_short_wire_leaves_less_margin():
     assert gain_allowed(CRANE, Mode.NS, Limits(), [15.0]) < 0.5 * gain_allowed(CRANE, Mode.NS, Limits(), [100.0])
     assert governing(CRANE, Mode.HS, wires=[15.0]).K_p == 0.0
     assert loop_margins(CRANE, Mode.HS, wires=[15.0]).gain_margin == 0.0
+
+
+def test_the_note_of_a_run_gives_the_published_limit_and_the_plant_lies_below_it():
+    hot = changed(CRANE, {"control": {"K_p": "1.1 1/m"}})
+    case = Scenario(load="150 t", s_w="100 m", mode="hs", tip="sine 0.5 m 10 s", duration="20 s")
+    note = next(n for n in foresee(hot, case).notes if "marginally stable" in n)
+    K_wire = CRANE.drum.d_max / layer_diameter_at(CRANE, 100.0)
+    told = float(note.split("above the ")[1].split(" 1/m")[0])
+    assert "published loop, motors at 0.60" in note
+    assert told == pytest.approx(gain_limit(CRANE, CRANE.control.alpha_hs, K_wire).K_p_ms, rel=1e-2)
+    assert slow_limit(hot, controller("hs"), load=150e3, s_w=100.0).K_p_ms < 0.1 * told
 
 
 def test_strong_ssc_keeps_the_margins_of_the_plant_too():

@@ -83,8 +83,8 @@ def test_gain_beyond_the_limit_is_a_no(capsys, tmp_path):
     assert run(["stability", str(file), "--alpha-m", "1", "--s-w", "100 m"]) == 0
     assert run(["stability", str(file), "--alpha-m", "0.6", "--load", "0 t"]) == 1
     out = capsys.readouterr().out
-    assert "UNSTABLE. K_p 1.2 1/m, limit 0.65" in out
-    assert "Lower K_p to 0.3" in out
+    assert "UNSTABLE. K_p 1.2 1/m, limit 0.66" in out
+    assert "Lower K_p to 0.33 1/m or less" in out
     code, found = answer(capsys, str(file), "--alpha-m", "0.6")
     assert code == 1
     assert found["phase_margin"] < 0.0

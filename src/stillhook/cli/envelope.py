@@ -121,6 +121,7 @@ def _answer(crane: Crane, data: xarray.Dataset, found: list[dict[str, Any]]) -> 
         "hs_share": data.attrs["hs_share"],
         "load_most": most,
         "loads": places,
+        "notes": _type_notes(data),
         "rows": found,
     }
 
@@ -150,7 +151,14 @@ def _print(crane: Crane, data: xarray.Dataset, found: list[dict[str, Any]]) -> N
     layer = int(data["layer"].values[0])
     print_table(head, body, title=f"{crane.name}: highest steady wire speed, layer {layer} of {crane.drum.layers}", left=3)
     print("Compensating, the slower of hoisting and lowering; leakage and friction included. -: the mode may not be used at this load.")
+    for note in _type_notes(data):
+        print(note)
     print_twin(crane)
+
+
+def _type_notes(data: xarray.Dataset) -> list[str]:
+    """What the winch type means for these loads."""
+    return [note for note in str(data.attrs["notes"]).split("; ") if note]
 
 
 _SHOWN = ("v_w_top", "alpha_m_top", "alpha_p_top", "dp_m_top", "omega_m_top")

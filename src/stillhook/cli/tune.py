@@ -144,6 +144,7 @@ class _Report:
     ) -> None:
         from stillhook.analysis.slow_limit import slow_limit
         from stillhook.analysis.tune_compare import outcomes, variations
+        from stillhook.engine.checks import notes_of
 
         self.crane, self.tuned, self.fronts, self.cases, self.unseen = crane, tuned, fronts, cases, unseen
         pairs = [k for t in tuned for k in (t.start, t.controller)]
@@ -152,7 +153,9 @@ class _Report:
         self.varied = variations(crane, [t.controller for t in tuned], cases)
         load = max(c.load for c in cases)
         self.slow = [slow_limit(crane, t.controller) for t in tuned]
-        self.remarks = [*self._slow_remarks(), *self._load_remarks(load)]
+        machines = [t.controller.on(crane) for t in tuned for _ in cases]
+        self.notes = notes_of(machines, [case.with_mode(t.controller.mode) for t in tuned for case in cases])
+        self.remarks = [*self._slow_remarks(), *self._load_remarks(load), *self.notes]
 
     def _slow_remarks(self) -> list[str]:
         """Controllers whose gain makes the slow winch swing at a payload or length of wire for which no margins were kept."""
@@ -193,6 +196,7 @@ class _Report:
             "scenarios": [_scenario(c) for c in self.cases],
             "hold_out": [_scenario(c) for c in self.unseen],
             "controllers": {t.start.name: self._one(i, t) for i, t in enumerate(self.tuned)},
+            "notes": self.notes,
             "pareto": {name: [p._asdict() for p in points] for name, points in self.fronts.items()},
         }
 
