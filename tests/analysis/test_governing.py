@@ -117,7 +117,7 @@ def test_a_short_wire_leaves_less_margin():
 
 def test_the_note_of_a_run_gives_the_published_limit_and_the_plant_lies_below_it():
     hot = changed(CRANE, {"control": {"K_p": "1.1 1/m"}})
-    case = Scenario(load="150 t", s_w="100 m", mode="hs", tip="sine 0.5 m 10 s", duration="20 s")
+    case = Scenario(load="150 t", s_w="100 m", mode="hs", tip="sine 0.5 m 10 s", duration="60 s")
     note = next(n for n in foresee(hot, case).notes if "marginally stable" in n)
     K_wire = CRANE.drum.d_max / layer_diameter_at(CRANE, 100.0)
     told = float(note.split("above the ")[1].split(" 1/m")[0])

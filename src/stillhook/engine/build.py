@@ -26,7 +26,7 @@ from stillhook.engine import winch_type
 from stillhook.physics.scalar import STRICT
 from stillhook.plants import truth
 
-PLANTS: dict[str, ModuleType] = {**winch_type.PLANTS, "truth": truth}
+PLANTS: dict[str, ModuleType] = {**{name.value: plant for name, plant in winch_type.PLANTS.items()}, "truth": truth}
 PACKAGE = Path(__file__).resolve().parents[1]
 KERNEL_FOLDERS = ("physics", "control", "plants")
 KERNEL_MODULES = ("build", "driver", "isolation", "lanes", "lift_driver", "stats", "tip_sampling", "window")
