@@ -30,7 +30,7 @@ K_1_RANGE = (0.95, 1.10)
 """Search range of K_1 over the ideal one [-]: leakage takes 1 to 4 % of the speed, print has 0.82."""
 K_2_LEAD = 0.15
 """Longest lead K_2 / K_1 that is searched [s]: two and a half times the lag of the published pumps."""
-K_P_RANGE = (0.002, 0.5)
+K_P_RANGE = (0.005, 0.5)
 """Search range of K_p over its limit of marginal stability at full displacement [-]; the margins end it before its upper end, and for a
 slow loaded winch at small displacement near its lower one."""
 LEAD_BEYOND = 0.1
