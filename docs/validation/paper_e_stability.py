@@ -102,7 +102,7 @@ def holding_rows() -> str:
                     f"{allowed.K_p:.3f}",
                 )
             )
-    head = ("mode", "wire out", "limit published", "limit of the slow plant", "where it is least", "which holds", "`K_p` within the margins, 1/m")
+    head = ("mode", "wire out", "limit published", "limit of the slow plant", "where it is least", "which holds", "`K_p` kept, 1/m")
     return table(head, rows)
 
 

@@ -149,7 +149,20 @@ def test_a_pure_active_winch_tells_of_its_offset_in_every_answer(words: tuple[st
 
 
 def test_more_oil_than_the_accumulator_takes_is_said_of_a_map(capsys):
-    words = ("map", "nov-250t", "--controllers", "ns", "--loads", "250 t", "--speeds", "120 m/min", "--period", "30 s", "--duration", "80 s")
+    words = (
+        "map",
+        "nov-250t",
+        "--controllers",
+        "ns",
+        "--loads",
+        "250 t",
+        "--speeds",
+        "120 m/min",
+        "--period",
+        "30 s",
+        "--duration",
+        "80 s",
+    )
     text, data = found(capsys, *words)
     assert "the piston will run into its ends" in text
     assert any("accumulator's stroke" in note for note in data["notes"])

@@ -27,7 +27,7 @@ def register(app: typer.Typer) -> None:
 
 def tune(
     crane: Annotated[str, typer.Argument(metavar="CRANE", help="Library crane, or path of a crane file.")],
-    controllers: Annotated[str, typer.Option(help="Where to start: ns, hs, ssc, ssc-cubic, level-1, level-2, strong-ssc, files.")] = "ns,hs,ssc",
+    controllers: Annotated[str, typer.Option(help="Start: ns, hs, ssc, ssc-cubic, level-1, level-2, strong-ssc, files.")] = "ns,hs,ssc",
     free: Annotated[str | None, typer.Option(help="Settings to tune, such as K_p,u_thr (default: all of the motor law).")] = None,
     objective: Annotated[str, typer.Option(help="error, worst-error, pressure or balanced.")] = "balanced",
     limit: Annotated[list[str] | None, typer.Option(help='Limit to keep, such as "p_max <= 300 bar"; may be given again.')] = None,
