@@ -243,6 +243,4 @@ def _write(out: Path, crane: Crane, found: list[Stability], table: dict[str, Any
     if not quiet:
         say("written: " + ", ".join(str(out / n) for n in NAMES))
         if other:
-            say(
-                "pictures and sweeps show the published loop on the full drum; the table is in stability.json"
-            )
+            say("pictures and sweeps show the published loop on the full drum; the table is in stability.json")
