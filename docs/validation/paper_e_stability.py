@@ -9,19 +9,23 @@ import numpy as np
 from blocks import claims_table, percent, save, table, verdict
 
 from stillhook import Crane, Scenario, load_crane, simulate
+from stillhook.analysis.controllers import controller
 from stillhook.analysis.equivalent import equivalent
+from stillhook.analysis.governing import governing, wire_range
 from stillhook.analysis.linear import eigenfrequency, gain_limit
 from stillhook.analysis.linearisation import at_state, linearise
-from stillhook.analysis.loop_stability import full_stability, least_limit, range_of_modes, stability, sweep
+from stillhook.analysis.loop_stability import full_stability, least_limit, range_of_modes, slow_sweep, stability, sweep
 from stillhook.analysis.loops import position_loop, sampled
 from stillhook.analysis.margins import gain_limit_of, strongest_gain
 from stillhook.analysis.operation import operating_point
 from stillhook.analysis.ringing import rms_above
 from stillhook.analysis.routh import gain_limit_by_poles, gain_limit_by_routh
+from stillhook.analysis.slow_limit import slow_limit as slow_limit_of
 from stillhook.analysis.stability_figures import bode_figure, gain_limit_figure, motor_pole_figure, root_locus_figure, sweep_figure
 from stillhook.analysis.transfer import about, closed_loop_polynomial, motor_poles, speed_response, whole_matrices
 from stillhook.library import changed
-from stillhook.units import in_display
+from stillhook.scenario import Mode
+from stillhook.units import in_display, show
 
 PAGE = "paper-e-stability.md"
 CRANE = load_crane("nov-250t")
@@ -75,6 +79,30 @@ def margin_rows() -> str:
                 )
             )
     head = ("mode", "`alpha_m`", "delay", "gain margin", "with PLC", "phase margin", "delay margin", "M_s", "strongest `K_p`, 1/m")
+    return table(head, rows)
+
+
+def holding_rows() -> str:
+    """Published loop and slow plant beside each other for every mode and length of wire, and which of them holds."""
+    rows = []
+    for mode in (Mode.NS, Mode.HS, Mode.SSC):
+        for s_w in (15.0, 100.0, wire_range(CRANE)[-1]):
+            which = controller(mode.value)
+            slow, allowed = slow_limit_of(CRANE, which, s_w=s_w), governing(CRANE, mode, wires=(s_w,))
+            least = {Mode.NS: CRANE.control.alpha_ns, Mode.HS: CRANE.control.alpha_hs}.get(mode, CRANE.active.motor.alpha_min)
+            published = stability(CRANE, least)
+            rows.append(
+                (
+                    mode.value.upper(),
+                    show(s_w, "length", 4),
+                    f"{published.K_p_ms_plc:.2f}",
+                    "-" if slow is None else f"{slow.K_p_ms:.2f}",
+                    "-" if slow is None else f"{slow.place.describe().split(' on ')[0]}, motors at {slow.alpha_m:.2f}",
+                    "published loop" if allowed.place is None else "plant",
+                    f"{allowed.K_p:.3f}",
+                )
+            )
+    head = ("mode", "wire out", "limit published", "limit of the slow plant", "where it is least", "which holds", "`K_p` kept, 1/m")
     return table(head, rows)
 
 
@@ -217,6 +245,7 @@ def compute() -> tuple[dict[str, str], dict[str, tuple[str, str, str]], Any]:
         "ways": four_ways(),
         "least": f"The least limit is {least:.4f} 1/m, at {D:.0f} cm³/rev ({percent(alpha)} of the full displacement).",
         "margins": margin_rows(),
+        "holds": holding_rows(),
         "strong": f"`strongest_gain` of this crane, PLC of 10 ms, any delay up to 50 ms: {strongest_gain(CRANE, delay=0.05):.3f} 1/m.",
         "ssc": ssc_rows(),
         "plant": plant_rows(),
@@ -227,7 +256,7 @@ def compute() -> tuple[dict[str, str], dict[str, tuple[str, str, str]], Any]:
 
 
 def draw(_: Any) -> None:
-    save(gain_limit_figure(CRANE, sweep(CRANE)), "paper-e-gain-limit.png")
+    save(gain_limit_figure(CRANE, sweep(CRANE), slow_sweep(CRANE)), "paper-e-gain-limit.png")
     save(motor_pole_figure(CRANE), "paper-e-motor-poles.png")
     save(root_locus_figure(CRANE), "paper-e-root-locus.png")
     save(bode_figure(CRANE, (1.0, 0.6), delay=0.05), "paper-e-bode.png")

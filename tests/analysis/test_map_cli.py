@@ -82,7 +82,7 @@ class TestRefusals:
     @pytest.mark.parametrize(
         ("arguments", "words"),
         [
-            (("--controllers", "foo"), "No controller"),
+            (("--controllers", "foo"), "Unknown controller"),
             (("--controllers", ""), "name at least one"),
             (("--speeds", "10 s"), "is not one of m/s"),
             (("--loads", "300 t"), "exceeds the SWL"),

@@ -230,7 +230,7 @@ class TestAxes:
         assert "\n" not in str(problem.value)
 
     @pytest.mark.parametrize(
-        ("given", "words"), [(["foo"], "No controller"), ([], "empty"), (["ns", "ns"], "named twice"), ("ns", "give a list")]
+        ("given", "words"), [(["foo"], "Unknown controller"), ([], "empty"), (["ns", "ns"], "named twice"), ("ns", "give a list")]
     )
     def test_unknown_controllers_are_refused(self, given, words):
         with pytest.raises(SpecError, match=words):

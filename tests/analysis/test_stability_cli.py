@@ -8,7 +8,7 @@ import pytest
 
 from stillhook import load_crane
 from stillhook.analysis.linear import gain_limit
-from stillhook.analysis.loop_stability import Over, bode, least_limit, root_locus, stability, sweep
+from stillhook.analysis.loop_stability import Over, bode, full_stability, least_limit, root_locus, slow_sweep, stability, sweep
 from stillhook.cli import run
 from stillhook.errors import StillhookError
 from stillhook.variables import BY_NAME
@@ -27,7 +27,7 @@ def test_command_prints_the_published_numbers(capsys):
     code, found = answer(capsys, "nov-250t")
     assert code == 0
     assert set(KEYS) <= set(found)
-    assert set(found) <= set(BY_NAME)
+    assert set(found) - {"plant", "governs"} <= set(BY_NAME)
     assert found["alpha_m"] == 1.0
     assert found["K_p_ms"] == pytest.approx(2.026039, abs=DIGITS_6)
     assert found["omega_0"] == pytest.approx(12.526991, abs=DIGITS_6)
@@ -36,19 +36,55 @@ def test_command_prints_the_published_numbers(capsys):
 
 
 def test_several_displacements_give_lists(capsys):
-    code, found = answer(capsys, "nov-250t", "--alpha-m", "1", "--alpha-m", "0.6", "--delay", "50 ms")
+    code, found = answer(capsys, "nov-250t", "--alpha-m", "1", "--alpha-m", "0.6", "--delay", "50 ms", "--load", "0 t")
     assert code == 0
     assert found["K_p_ms"] == pytest.approx([2.026039, 0.998272], abs=DIGITS_6)
     assert found["delay"] == [0.05, 0.05]
+    assert found["governs"] == ["plant", "plant"]
+    assert [plant["delay"] for plant in found["plant"]] == [0.05, 0.05]
+
+
+def test_the_command_says_which_loop_holds(capsys):
+    """HS stands at 60 % displacement: with 150 t at 2 m/min its K_p is four times the limit that the published loop puts at 1 1/m."""
+    words = ("nov-250t", "--alpha-m", "0.6", "--load", "150 t", "--s-w", "100 m")
+    code, found = answer(capsys, *words)
+    assert code == 1
+    assert found["governs"] == "plant"
+    assert found["stable_plc"] is True
+    assert found["plant"]["stable_plc"] is False
+    assert (found["plant"]["load"], found["plant"]["s_w"]) == (150e3, 100.0)
+    assert run(["stability", *words]) == 1
+    out = capsys.readouterr().out
+    assert "the whole plant governs (150 t at 2 m/min on 100 m of wire" in out
+    assert "UNSTABLE. K_p 0.16 1/m, limit 0.038" in out
+    assert run(["stability", "nov-250t", "--load", "100 t", "--s-w", "1000 m", "--v-tip", "20 m/min"]) == 0
+    assert "motors 1, the published loop governs (whole plant at least: 100 t at 20 m/min" in capsys.readouterr().out
+
+
+def test_the_plant_is_looked_at_where_it_has_least_to_spare(capsys):
+    """Of all slow points that --full can be put at, none has a lower limit than the one that the command finds."""
+    _, found = answer(capsys, "nov-250t", "--alpha-m", "0.8")
+    for load in (0.0, CRANE.SWL):
+        for s_w in (15.0, 100.0):
+            for v in (-5.0, -2.0, 2.0, 5.0):
+                one, _ = full_stability(CRANE, load=load, s_w=s_w, v_tip=v / 60.0, alpha_m=0.8)
+                assert one.K_p_ms_plc >= found["plant"]["K_p_ms_plc"] * (1.0 - 1e-6)
+
+
+def test_slow_sweep_falls_with_load_and_rises_with_displacement():
+    data = slow_sweep(CRANE, [0.6, 0.8, 1.0], loads=[0.0, 150e3], wires=[100.0])["K_p_ms_plc"].sel(s_w=100.0)
+    assert np.all(np.diff(data.values, axis=0) > 0.0)
+    assert data.sel(load=150e3, alpha_m=0.6) < 0.1 * data.sel(load=0.0, alpha_m=0.6)
 
 
 def test_gain_beyond_the_limit_is_a_no(capsys, tmp_path):
     file = tmp_path / "hot.toml"
     file.write_text('base = "nov-250t"\n[control]\nK_p = "1.2 1/m"\n')
-    assert run(["stability", str(file), "--alpha-m", "1"]) == 0
-    assert run(["stability", str(file), "--alpha-m", "0.6"]) == 1
+    assert run(["stability", str(file), "--alpha-m", "1", "--s-w", "100 m"]) == 0
+    assert run(["stability", str(file), "--alpha-m", "0.6", "--load", "0 t"]) == 1
     out = capsys.readouterr().out
-    assert "UNSTABLE. K_p 1.2 1/m, limit 0.9983 1/m. Lower K_p to 0.5 1/m or less." in out
+    assert "UNSTABLE. K_p 1.2 1/m, limit 0.66" in out
+    assert "Lower K_p to 0.33 1/m or less" in out
     code, found = answer(capsys, str(file), "--alpha-m", "0.6")
     assert code == 1
     assert found["phase_margin"] < 0.0
@@ -80,6 +116,7 @@ def test_winch_that_swings_without_feedback_is_told_why(capsys):
         (("--delay", "-1 s"), "delay = -1 s: allowed is 0 up to 10 s"),
         (("--full",), "--full needs --v-tip"),
         (("--full", "--v-tip", "10 m/min", "--layer", "3"), "--layer belongs to the published model"),
+        (("--layer", "3", "--load", "100 t"), "--layer: on it the published loop stands alone. Leave out --load and --s-w."),
         (("--v-tip", "200 m/min", "--full"), "beyond their stop"),
         (("--v-tip", "200 m/min"), "the pumps are full at 2.01 m/s with the motors at 0.6. Give a slower tip."),
         (("--out", "/proc/none"), "/proc/none"),

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from stillhook import load_crane
 from stillhook.errors import PlanError
 from stillhook.io.weather_file import read_weather
 from stillhook.plan.alternatives import Alternative
@@ -17,7 +18,7 @@ from stillhook.plan.limits import limits_of
 from stillhook.plan.plan_file import load_plan
 from stillhook.plan.plan_files import load_plan_result, save_plan
 from stillhook.plan.planning import plan
-from stillhook.plan.remarks import without_runs
+from stillhook.plan.remarks import winch_remarks, without_runs
 from stillhook.plan.report import check
 from stillhook.plan.table import Axes, chosen, gathered, governed
 from stillhook.weather.alpha import load_alpha_table
@@ -190,3 +191,12 @@ def test_a_planwithout_runs_says_what_the_road_levels_out():
     found = without_runs(load_plan("template-to-1500m"))
     assert len(found) == 1
     assert found[0].startswith("frequency road, upper water")
+
+
+def test_a_plan_with_a_pure_active_winch_tells_that_the_load_sinks_and_stands_off():
+    """Its pumps hold the load against leakage: by hand it sinks, compensated it hangs low. A passive circuit carries the load alone."""
+    recovery = load_plan("manifold-recovery")
+    said = winch_remarks(replace(recovery, crane=load_crane("nov-100t-pure-active")))
+    assert any("with the joystick at rest the load sinks by" in line for line in said)
+    assert any("expect a standing offset of about" in line for line in said)
+    assert winch_remarks(recovery) == []

@@ -12,7 +12,7 @@ from stillhook.errors import SpecError, StillhookError
 from stillhook.library import changed
 from stillhook.library.files import nearest, parsed, toml_text
 from stillhook.library.write import toml_value
-from stillhook.scenario import Mode
+from stillhook.scenario import Mode, mode_of
 from stillhook.units import came
 
 Changes = Mapping[str, Any]
@@ -42,6 +42,9 @@ class Controller:
     mode: Mode
     changes: Changes | Callable[[Crane], Changes] = field(default_factory=dict)
 
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "mode", mode_of(self.mode))
+
     def changes_on(self, crane: Crane) -> Changes:
         """The changes for this crane, worked out where a rule gives them."""
         return self.changes(crane) if callable(self.changes) else self.changes
@@ -60,8 +63,8 @@ class Controller:
             raise type(problem)(f'controller "{self.name}": {problem}') from None
 
 
-def controller(name_or_path: str | Path) -> Controller:
-    """A controller by name (`NAMES`), or from a TOML file whose stem becomes its name.
+def controller(name_or_path: str | Path | Controller) -> Controller:
+    """A controller by name (`NAMES`), or from a TOML file whose stem becomes its name; one that is a controller already is kept.
 
     A file gives the motor law and what differs from the crane, each number with its unit::
 
@@ -77,16 +80,20 @@ def controller(name_or_path: str | Path) -> Controller:
 
     Errors: SpecError of one line for a name or a file that is no controller.
     """
+    if isinstance(name_or_path, Controller):
+        return name_or_path
     if isinstance(name_or_path, str) and name_or_path in PLAIN:
         return Controller(name_or_path, PLAIN[name_or_path])
     if name_or_path == STRONG:
         return Controller(STRONG, Mode.SSC, _strong)
     if not isinstance(name_or_path, (str, Path)):
-        raise SpecError(f"Controller = {came(name_or_path)}: give a name ({', '.join(NAMES)}) or the path of a file.")
+        raise SpecError(f"Unknown controller {came(name_or_path)}. Give a name ({', '.join(NAMES)}) or the path of a file.")
     path = Path(name_or_path)
+    if name_or_path == Mode.MANUAL:
+        raise SpecError(f'"{Mode.MANUAL}" is no controller: the operator moves the winch. Choose {", ".join(NAMES)}.')
     if path.suffix != ".toml":
-        hint = nearest(str(name_or_path), NAMES)
-        raise SpecError(f"No controller {came(str(name_or_path))}: there are {', '.join(NAMES)}{hint} A file's name ends in .toml.")
+        choose = f"Choose {', '.join(NAMES)} or a file that ends in .toml"
+        raise SpecError(f"Unknown controller {came(str(name_or_path))}. {choose}{nearest(str(name_or_path), NAMES)}")
     return _from_file(path)
 
 

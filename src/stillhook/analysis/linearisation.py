@@ -206,11 +206,11 @@ def plc_loop(crane: Crane, point: OperatingPoint, *, mode: Mode | str = Mode.SSC
     """The position loop of the whole plant as the crane's PLC closes it, at K_p = 1: all other loops closed and held for a cycle too.
 
     These are the motors' law through measured alpha_m and load cell, the feedforward of alpha_m to the pumps, and the passive circuit's
-    torque control and make-up. delay [s] is that of the position feedback alone.
+    torque control and make-up. delay [s] is that of the position feedback alone; the PLC's computing time is added to it.
     """
     linear = linearise(point)
     T = crane.control.t_cycle
-    n, rest = whole_cycles(delay, T)
+    n, rest = whole_cycles(delay + crane.control.computing, T)
     u_p = linear.inputs.index("u_p")
     commands = [i for i, name in enumerate(linear.inputs) if name not in TIP]
     Phi, Gamma = hold_matrices(linear.A, linear.B[:, commands], T)

@@ -17,11 +17,12 @@ from stillhook.analysis.map_axes import Texts, quantities
 from stillhook.analysis.steady import steady
 from stillhook.control.motors import displacement_calc_min
 from stillhook.crane import Crane
+from stillhook.engine.checks import notes_of
 from stillhook.engine.pack import plc_record, wire_speed_max
 from stillhook.errors import StillhookError
 from stillhook.library import crane_toml
 from stillhook.plausible import implausible_values
-from stillhook.scenario import Mode
+from stillhook.scenario import Mode, Scenario
 from stillhook.units import parse
 from stillhook.variables import BY_NAME
 
@@ -75,7 +76,8 @@ def envelope(
     and binds, the limit that stops it; alpha_m_top, alpha_p_top [-], dp_m_top [Pa], omega_m_top [rad/s] there; v_w_limit over "limit" as
     well: the speed that each limit alone allows (inf: it never binds, NaN: it allows none); by layer and load alpha_least (D_m_min of
     SSC), alpha_reserve, alpha_pm_hold [-], and the hyperbolas of constant power v_w_power (the reserve at relief pressure) and
-    v_w_power_rule (the same force at the pressure at which alpha_swl holds it) [m/s]; load_most(mode) [kg].
+    v_w_power_rule (the same force at the pressure at which alpha_swl holds it) [m/s]; load_most(mode) [kg]; attribute notes: what the
+    winch type means at the heaviest load, and implausible numbers.
     Errors: UnitError for a load without its unit; StillhookError for an unknown layer, a load above the SWL, a mode named twice or manual
     mode.
     Source: Moslatt 2020 paper C figure 4 and section "Considered system".
@@ -109,9 +111,24 @@ def envelope_at(
         _store(columns, cell)
         if progress is not None:
             progress((done + 1) / math.prod(shape))
-    notes = "; ".join(implausible_values(crane))
-    attrs = {"crane": crane_toml(crane), "stillhook": __version__, "notes": notes, "reserve": reserve, "hs_share": hs_share}
+    attrs = {"crane": crane_toml(crane), "stillhook": __version__, "reserve": reserve, "hs_share": hs_share}
+    attrs["notes"] = "; ".join((*implausible_values(crane), *_notes(crane, cranes[:-1], which, numbers, kg, hs_share)))
     return _dataset(columns, [*(c.name for c in which), PHYSICAL], numbers, kg, attrs)
+
+
+def _notes(
+    crane: Crane, cranes: Sequence[Crane], which: Sequence[Controller], layers: Sequence[int], loads: Sequence[float], hs_share: float
+) -> list[str]:
+    """What the winch type means at the heaviest load that each controller may be used with, on the outermost of the layers."""
+    s_w = wire_out_on(crane, max(layers))
+    cases, machines = [], []
+    for machine, c in zip(cranes, which, strict=True):
+        most = (hs_share if c.mode is Mode.HS else 1.0) * crane.SWL * (1.0 + 1e-9)
+        carried = [load for load in loads if load <= most]
+        if carried:
+            machines.append(machine)
+            cases.append(Scenario(load=f"{max(carried)!r} kg", s_w=f"{s_w!r} m", mode=c.mode))
+    return notes_of(machines, cases)
 
 
 def setting_curves(
@@ -208,7 +225,7 @@ ALPHA_SAME = 1e-12
 def _controllers(modes: Which) -> list[Controller]:
     if isinstance(modes, str):
         raise StillhookError(f'modes = "{modes}": give a list, such as ["ns", "hs", "ssc"].')
-    found = [m if isinstance(m, Controller) else controller(m) for m in modes]
+    found = [controller(m) for m in modes]
     names = [c.name for c in found]
     if not found:
         raise StillhookError("modes: empty. Give at least one, such as ns,hs,ssc.")

@@ -1,7 +1,7 @@
 """`stability`: how far a crane's position loop is from swinging, as published and with its PLC; sweeps, Bode data, root locus.
 
 The published loop (Moslatt 2020 paper E section 3) turns on the outer diameter with a full drum, one line at constant pressure, B_v for all
-friction. `full_stability` asks the same of the whole plant at an operating point.
+friction. `full_stability` asks the same of the whole plant at an operating point, `both_loops` which of the two holds.
 """
 
 from __future__ import annotations
@@ -15,10 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
+from stillhook.analysis.governing import SHORTEST, SLOW, WIRES, Place, carried, plant_loop_at, slow_places
 from stillhook.analysis.linear import eigenfrequency, gain_limit
 from stillhook.analysis.linearisation import linearise, plant_loop, plc_loop, settled_displacement
 from stillhook.analysis.loops import Loop, SampledLoop, position_loop, sampled
-from stillhook.analysis.margins import Margins, margins, strongest_up_to
+from stillhook.analysis.margins import Margins, gain_limit_of, margins, strongest_up_to
 from stillhook.analysis.operation import OperatingPoint, operating_point
 from stillhook.analysis.steady import steady
 from stillhook.analysis.transfer import About, command_pole, lever, motor_slope, on_layer, whole_matrices
@@ -127,7 +128,7 @@ def _published(crane: Crane, alpha_m: float | None, layer: int | None, v_tip: fl
     alpha = steady(machine, -v_tip, Mode.SSC, K_wire=K_wire).alpha_m if alpha_m is None else alpha_m
     e, limit = eigenfrequency(machine, alpha), gain_limit(machine, alpha, K_wire)
     plain = position_loop(machine, alpha, K_wire=K_wire)
-    held = sampled(plain, crane.control.t_cycle, delay)
+    held = sampled(plain, crane.control.t_cycle, delay + crane.control.computing)
     at = _about(machine, v_tip, alpha, K_wire)
     v_full = wire_speed_max(crane, alpha) / K_wire
     if abs(v_tip) > v_full:
@@ -183,6 +184,95 @@ def full_stability(
     z = held.closed_poles(crane.control.K_p)
     poles = np.log(z[np.abs(z) > 1e-6]) / held.t_cycle
     return _stability(crane, where, found, (plain, held), delay, poles), point
+
+
+class BothLoops(NamedTuple):
+    """The published loop beside the whole plant where it has the lowest gain limit: place, None where nothing holds the loads."""
+
+    published: Stability
+    plant: Stability | None
+    place: Place | None
+
+    @property
+    def governing(self) -> Stability:
+        """The one of the two with the lower gain limit, with PLC and delay or without."""
+        if self.plant is None or min(self.published.K_p_ms, self.published.K_p_ms_plc) < min(self.plant.K_p_ms, self.plant.K_p_ms_plc):
+            return self.published
+        return self.plant
+
+    @property
+    def ok(self) -> bool:
+        """Whether both die out with positive margins."""
+        return self.published.ok and (self.plant is None or self.plant.ok)
+
+    def table(self) -> dict[str, Any]:
+        """Name -> value in SI of the published loop; under "plant" the same of the plant, its payload and wire; "governs" which holds."""
+        plant = None if self.plant is None or self.place is None else self.plant.table() | {"load": self.place.load, "s_w": self.place.s_w}
+        return self.published.table() | {"governs": "published" if self.governing is self.published else "plant", "plant": plant}
+
+
+def both_loops(
+    crane: Crane,
+    alpha_m: float | None = None,
+    *,
+    v_tip: float = 0.0,
+    delay: float = 0.0,
+    loads: Sequence[float] | None = None,
+    wires: Sequence[float] = (SHORTEST, *WIRES),
+) -> BothLoops:
+    """Margins of the published loop, and of the whole plant at that of its operating points where the gain limit is lowest.
+
+    Parameters: alpha_m, v_tip, delay as in `stability`; the plant stands at the same displacement, or where SSC puts it at each point.
+    loads payloads [kg], default empty hook and SWL; wires paid out [m]. The tip moves at v_tip, or at 2 and 5 m/min up and down where
+    v_tip is 0: there friction falls with speed most.
+    Errors: as `stability` and `full_stability`.
+    """
+    published = stability(crane, alpha_m, v_tip=v_tip, delay=delay)
+    masses = carried(crane, Mode.SSC) if loads is None else tuple(loads)
+    places = slow_places(masses, wires, SLOW) if v_tip == 0.0 else [Place(m, s_w, v_tip) for m in masses for s_w in wires]
+    limits: dict[Place, float] = {}
+    for place in places:
+        here = plant_loop_at(crane, Mode.SSC, place, alpha_m=alpha_m, delay=delay)
+        if here is not None:
+            limits[place] = gain_limit_of(here.loop)[0]
+    if not limits:
+        return BothLoops(published, None, None)
+    least = min(limits, key=lambda p: limits[p])
+    plant, _ = full_stability(crane, load=least.load, s_w=least.s_w, v_tip=least.v_tip, alpha_m=alpha_m, delay=delay)
+    return BothLoops(published, plant, least)
+
+
+def slow_sweep(
+    crane: Crane,
+    values: Sequence[float] | None = None,
+    *,
+    loads: Sequence[float] | None = None,
+    wires: Sequence[float] = (SHORTEST, *WIRES),
+    delay: float = 0.0,
+) -> xarray.Dataset:
+    """Gain limit of the whole plant with PLC where it is slow, over displacement, payload and wire paid out: the least of 2 and 5 m/min
+    up and down.
+
+    Parameters: values displacements [-], default from 0.8 alpha_min to 1; loads payloads [kg], default empty hook, 60 % of the SWL
+    (the most that HS carries) and SWL; wires [m]; delay [s].
+    Returns: Dataset over ("alpha_m", "load", "s_w") with K_p_ms_plc [1/m], 0 where the winch swings without feedback, NaN where nothing
+    holds the load.
+    """
+    import xarray
+
+    alphas = np.linspace(0.8 * crane.active.motor.alpha_min, 1.0, 14) if values is None else np.asarray(list(values), dtype=np.float64)
+    masses = (*carried(crane, Mode.HS), crane.SWL) if loads is None else tuple(loads)
+    limits = np.full((len(alphas), len(masses), len(wires)), math.nan)
+    for at in np.ndindex(limits.shape):
+        i, j, k = at
+        slow = [
+            plant_loop_at(crane, Mode.SSC, p, alpha_m=float(alphas[i]), delay=delay)
+            for p in slow_places(masses[j : j + 1], wires[k : k + 1])
+        ]
+        limits[at] = min((gain_limit_of(s.loop)[0] for s in slow if s is not None), default=math.nan)
+    coords = {"alpha_m": alphas, "load": list(masses), "s_w": list(wires)}
+    data = {"K_p_ms_plc": (tuple(coords), limits, _attrs("K_p_ms_plc"))}
+    return xarray.Dataset(data, coords={n: (n, v, _attrs(n)) for n, v in coords.items()}, attrs={"crane": crane.name, "delay": delay})
 
 
 def _check(v_tip: float, delay: float) -> None:
@@ -306,7 +396,7 @@ def bode(crane: Crane, alpha_m: float = 1.0, *, K_wire: float = 1.0, delay: floa
     import xarray
 
     plain = position_loop(crane, alpha_m, K_wire=K_wire)
-    held = sampled(plain, crane.control.t_cycle, delay)
+    held = sampled(plain, crane.control.t_cycle, delay + crane.control.computing)
     w = np.geomspace(0.01, held.nyquist * 0.999, 1200) if omega is None else np.asarray(omega, dtype=np.float64)
     data = {}
     for end, loop in (("", plain), ("_plc", held)):

@@ -14,6 +14,7 @@ from stillhook.analysis.controllers import Controller, controller
 from stillhook.analysis.map_axes import LOADS, PERIOD, SPEEDS, Axes, Texts, axes_of
 from stillhook.analysis.map_result import Map, as_dataset
 from stillhook.crane import Crane
+from stillhook.engine.checks import notes_of
 from stillhook.engine.many import summaries
 from stillhook.engine.run import Progress
 from stillhook.errors import ScenarioError, SpecError
@@ -91,6 +92,7 @@ def map_of(
             "motion": _words(motion, period, periods is not None),
             "duration": cases[0].duration,
             "warm_up": cases[0].warm_up,
+            "notes": notes_of(cranes, cases),
         },
     ).with_best_classic()
 
@@ -142,7 +144,7 @@ def controllers_of(given: Sequence[str | Path | Controller]) -> list[Controller]
     """Controllers from names, paths and objects, each once. Errors: SpecError, one line."""
     if isinstance(given, str) or not isinstance(given, Sequence):
         raise SpecError(f'controllers = {came(given)}: give a list, such as ("ns", "hs", "ssc").')
-    found = [c if isinstance(c, Controller) else controller(c) for c in given]
+    found = [controller(c) for c in given]
     if not found:
         raise SpecError('controllers: empty. Name at least one, such as ("ns", "hs", "ssc").')
     labels = [c.name for c in found]

@@ -125,7 +125,7 @@ def strongest_gain(
     """
     _check_wanted(delay, gain_margin, phase_margin, sensitivity)
     alpha = crane.active.motor.alpha_min if alpha_m is None else alpha_m
-    loop = sampled(position_loop(crane, alpha), crane.control.t_cycle, delay)
+    loop = sampled(position_loop(crane, alpha), crane.control.t_cycle, delay + crane.control.computing)
     return strongest_up_to(loop, gain_margin, phase_margin, sensitivity)
 
 

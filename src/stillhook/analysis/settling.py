@@ -17,6 +17,7 @@ from stillhook.analysis.map_result import FloatArray, Map, as_dataset
 from stillhook.analysis.maps import CLASSIC_AND_NEW, controllers_of
 from stillhook.crane import Crane
 from stillhook.engine.build import results_hash
+from stillhook.engine.checks import notes_of
 from stillhook.engine.given import SERIES_STEP, check_threads, steps_per_cycle
 from stillhook.engine.lanes import VL
 from stillhook.engine.many import spread
@@ -109,7 +110,13 @@ def settling_of(
         status=np.array([a.status for a in answers], dtype=object).reshape(shape),
         cause=np.array([a.cause for a in answers], dtype=object).reshape(shape),
         better="settling_time",
-        about={"speed_is": "wire speed before the step", "wire_step": dv, "lowering": lowering, "duration": RAMP + HOLD + AFTER},
+        about={
+            "speed_is": "wire speed before the step",
+            "wire_step": dv,
+            "lowering": lowering,
+            "duration": RAMP + HOLD + AFTER,
+            "notes": notes_of(cranes, cases),
+        },
     ).with_best_classic()
 
 

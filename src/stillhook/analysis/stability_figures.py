@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stillhook.analysis.loop_stability import bode, range_of_modes, root_locus, sweep
+from stillhook.analysis.loop_stability import bode, range_of_modes, root_locus, slow_sweep, sweep
 from stillhook.analysis.steady import speed_limit
 from stillhook.analysis.transfer import about, motor_poles, whole_matrices
 from stillhook.crane import Crane
 from stillhook.engine.pack import gains
 from stillhook.io.figures import COLOURS, GREY
 from stillhook.scenario import Mode
-from stillhook.units import in_display
+from stillhook.units import in_display, show
 
 if TYPE_CHECKING:
     import xarray
@@ -24,21 +24,28 @@ SPEED_POINTS = 60
 """Tip speeds of the picture of pole movement."""
 
 
-def gain_limit_figure(crane: Crane, data: xarray.Dataset) -> Figure:
-    """K_p of marginal stability over displacement, with and without PLC, the range of each mode, K_p itself (paper E figure 5).
+def gain_limit_figure(crane: Crane, data: xarray.Dataset, slow: xarray.Dataset) -> Figure:
+    """K_p of marginal stability over displacement, with and without PLC, the range of each mode, K_p itself (paper E figure 5); beside the
+    published loop the whole plant where it is slow.
 
-    data: `sweep(crane, "alpha_m")`.
+    data: `sweep(crane, "alpha_m")`; slow: `slow_sweep(crane)`.
     """
-    figure, ax = _figure(7.5, 4.6)
+    figure, ax = _figure(7.5, 5.4)
     D = [in_display(a * crane.active.motor.D_total, "displacement") for a in data["alpha_m"].values]
     late = f" and {1e3 * data.attrs['delay']:g} ms of delay" if data.attrs["delay"] else ""
     ax.plot(D, data["K_p_ms"], color=COLOURS[0], label="published loop")
     ax.plot(D, data["K_p_ms_plc"], color=COLOURS[1], ls="--", label=f"with PLC ({1e3 * crane.control.t_cycle:g} ms){late}")
+    for colour, load in zip(COLOURS[2:], slow["load"].values, strict=False):
+        name = "empty hook" if load == 0.0 else show(float(load), "mass", 4)
+        for style, s_w in zip(("-", "--", ":"), slow["s_w"].values, strict=False):
+            x = [in_display(a * crane.active.motor.D_total, "displacement") for a in slow["alpha_m"].values]
+            label = f"slow plant, {name}, {show(float(s_w), 'length', 4)} of wire"
+            ax.plot(x, slow["K_p_ms_plc"].sel(load=load, s_w=s_w), color=colour, ls=style, lw=1.0, label=label)
     ax.axhline(crane.control.K_p, color=GREY, ls=":", label=f"K_p of the crane, {crane.control.K_p:g} 1/m")
     _mark_modes(ax, crane, lambda a: in_display(a * crane.active.motor.D_total, "displacement"))
     ax.set(xlabel="motor displacement [cm³/rev]", ylabel="K_p of marginal stability [1/m]", ylim=(0.0, None), xlim=(D[0], D[-1]))
     ax.set_title(f"{crane.name}: position gain at which the winch starts to swing", fontsize="medium")
-    ax.legend(loc="upper left", fontsize="small")
+    ax.legend(loc="upper left", fontsize="x-small", ncols=2)
     return figure
 
 
@@ -185,10 +192,9 @@ def _mark_modes(ax: Any, crane: Crane, at: Any) -> None:
     """The displacements that each mode takes."""
     for i, (mode, (lo, hi)) in enumerate(range_of_modes(crane).items()):
         y = 0.03 + 0.045 * i
-        colour = COLOURS[(i + 2) % len(COLOURS)]
-        ax.plot([at(lo), at(hi)], [y, y], color=colour, lw=4, solid_capstyle="butt", transform=ax.get_xaxis_transform())
+        ax.plot([at(lo), at(hi)], [y, y], color=GREY, lw=4, solid_capstyle="butt", transform=ax.get_xaxis_transform())
         if lo == hi:
-            ax.plot([at(lo)], [y], "D", color=colour, ms=5, transform=ax.get_xaxis_transform())
+            ax.plot([at(lo)], [y], "D", color=GREY, ms=5, transform=ax.get_xaxis_transform())
         place = {"xy": (at(lo), y), "xytext": (-6, 0), "xycoords": ax.get_xaxis_transform(), "textcoords": "offset points"}
         ground = {"facecolor": "white", "edgecolor": "none", "pad": 0.5}
         ax.annotate(mode.upper(), **place, fontsize="x-small", va="center", ha="right", bbox=ground)
@@ -207,10 +213,11 @@ def all_figures(crane: Crane, alphas: tuple[float, ...], *, delay: float = 0.0) 
     """Pictures and the data behind them, by file name without its ending."""
     data = {over: sweep(crane, over, alpha_m=alphas[0], delay=delay) for over in ("alpha_m", "layer", "leakage", "damping", "bulk_modulus")}
     data["delay"] = sweep(crane, "delay", alpha_m=alphas[0])
+    data["slow"] = slow_sweep(crane, delay=delay)
     figures = {
-        "gain-limit": gain_limit_figure(crane, data["alpha_m"]),
+        "gain-limit": gain_limit_figure(crane, data["alpha_m"], data["slow"]),
         "eigenfrequency": eigen_figure(crane, data["alpha_m"]),
-        "sweeps": sweep_figure(crane, [d for name, d in data.items() if name != "alpha_m"]),
+        "sweeps": sweep_figure(crane, [d for name, d in data.items() if name not in ("alpha_m", "slow")]),
         "bode": bode_figure(crane, alphas, delay=delay),
         "root-locus": root_locus_figure(crane, alphas),
         "motor-poles": motor_pole_figure(crane),

@@ -12,6 +12,7 @@ from stillhook.control.motors import displacement_min
 from stillhook.control.plc import Plc, Sensed, motor_demand
 from stillhook.crane import Crane
 from stillhook.engine.pack import MODE_CODE, gains, plc_record, wire_speed_max
+from stillhook.engine.winch_type import plant_of
 from stillhook.errors import StillhookError
 from stillhook.physics.scalar import G
 from stillhook.scenario import Mode
@@ -46,6 +47,7 @@ def steady(crane: Crane, v_w: float, mode: Mode | str, load: float | None = None
     Valid: ideal machine without leakage, which takes a few per cent of the pumps; K_1 of the crane, which is the ideal one unless its
     file gives another. Then u_p is still what the motors take: the position loop makes up the difference.
     """
+    plant_of(crane)
     F = 0.0 if load is None else (load + crane.hook_mass) * G
     if not (math.isfinite(v_w) and math.isfinite(F) and F >= 0.0):
         raise StillhookError(f"v_w = {v_w:g} m/s, load = {load} kg: give a finite speed, and a load that is not negative.")

@@ -9,8 +9,8 @@ from __future__ import annotations
 import math
 
 from stillhook.analysis.controllers import STRONG, Changes, Controller
+from stillhook.analysis.governing import governing
 from stillhook.analysis.linear import eigenfrequency
-from stillhook.analysis.margins import strongest_gain
 from stillhook.crane import Crane
 from stillhook.errors import StillhookError
 from stillhook.scenario import Mode
@@ -22,9 +22,10 @@ LONGEST_DELAY = 1.0
 def strong_ssc(crane: Crane, *, delay: float = 0.0) -> Controller:
     """SSC with the strongest position gain, its reference aligned in time, for a motion signal that is `delay` [s] late.
 
-    K_p: the largest gain that keeps a gain margin of 2, a phase margin of 45 degrees and a sensitivity peak of 2 with the PLC's cycle, at
-    the least displacement SSC may use and on the outermost layer, where the margins are least (`stillhook.analysis.margins`). The delay
-    of the motion unit lies outside the position loop and does not lower it. t_lead: `lateness`. All else is the crane's own.
+    K_p: the largest gain that keeps a gain margin of 2, a phase margin of 45 degrees and a sensitivity peak of 2 with the PLC's cycle, in
+    the published loop at the least displacement SSC may use on the outermost layer and in the whole plant where it is slow, from the
+    empty hook to the SWL (`stillhook.analysis.governing`). The delay of the motion unit lies outside the position loop and does not
+    lower it. t_lead: `lateness`. All else is the crane's own.
 
     Errors: StillhookError for a delay outside 0 to 1 s.
     """
@@ -33,7 +34,7 @@ def strong_ssc(crane: Crane, *, delay: float = 0.0) -> Controller:
 
 def strong_changes(crane: Crane, *, delay: float = 0.0) -> Changes:
     """What strong SSC changes on this crane, in the form of a crane file; see `strong_ssc`."""
-    K_p = strongest_gain(crane, alpha_m=crane.active.motor.alpha_min)
+    K_p = governing(crane, Mode.SSC).K_p
     rounded = math.floor(K_p * 1e4) / 1e4  # down, so that the margins are kept
     return {"control": {"K_p": f"{rounded:.4f} 1/m", "t_lead": f"{1e3 * lateness(crane, delay=delay):.4g} ms"}}
 
@@ -41,10 +42,10 @@ def strong_changes(crane: Crane, *, delay: float = 0.0) -> Changes:
 def lateness(crane: Crane, *, delay: float = 0.0) -> float:
     r"""Time by which the winch moves later than the measured tip says, once K_2 has made up for the pumps [s].
 
-    .. math:: t_{lead} = t_{delay} + \tfrac12 t_{cycle} + \frac{2 \zeta_0}{\omega_0}
+    .. math:: t_{lead} = t_{delay} + \tfrac12 t_{cycle} + t_{compute} + \frac{2 \zeta_0}{\omega_0}
 
-    A command is held for a cycle, so on the mean it is half a cycle old. K_2 = K_1 2 zeta_p / omega_np takes the first-order lag of the
-    pumps. What is left is that of the oil, whose transfer function 1 / (1 + 2 zeta_0 s / omega_0 + s^2 / omega_0^2) lags by
+    A command is held for a cycle, so on the mean it is half a cycle old, and it comes a computing time late. K_2 =
+    K_1 2 zeta_p / omega_np takes the first-order lag of the pumps. What is left is that of the oil, whose transfer function 1 / (1 + 2 zeta_0 s / omega_0 + s^2 / omega_0^2) lags by
     2 zeta_0 / omega_0 at the slow frequencies of waves; here at full displacement, where it is least.
 
     Parameters: crane; delay of the motion signal, which the PLC is taken to know [s].

@@ -16,6 +16,7 @@ from stillhook.analysis.drum import layer_row
 from stillhook.analysis.steady import steady
 from stillhook.crane import Crane, ServoVariant
 from stillhook.engine.pack import gains
+from stillhook.engine.winch_type import plant_of
 from stillhook.errors import StillhookError
 from stillhook.physics.line import capacitance
 from stillhook.scenario import Mode
@@ -68,6 +69,7 @@ def circuit_matrices(crane: Crane, alpha_m: float = 1.0) -> tuple[FloatArray, Fl
     Source: Moslatt 2020 paper C eqs 1 to 4 with C_h = V_1 / beta; load and Coulomb friction are disturbances and left out.
     Differs from print: C eq. 8 makes the damping B_v/J + C_1 beta/J of these equations; it is B_v/J + C_1 beta/V_1.
     """
+    plant_of(crane)
     if not 0.0 < alpha_m <= 1.0:
         raise StillhookError(f"alpha_m = {alpha_m:g}: the displacement over its maximum lies above 0 and up to 1.")
     a, J, B_v = crane.active, crane.inertia.J_m_eff, crane.control.B_v

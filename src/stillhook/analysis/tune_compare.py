@@ -4,11 +4,14 @@ of control error against pressure."""
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from stillhook.analysis.controllers import Controller
+from stillhook.analysis.controllers import controller as controller_of
 from stillhook.analysis.tune_goal import Limits, Objective
 from stillhook.analysis.tune_score import OURS, Score
 from stillhook.analysis.tune_search import Trial
@@ -148,7 +151,7 @@ def front(trials: Iterable[Trial], names: Sequence[str]) -> list[Point]:
 
 def pareto(
     crane: Crane,
-    controller: Controller,
+    controller: Controller | Path | str,
     *,
     free: Sequence[str] = (),
     cases: Sequence[Scenario] | None = None,
@@ -166,6 +169,7 @@ def pareto(
     Source: Haimes 1971 (epsilon constraint).
     """
     common = {"free": free, "cases": cases, "budget": budget, "seed": seed}
+    first = controller_of(controller)
     done: list[Tuned] = []
     told = progress or (lambda share: None)
 
@@ -173,18 +177,18 @@ def pareto(
         told((len(done) + share) / (points + 2))
 
     def add(objective: Objective, start: Controller, within: Limits | None) -> Tuned:
-        found = tune(crane, start, objective=objective, limits=within, reference=controller, progress=part, **common)  # type: ignore[arg-type]
+        found = tune(crane, start, objective=objective, limits=within, reference=first, progress=part, **common)  # type: ignore[arg-type]
         done.append(found)
         return done[-1]
 
-    low = add(Objective.PRESSURE, controller, limits)
+    low = add(Objective.PRESSURE, first, limits)
     kept = low.limits  # "speed capacity kept" is that of the start, whatever later searches start from
     if not low.met:
-        raise StillhookError(f"{controller.name}: no setting keeps the limits ({'; '.join(low.stops)}). Loosen one of them.")
-    high = add(Objective.ERROR, controller, kept)
+        raise StillhookError(f"{first.name}: no setting keeps the limits ({'; '.join(low.stops)}). Loosen one of them.")
+    high = add(Objective.ERROR, first, kept)
     if high.met and not (low.interrupted or high.interrupted):
         for p in np.linspace(low.after.p_max, high.after.p_max, points + 2)[1:-1]:
-            bound = Limits(min(float(p), kept.p_max), kept.gain_margin, kept.phase_margin, kept.sensitivity_peak, kept.v_w_capacity)
+            bound = replace(kept, p_max=min(float(p), kept.p_max))
             add(Objective.ERROR, low.controller, bound)
             if done[-1].interrupted:
                 break

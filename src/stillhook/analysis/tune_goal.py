@@ -52,15 +52,23 @@ WEIGHTS: Mapping[Objective, tuple[float, float, float]] = {
 @dataclass(frozen=True)
 class Limits:
     """What tuned settings must keep: highest pressure p_max [Pa]; gain margin [-], phase margin [rad] and sensitivity peak [-] of the
-    position loop with its PLC, at the least displacement and on the outermost layer; v_w_capacity speed with the pumps full, for every
-    load [m/s] (None: that of the start, "speed capacity kept"). Always kept: no saturation, no relief valve open, no motor overspeed,
-    no cavitation, no slack wire, in any scenario; and in the fast runs beside them nothing that the start does not do there either."""
+    position loop with its PLC, in the published loop at the least displacement on the outermost layer and in the whole plant where the
+    mode is slow, from the empty hook to the heaviest payload that it carries, `load` at most [kg], on the scenarios' wires
+    (`stillhook.analysis.governing`); v_w_capacity speed with the pumps full, for every load [m/s] (None: that of the start, "speed
+    capacity kept"). Always kept: no saturation, no relief valve open, no motor overspeed, no cavitation, no slack wire, in any scenario;
+    and in the fast runs beside them nothing that the start does not do there either."""
 
     p_max: float = math.inf
     gain_margin: float = GAIN_MARGIN
     phase_margin: float = PHASE_MARGIN
     sensitivity_peak: float = SENSITIVITY_PEAK
     v_w_capacity: float | None = None
+    load: float = math.inf
+
+    @property
+    def margins(self) -> tuple[float, float, float]:
+        """Gain margin [-], phase margin [rad] and sensitivity peak [-]."""
+        return self.gain_margin, self.phase_margin, self.sensitivity_peak
 
 
 _KINDS = {
@@ -69,6 +77,7 @@ _KINDS = {
     "phase_margin": ("angle", ">="),
     "sensitivity_peak": ("", "<="),
     "v_w_capacity": ("speed", ">="),
+    "load": ("mass", "<="),
 }
 _LIMIT = re.compile(r"\s*(\w+)\s*(<=|>=)\s*(.+?)\s*")
 

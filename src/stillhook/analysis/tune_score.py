@@ -2,25 +2,21 @@
 
 from __future__ import annotations
 
-import functools
 import math
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from stillhook.analysis.loops import position_loop, sampled
-from stillhook.analysis.margins import Margins, margins, strongest
+from stillhook.analysis.governing import WIRES, Governing, governing
+from stillhook.analysis.margins import Margins, margins
 from stillhook.analysis.steady import speed_limit
 from stillhook.analysis.tune_goal import PERIODS, WEIGHTS, Limits, Objective, peak_sine
-from stillhook.analysis.tune_space import least_displacement
 from stillhook.crane import Crane
 from stillhook.engine.checks import layer_diameter_at
 from stillhook.scenario import Mode, Scenario
 from stillhook.units import parse, show
 
-STEP = 0.005
-"""What the displacements are cut down to for the margins, which are then on the safe side [-]."""
 OURS = ("saturated", "relief", "overspeed", "cavitation", "slack", "unstable", "uncompensated", "audit", "diverged")
 """Parts of a status that a controller is to blame for: what load and motion do to wire and accumulator is none of its business."""
 FASTEST = (0.95, 0.9, 0.85, 0.8, 0.7, 0.6)
@@ -80,7 +76,7 @@ def scored(
     e = tuple(float(s["e_c_pp"]) for s in found)
     p = tuple(float(s["p_max"]) for s in found)
     capacity = capacity_of(crane, mode, cases)
-    broken = [*linear_broken(crane, mode, limits, capacity)]
+    broken = [*linear_broken(crane, mode, limits, capacity, wires_of(cases))]
     for name in OURS:
         bad = sum(name in str(s["status"]).split(", ") for s in found)
         if bad:
@@ -107,53 +103,41 @@ def capacity_of(crane: Crane, mode: Mode, cases: Sequence[Scenario]) -> list[flo
     return [speed_limit(crane, mode, load) for load in sorted({c.load for c in cases})]
 
 
-def linear_broken(crane: Crane, mode: Mode, limits: Limits, capacity: Sequence[float]) -> list[str]:
+def wires_of(cases: Sequence[Scenario]) -> tuple[float, ...]:
+    """Lengths of wire paid out among the scenarios [m]."""
+    return tuple(sorted({c.s_w for c in cases}))
+
+
+def linear_broken(crane: Crane, mode: Mode, limits: Limits, capacity: Sequence[float], wires: Sequence[float] = WIRES) -> list[str]:
     """Margins that the position loop does not keep, and speed that is missing: what can be said without a run."""
     out = []
-    K_p, most = crane.control.K_p, gain_allowed(crane, mode, limits)
-    if K_p > most:
-        m = loop_margins(crane, mode)
-        out += [f"gain margin {m.gain_margin:.3g} below {limits.gain_margin:.3g}"] if m.gain_margin < limits.gain_margin else []
+    K_p, most = crane.control.K_p, governing_loop(crane, mode, limits, wires)
+    if K_p > most.K_p:
+        m = margins(most.loop, K_p)
+        if m.gain_margin < limits.gain_margin:
+            out.append(f"gain margin {m.gain_margin:.3g} below {limits.gain_margin:.3g}")
         if m.phase_margin < limits.phase_margin:
             out.append(f"phase margin {math.degrees(m.phase_margin):.3g} deg below {math.degrees(limits.phase_margin):.3g} deg")
-        if m.sensitivity_peak > limits.sensitivity_peak:
+        if m.stable and m.sensitivity_peak > limits.sensitivity_peak:
             out.append(f"sensitivity peak {m.sensitivity_peak:.4g} above {limits.sensitivity_peak:.3g}")
-        out = out or [f"K_p {show(K_p, 'gain_per_length', 4)} above {show(most, 'gain_per_length', 4)}, which the margins allow"]
+        out = out or [f"K_p {show(K_p, 'gain_per_length', 4)} above {show(most.K_p, 'gain_per_length', 4)}, which the margins allow"]
+        out[-1] += f" ({most.describe()})"
     wanted = limits.v_w_capacity
     if wanted is not None and min(capacity) < wanted * (1.0 - 1e-6):
         out.append(f"speed capacity {show(min(capacity), 'speed', 4)} below {show(wanted, 'speed', 4)}")
     return out
 
 
-def loop_margins(crane: Crane, mode: Mode) -> Margins:
-    """Margins of the position loop with its PLC where they are least."""
-    alpha = least_displacement(crane, mode)
-    return margins(sampled(position_loop(crane, alpha), crane.control.t_cycle), max(crane.control.K_p, 1e-6))
+def governing_loop(crane: Crane, mode: Mode, limits: Limits, wires: Sequence[float] = WIRES) -> Governing:
+    """The loop that allows the least gain within the margins, at the loads up to that of the limits and with these wires paid out [m]."""
+    return governing(crane, mode, limits.margins, wires=wires, load=limits.load)
 
 
-def gain_allowed(crane: Crane, mode: Mode, limits: Limits) -> float:
-    """Largest K_p that keeps the margins [1/m]; the displacement is cut down to a whole STEP, which is on the safe side."""
-    alpha = least_displacement(crane, mode)
-    cut = max(math.floor(alpha / STEP + 1e-9) * STEP, STEP)
-    a, c = crane.active, crane.control
-    machine = (crane.inertia.J_m_eff, crane.i_hD, crane.drum.d_max, a.line, a.pump.D_total, a.pump.omega_p, a.pump.servo, a.motor.D_total)
-    return _allowed(_Machine(crane, (*machine, a.C_leak, c.B_v, c.t_cycle)), cut, limits)
+def loop_margins(crane: Crane, mode: Mode, limits: Limits | None = None, wires: Sequence[float] = WIRES) -> Margins:
+    """Margins of the position loop with its PLC where they are least; see `governing_loop`."""
+    return margins(governing_loop(crane, mode, limits or Limits(), wires).loop, max(crane.control.K_p, 1e-6))
 
 
-class _Machine:
-    """A crane as the position loop sees it: equal where its loop is equal, whatever its settings."""
-
-    def __init__(self, crane: Crane, key: tuple[Any, ...]) -> None:
-        self.crane, self.key = crane, key
-
-    def __hash__(self) -> int:
-        return hash(self.key)
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, _Machine) and self.key == other.key
-
-
-@functools.lru_cache(maxsize=4096)
-def _allowed(machine: _Machine, alpha: float, limits: Limits) -> float:
-    loop = sampled(position_loop(machine.crane, alpha), machine.crane.control.t_cycle)
-    return strongest(loop, limits.gain_margin, limits.phase_margin, limits.sensitivity_peak)
+def gain_allowed(crane: Crane, mode: Mode, limits: Limits, wires: Sequence[float] = WIRES) -> float:
+    """Largest K_p that keeps the margins [1/m]; displacements are cut down to whole steps, which is on the safe side."""
+    return governing_loop(crane, mode, limits, wires).K_p

@@ -24,6 +24,7 @@ from stillhook.analysis.tune_score import (
     linear_broken,
     relative,
     scored,
+    wires_of,
 )
 from stillhook.analysis.tune_space import Setting, of_vector, present, to_vector, with_settings
 from stillhook.crane import Crane
@@ -39,6 +40,8 @@ NEAR_START = 0.08
 everywhere (Latin hypercube)."""
 SAFE = 0.999
 """Share of the gain that the margins allow in that guess: its displacement may be rounded."""
+LEAST_GAIN = 1e-6
+"""Stands for an allowed gain of 0 where excesses are compared [1/m]."""
 POLISH = 0.25
 """Part of the budget that Nelder and Mead's simplex has at the end."""
 SIMPLEX = 0.02
@@ -71,6 +74,7 @@ class Search:
         self.trials: list[Trial] = []
         self.asked, self.interrupted = 0, False
         self.fast: list[Fast] = []
+        self.wires = wires_of(self.cases)
 
     def weigh(self, score: Score) -> Score:
         """The score as a part of that of the start."""
@@ -110,7 +114,7 @@ class Search:
         return out
 
     def _run(self, points: FloatArray) -> FloatArray:
-        values = [of_vector(self.settings, x) for x in points]
+        values = [self.within_margins(of_vector(self.settings, x)) for x in points]
         cranes = [with_settings(self.crane, v) for v in values]
         excess = np.array([self.linear_excess(c) for c in cranes])
         out = UNRUN * (1.0 + excess)
@@ -126,12 +130,22 @@ class Search:
             out[i] = score.score if not score.broken else BROKEN * (1.0 + self.run_excess(score))
         return out
 
+    def within_margins(self, values: dict[str, float]) -> dict[str, float]:
+        """The settings with no more position gain than the margins allow, or the least of its search: where the margins end far below
+        the end of its search, as for HS under load, hardly any other candidate would keep them."""
+        if "K_p" not in values:
+            return values
+        most = SAFE * gain_allowed(with_settings(self.crane, values), self.mode, self.limits, self.wires)
+        least = next(s.low for s in self.settings if s.name == "K_p")
+        return values | {"K_p": min(values["K_p"], max(most, least))}
+
     def linear_excess(self, crane: Crane) -> float:
         """By how much a setting breaks what needs no run; 0 where it does not."""
         capacity = capacity_of(crane, self.mode, self.cases)
-        if not linear_broken(crane, self.mode, self.limits, capacity):
+        if not linear_broken(crane, self.mode, self.limits, capacity, self.wires):
             return 0.0
-        gain = max(crane.control.K_p / gain_allowed(crane, self.mode, self.limits) - 1.0, 0.0)
+        allowed = max(gain_allowed(crane, self.mode, self.limits, self.wires), LEAST_GAIN)
+        gain = max(crane.control.K_p / allowed - 1.0, 0.0)
         speed = max((self.limits.v_w_capacity or 0.0) / min(capacity) - 1.0, 0.0)
         return max(gain + speed, 1e-9)
 
@@ -160,7 +174,7 @@ class Search:
         """The start with what strong SSC does to SSC, where those settings are free: a good guess for every motor law."""
         values = dict(zip((s.name for s in self.settings), self.trials[0].values, strict=True))
         delay = max(c.sensors.delay for c in self.cases)
-        guess = {"K_p": SAFE * gain_allowed(self.crane, self.mode, self.limits), "t_lead": lateness(self.crane, delay=delay)}
+        guess = {"K_p": SAFE * gain_allowed(self.crane, self.mode, self.limits, self.wires), "t_lead": lateness(self.crane, delay=delay)}
         values |= {n: v for n, v in guess.items() if n in values}
         return np.asarray(np.clip(np.array(to_vector(self.settings, values)), 0.0, 1.0), dtype=np.float64)
 

@@ -12,7 +12,7 @@ from stillhook.crane import Crane
 from stillhook.engine.pack import gains, wire_speed_max
 from stillhook.errors import StillhookError
 from stillhook.library.files import nearest
-from stillhook.scenario import Mode
+from stillhook.scenario import Mode, mode_of
 from stillhook.units import show
 from stillhook.variables import BY_NAME
 
@@ -30,8 +30,9 @@ K_1_RANGE = (0.95, 1.10)
 """Search range of K_1 over the ideal one [-]: leakage takes 1 to 4 % of the speed, print has 0.82."""
 K_2_LEAD = 0.15
 """Longest lead K_2 / K_1 that is searched [s]: two and a half times the lag of the published pumps."""
-K_P_RANGE = (0.02, 0.5)
-"""Search range of K_p over its limit of marginal stability at full displacement [-]; the margins end it before its upper end."""
+K_P_RANGE = (0.005, 0.5)
+"""Search range of K_p over its limit of marginal stability at full displacement [-]; the margins end it before its upper end, and for a
+slow loaded winch at small displacement near its lower one."""
 LEAD_BEYOND = 0.1
 """Lead beyond the delay of the motion signal that is searched [s]."""
 U_THR_RANGE = (0.1, 0.98)
@@ -49,9 +50,12 @@ class Setting(NamedTuple):
     high: float
 
 
-def tunable(mode: Mode) -> tuple[str, ...]:
-    """Names of the settings that a motor law knows."""
-    return (*FEEDFORWARD, *MOTORS[mode])
+def tunable(mode: Mode | str) -> tuple[str, ...]:
+    """Names of the settings that a motor law knows. Errors: StillhookError for a mode without a motor law, or an unknown one."""
+    law = mode_of(mode)
+    if law not in MOTORS:
+        raise StillhookError(f'"{law}" has no settings to tune. Choose {", ".join(MOTORS)}.')
+    return (*FEEDFORWARD, *MOTORS[law])
 
 
 def space(crane: Crane, mode: Mode, free: Sequence[str] = (), *, delay: float = 0.0) -> tuple[Setting, ...]:

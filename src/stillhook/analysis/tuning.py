@@ -1,7 +1,8 @@
 """Each controller at its best: settings found by differential evolution on the whole twin, under limits, from a seed that repeats them.
 
-A population's runs go sixteen lanes side by side (`stillhook.engine.many`). Settings whose margins or speed are not enough are not run at
-all. What breaks a limit ranks behind all that breaks none, by how much it breaks (Deb 2000).
+A population's runs go sixteen lanes side by side (`stillhook.engine.many`). No candidate has more position gain than the margins allow; one
+whose margins or speed are not enough all the same is not run at all. What breaks a limit ranks behind all that breaks none, by how much
+it breaks (Deb 2000).
 """
 
 from __future__ import annotations
@@ -9,13 +10,16 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import NamedTuple
 
 from stillhook.analysis.controllers import Controller
+from stillhook.analysis.controllers import controller as controller_of
+from stillhook.analysis.margins import margins
 from stillhook.analysis.tune_goal import Limits, Objective, parse_limits, scenarios
-from stillhook.analysis.tune_score import NEAR, Score, gain_allowed, loop_margins, scored
+from stillhook.analysis.tune_score import NEAR, Score, governing_loop, scored
 from stillhook.analysis.tune_search import Search, Spent, Trial
-from stillhook.analysis.tune_space import present, space, tuned_controller, with_settings
+from stillhook.analysis.tune_space import present, space, tunable, tuned_controller, with_settings
 from stillhook.crane import Crane
 from stillhook.engine.many import summaries
 from stillhook.engine.run import Progress
@@ -72,7 +76,7 @@ class Tuned:
 
 def tune(
     crane: Crane,
-    controller: Controller,
+    controller: Controller | Path | str,
     *,
     free: Sequence[str] = (),
     objective: Objective | str = Objective.BALANCED,
@@ -80,7 +84,7 @@ def tune(
     limits: Limits | Sequence[str] | None = None,
     seed: int = 0,
     budget: int = BUDGET,
-    reference: Controller | None = None,
+    reference: Controller | Path | str | None = None,
     threads: int = 2,
     progress: Progress | None = None,
 ) -> Tuned:
@@ -88,8 +92,9 @@ def tune(
 
     Parameters
     ----------
-    crane, controller: where the search starts; the tuned controller holds what differs from the crane. free: settings to tune, default
-    all that the motor law knows (`tune_space.tunable`): K_1, K_2, K_p, t_lead, and u_thr, alpha_min, alpha_swl or alpha_ns or alpha_hs.
+    crane, controller: where the search starts, the controller by name, from a file, or one made; the tuned controller holds what differs
+    from the crane. free: settings to tune, default all that the motor law knows (`tune_space.tunable`): K_1, K_2, K_p, t_lead, and u_thr,
+    alpha_min, alpha_swl or alpha_ns or alpha_hs.
     objective: see `Objective`. cases: scenarios, run in the controller's mode; default `tune_goal.scenarios`. limits: texts such as
     "p_max <= 300 bar", see `parse_limits`, or `Limits`.
     seed: the same seed gives the same settings. budget: evaluations at most, each in all scenarios. reference: the controller whose speed
@@ -103,14 +108,16 @@ def tune(
     goal = Objective(objective) if objective in tuple(Objective) else _no_objective(objective)
     if type(budget) is not int or budget < LEAST_BUDGET:
         raise StillhookError(f"budget = {budget!r}: give a whole number from {LEAST_BUDGET} on.")
-    plain = controller.on(crane)
-    mine = [c.with_mode(controller.mode) for c in (cases if cases is not None else scenarios(crane))]
-    settings = space(plain, controller.mode, free, delay=max(c.sensors.delay for c in mine))
+    start = controller_of(controller)
+    tunable(start.mode)
+    plain = start.on(crane)
+    mine = [c.with_mode(start.mode) for c in (cases if cases is not None else scenarios(crane))]
+    settings = space(plain, start.mode, free, delay=max(c.sensors.delay for c in mine))
     if not settings:
-        raise StillhookError(f'"{controller.name}": nothing is left to tune. Name other settings.')
+        raise StillhookError(f'"{start.name}": nothing is left to tune. Name other settings.')
     kept = limits if isinstance(limits, Limits) else parse_limits(limits or ())
-    search = Search(plain, controller.mode, mine, settings, goal, kept, budget, threads, progress)
-    search.begin((reference or controller).on(crane))
+    search = Search(plain, start.mode, mine, settings, goal, kept, budget, threads, progress)
+    search.begin((start if reference is None else controller_of(reference)).on(crane))
     try:
         search.evolve(seed)
         search.polish()
@@ -118,7 +125,7 @@ def tune(
         pass
     except KeyboardInterrupt:
         search.interrupted = True
-    return _result(search, crane, controller, seed)
+    return _result(search, crane, start, seed)
 
 
 def _no_objective(text: object) -> Objective:
@@ -169,14 +176,16 @@ def _asides(search: Search, found: dict[str, float]) -> list[tuple[float, float]
 def _active(search: Search, crane: Crane, score: Score, changes: Sequence[Change]) -> tuple[str, ...]:
     """Limits within NEAR of being broken, and settings at an end of their search."""
     limits, out = search.limits, []
-    m = loop_margins(crane, search.mode)
-    if crane.control.K_p >= (1.0 - NEAR) * gain_allowed(crane, search.mode, limits):
+    most = governing_loop(crane, search.mode, limits, search.wires)
+    if crane.control.K_p >= (1.0 - NEAR) * most.K_p:
+        m = margins(most.loop, crane.control.K_p)
         near = {
             "gain margin": m.gain_margin <= limits.gain_margin * (1.0 + 2.0 * NEAR),
             "phase margin": m.phase_margin <= limits.phase_margin * (1.0 + 2.0 * NEAR),
             "sensitivity peak": m.sensitivity_peak >= limits.sensitivity_peak * (1.0 - 2.0 * NEAR),
         }
-        out += [name for name, is_near in near.items() if is_near] or ["margins"]
+        names = [name for name, is_near in near.items() if is_near] or ["margins"]
+        out += names if most.place is None else [*names[:-1], f"{names[-1]} ({most.describe()})"]
     if score.v_w_capacity <= (limits.v_w_capacity or 0.0) * (1.0 + NEAR):
         out.append("speed capacity")
     if score.p_max >= (1.0 - NEAR) * limits.p_max:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from stillhook.cli.cranes import Json
-from stillhook.cli.show import human, print_implausible, print_json, print_table, print_twin, progress_bar, unit_of
+from stillhook.cli.show import human, print_json, print_table, print_twin, progress_bar, unit_of
 
 if TYPE_CHECKING:
     import xarray
@@ -114,15 +114,14 @@ def _answer(crane: Crane, data: xarray.Dataset, found: list[dict[str, Any]]) -> 
     ]
     most = {str(m): float(x) for m, x in zip(data["mode"].values, data["load_most"].values, strict=True)}
     from stillhook.engine.validated import twin_line
-    from stillhook.plausible import implausible_values
 
     return {
         "twin": twin_line(crane),
-        "notes": list(implausible_values(crane)),
         "reserve": data.attrs["reserve"],
         "hs_share": data.attrs["hs_share"],
         "load_most": most,
         "loads": places,
+        "notes": _type_notes(data),
         "rows": found,
     }
 
@@ -152,8 +151,14 @@ def _print(crane: Crane, data: xarray.Dataset, found: list[dict[str, Any]]) -> N
     layer = int(data["layer"].values[0])
     print_table(head, body, title=f"{crane.name}: highest steady wire speed, layer {layer} of {crane.drum.layers}", left=3)
     print("Compensating, the slower of hoisting and lowering; leakage and friction included. -: the mode may not be used at this load.")
+    for note in _type_notes(data):
+        print(note)
     print_twin(crane)
-    print_implausible(crane)
+
+
+def _type_notes(data: xarray.Dataset) -> list[str]:
+    """What the winch type means for these loads."""
+    return [note for note in str(data.attrs["notes"]).split("; ") if note]
 
 
 _SHOWN = ("v_w_top", "alpha_m_top", "alpha_p_top", "dp_m_top", "omega_m_top")

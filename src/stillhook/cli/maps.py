@@ -135,6 +135,8 @@ def _print(found: Map, metric: str) -> None:
         known = [c for c in MARKS if c in used]
         print("not applicable: " + "; ".join(f"{MARKS.get(c, 'never')} = {c}" for c in [*known, *sorted(used - set(known))]))
     print(one_line(found))
+    for note in found.about["notes"]:
+        print(note)
     _print_validated(found)
 
 

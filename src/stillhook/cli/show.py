@@ -149,7 +149,9 @@ def say_if_compiling(crane: Crane, *, series: bool = False, kind: str = "driver"
     """A word on why the first run of a winch type takes longer; with series one trajectory runs at a time; kind of driver."""
     from stillhook.engine.build import is_compiled
     from stillhook.engine.lanes import VL
+    from stillhook.engine.winch_type import plant_of
 
+    plant_of(crane)
     if not is_compiled(crane.plant.value, 1 if series else VL, kind):
         say("compiling the winch model for this machine (once, about 10 s) ...")
 

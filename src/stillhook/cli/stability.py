@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import typer
 
@@ -12,16 +13,19 @@ from stillhook.cli.cranes import Json
 from stillhook.cli.show import human, print_implausible, print_json, print_table, say, unit_of
 
 if TYPE_CHECKING:
-    from stillhook.analysis.loop_stability import Stability
-    from stillhook.analysis.operation import OperatingPoint
+    from stillhook.analysis.governing import Place
+    from stillhook.analysis.loop_stability import BothLoops, Stability
     from stillhook.crane import Crane
 
 CraneName = Annotated[str, typer.Argument(help="Library crane, or path of a crane file.", metavar="CRANE")]
 ALPHA_HELP = "Motor displacement over its maximum; repeat it for several. Default: where SSC stands at the tip's speed, 1 at rest."
 DELAY_HELP = 'Delay of the position feedback (encoder, bus, computing), such as "50 ms". Not that of the motion unit.'
-FULL_HELP = "The whole plant, linearised at --load, --s-w and --v-tip, in place of the published model."
+FULL_HELP = "The whole plant alone, linearised at --load, --s-w and --v-tip."
 LOAD, WIRE = "100 t", "100 m"
-"""Where the whole plant stands unless an option says otherwise."""
+"""Where the whole plant alone stands unless an option says otherwise."""
+LOAD_HELP = f'Payload on the hook (default: empty hook and SWL; with --full "{LOAD}").'
+WIRE_HELP = f'Wire paid out (default: 15 m and 100 m; with --full "{WIRE}").'
+SPEED_HELP = 'Steady speed of the tip, up positive, such as "60 m/min" (default: the published loop at rest, the plant at 2 and 5 m/min).'
 PLAIN = ("K_p_ms", "omega_c", "gain_margin", "phase_margin", "omega_gc", "delay_margin", "sensitivity_peak", "stable")
 """Rows that have a second value with PLC and delay."""
 WHERE = ("alpha_m", "K_wire", "J_m", "omega_0", "zeta", "period", "K_p")
@@ -36,16 +40,16 @@ def stability(
     alpha_m: Annotated[list[float] | None, typer.Option("--alpha-m", help=ALPHA_HELP)] = None,
     layer: Annotated[int | None, typer.Option(help="Layer that the drum turns on; default: the published outer diameter.")] = None,
     delay: Annotated[str, typer.Option(help=DELAY_HELP)] = "0 s",
-    v_tip: Annotated[str, typer.Option("--v-tip", help='Steady speed of the tip, up positive, such as "60 m/min".')] = "0 m/min",
+    v_tip: Annotated[str, typer.Option("--v-tip", help=SPEED_HELP)] = "0 m/min",
     full: Annotated[bool, typer.Option("--full", help=FULL_HELP)] = False,
-    load: Annotated[str | None, typer.Option(help=f'With --full: payload on the hook (default "{LOAD}").')] = None,
-    s_w: Annotated[str | None, typer.Option("--s-w", help=f'With --full: wire paid out (default "{WIRE}").')] = None,
+    load: Annotated[str | None, typer.Option(help=LOAD_HELP)] = None,
+    s_w: Annotated[str | None, typer.Option("--s-w", help=WIRE_HELP)] = None,
     out: Annotated[Path | None, typer.Option("--out", help="Folder for pictures, sweeps (NetCDF) and stability.json.")] = None,
     json: Json = False,
 ) -> None:
-    """Gain limit and margins of the position loop, as published and with PLC and delay.
+    """Gain limit and margins of the position loop: as published, and of the whole plant where it is slow; which of them holds.
 
-    Exit code 1 where the winch swings: K_p at or above its limit, with or without PLC and delay.
+    Both with and without PLC and delay. Exit code 1 where the winch swings in either: K_p at or above its limit.
 
     Example: stillhook stability nov-250t --alpha-m 1 --alpha-m 0.6 --delay "50 ms"
     """
@@ -57,24 +61,43 @@ def stability(
     crane = load_crane(name)
     speed, late = parse(v_tip, "speed", "--v-tip"), parse(delay, "time", "--delay")
     alphas: list[float | None] = [*alpha_m] if alpha_m else [None]
+    mass = None if load is None else parse(load, "mass", "--load")
+    wire = None if s_w is None else parse(s_w, "length", "--s-w")
     if full:
         _refuse(layer is not None, "--layer belongs to the published model; with --full the wire paid out says the layer. Leave it out.")
-        mass = parse(LOAD if load is None else load, "mass", "--load")
-        found, point = _full(crane, alphas, mass, parse(WIRE if s_w is None else s_w, "length", "--s-w"), speed, late)
+        mass = parse(LOAD, "mass") if mass is None else mass
+        answer = _full(crane, alphas, mass, parse(WIRE, "length") if wire is None else wire, speed, late)
+    elif layer is not None:
+        _refuse(load is not None or s_w is not None, "--layer: on it the published loop stands alone. Leave out --load and --s-w.")
+        answer = _on_layer(crane, alphas, layer, speed, late)
     else:
-        for option, value in (("--load", load), ("--s-w", s_w)):
-            _refuse(value is not None, f"{option}: the published model has none. Add --full, or leave it out.")
-        from stillhook.analysis.loop_stability import stability as margins_of
-
-        found, point = [margins_of(crane, a, layer=layer, v_tip=speed, delay=late) for a in alphas], None
-    table = _lists([s.table() for s in found]) | {"notes": list(implausible_values(crane))}
+        answer = _both(crane, alphas, mass, wire, speed, late)
+    answer = answer._replace(table=answer.table | {"notes": list(implausible_values(crane))})
     if json:
-        print_json(table)
+        print_json(answer.table)
     else:
-        _report(crane, found, point, layer)
+        _report(crane, answer)
     if out is not None:
-        _write(out, crane, found, table, late, quiet=json, other=full or layer is not None)
-    raise typer.Exit(0 if all(s.ok for s in found) else 1)
+        published = not full and layer is None
+        _write(out, crane, [c.loop for c in answer.columns if c.place is None], answer.table, late, quiet=json, other=not published)
+    raise typer.Exit(0 if all(c.loop.ok for c in answer.columns) else 1)
+
+
+class _Column(NamedTuple):
+    """A loop in the table: what it is called, its margins, and where the whole plant stands."""
+
+    name: str
+    loop: Stability
+    place: Place | None = None
+
+
+class _Answer(NamedTuple):
+    """Columns of the table, what --json prints, where the loops stand, and the verdict in sentences."""
+
+    columns: list[_Column]
+    table: dict[str, Any]
+    where: str
+    verdict: list[str]
 
 
 def _refuse(wrong: bool, line: str) -> None:
@@ -84,14 +107,57 @@ def _refuse(wrong: bool, line: str) -> None:
         raise ScenarioError(line)
 
 
-def _full(
-    crane: Crane, alphas: list[float | None], load: float, s_w: float, v_tip: float, delay: float
-) -> tuple[list[Stability], OperatingPoint]:
+def _full(crane: Crane, alphas: list[float | None], load: float, s_w: float, v_tip: float, delay: float) -> _Answer:
+    """The whole plant at one operating point."""
     from stillhook.analysis.loop_stability import full_stability
+    from stillhook.units import show
 
     _refuse(v_tip == 0.0, '--full needs --v-tip, such as "10 m/min": a winch at rest sticks, and its loop has no limit until it slides.')
     found = [full_stability(crane, load=load, s_w=s_w, v_tip=v_tip, alpha_m=a, delay=delay) for a in alphas]
-    return [s for s, _ in found], found[0][1]
+    loops, point = [s for s, _ in found], found[0][1]
+    where = f"whole plant at {show(-point.v_w, 'speed')} of the tip, {show(point.p_a, 'pressure')} and {show(point.p_b, 'pressure')}"
+    return _alone(loops, where)
+
+
+def _on_layer(crane: Crane, alphas: list[float | None], layer: int, v_tip: float, delay: float) -> _Answer:
+    """The published loop on one layer."""
+    from stillhook.analysis.loop_stability import stability as margins_of
+
+    loops = [margins_of(crane, a, layer=layer, v_tip=v_tip, delay=delay) for a in alphas]
+    answer = _alone(loops, f"layer {layer}")
+    line = "published loop only: the whole plant stands on the layer that the wire paid out leaves (--s-w in place of --layer)"
+    return answer._replace(verdict=[*answer.verdict, line])
+
+
+def _alone(loops: list[Stability], where: str) -> _Answer:
+    columns = [_Column(f"motors {s.alpha_m:.3g}", s) for s in loops]
+    return _Answer(columns, _lists([s.table() for s in loops]), where, [_verdict(c.name, c.loop) for c in columns])
+
+
+def _both(crane: Crane, alphas: list[float | None], load: float | None, s_w: float | None, v_tip: float, delay: float) -> _Answer:
+    """The published loop, and the whole plant where it has least gain to spare."""
+    from stillhook.analysis.loop_stability import both_loops
+
+    where: dict[str, Any] = {} if s_w is None else {"wires": (s_w,)}
+    found = [both_loops(crane, a, v_tip=v_tip, delay=delay, loads=None if load is None else (load,), **where) for a in alphas]
+    columns = []
+    for b in found:
+        columns.append(_Column(f"motors {b.published.alpha_m:.3g}\npublished", b.published))
+        if b.plant is not None:
+            columns.append(_Column(f"motors {b.plant.alpha_m:.3g}\nwhole plant", b.plant, b.place))
+    verdict = [_verdict(f"motors {b.governing.alpha_m:.3g}, {_governs(b)}", b.governing) for b in found]
+    return _Answer(
+        columns, _lists([b.table() for b in found]), "published loop on the outer diameter, whole plant where it is slow", verdict
+    )
+
+
+def _governs(b: BothLoops) -> str:
+    """Which of the loops holds, in words."""
+    if b.plant is None or b.place is None:
+        return "published loop (nothing holds the whole plant at these loads)"
+    if b.governing is b.published:
+        return f"the published loop governs (whole plant at least: {b.place.describe()})"
+    return f"the whole plant governs ({b.place.describe()})"
 
 
 def _lists(tables: list[dict[str, Any]]) -> dict[str, Any]:
@@ -107,50 +173,49 @@ def _cell(name: str, value: Any) -> str:
     return human(name, value, 4)
 
 
-def _report(crane: Crane, found: list[Stability], point: OperatingPoint | None, layer: int | None) -> None:
+def _report(crane: Crane, answer: _Answer) -> None:
     from stillhook.units import show
     from stillhook.variables import BY_NAME
 
-    first = found[0]
-    header = ["", *(f"motors {s.alpha_m:.3g}" for s in found), "unit", "meaning"]
+    first = answer.columns[0].loop
+    header = ["", *(c.name for c in answer.columns), "unit", "meaning"]
 
-    def row(label: str, name: str) -> list[str]:
-        return [label, *(_cell(name, getattr(s, name)) for s in found), unit_of(name), BY_NAME[name].meaning]
+    def row(label: str, name: str, values: Iterable[Any] | None = None) -> list[str]:
+        cells = [getattr(c.loop, name) for c in answer.columns] if values is None else values
+        return [label, *(_cell(name, v) for v in cells), unit_of(name), BY_NAME[name].meaning]
 
-    rows = [row(n, n) for n in WHERE]
-    rows += [row(n, n) for n in PLAIN]
+    rows = []
+    if any(c.place for c in answer.columns):
+        rows = [row(n, n, [math.nan if c.place is None else getattr(c.place, n) for c in answer.columns]) for n in ("load", "s_w", "v_tip")]
+    rows += [row(n, n) for n in (*WHERE, *PLAIN)]
     rows += [row(f"{n}, PLC", f"{n}_plc") for n in PLAIN]
     rows.append(row("K_p_strong", "K_p_strong"))
-    where = f"layer {layer}" if layer is not None else "published outer diameter, full drum"
-    if point is not None:
-        where = f"whole plant at {show(-point.v_w, 'speed')} of the tip, {show(point.p_a, 'pressure')} and {show(point.p_b, 'pressure')}"
-    title = f"{crane.name}, {where}; PLC cycle {show(first.t_cycle, 'time')}, delay {show(first.delay, 'time')}"
+    title = f"{crane.name}, {answer.where}; PLC cycle {show(first.t_cycle, 'time')}, delay {show(first.delay, 'time')}"
     print_table(header, rows, title=title)
     print_implausible(crane)
-    for s in found:
-        _say_verdict(s)
+    for line in answer.verdict:
+        print(line)
 
 
-def _say_verdict(s: Stability) -> None:
+def _verdict(name: str, s: Stability) -> str:
+    """Whether a loop is stable and by how much, in a sentence."""
     if s.ok:
         least = min(s.gain_margin, s.gain_margin_plc)
-        print(f"motors {s.alpha_m:.3g}: stable; K_p could grow {least:.3g} times before the winch swings.")
-        return
+        return f"{name}: stable. Gain margin {20.0 * math.log10(least):.3g} dB (K_p can rise by a factor of {least:.3g})."
     if s.K_p_ms == 0.0:
         why = "Friction falls with speed here, so the winch swings without feedback. More displacement or more speed damps it."
-        print(f"motors {s.alpha_m:.3g}: UNSTABLE, whatever K_p. {why}")
-        return
+        return f"{name}: UNSTABLE, whatever K_p. {why}"
     if s.K_p_ms_plc == 0.0 or (s.gain_margin > 1.0 and s.gain_margin_plc > 1.0):
         why = "The PLC's other loops swing: SSC on motors without displacement feedback at this speed, or through the load cell."
-        print(f"motors {s.alpha_m:.3g}: UNSTABLE, whatever K_p. {why}")
-        return
+        return f"{name}: UNSTABLE, whatever K_p. {why}"
     limit = min(s.K_p_ms, s.K_p_ms_plc)
-    print(f"motors {s.alpha_m:.3g}: UNSTABLE. K_p {s.K_p:.4g} 1/m, limit {limit:.4g} 1/m. Lower K_p to {s.K_p_strong:.3g} 1/m or less.")
+    return f"{name}: UNSTABLE. K_p {s.K_p:.4g} 1/m, limit {limit:.4g} 1/m. Lower K_p to {s.K_p_strong:.3g} 1/m or less."
 
 
 NAMES = (
     "gain-limit.png", "eigenfrequency.png", "sweeps.png", "bode.png", "root-locus.png", "motor-poles.png",
-    "alpha_m.nc", "layer.nc", "leakage.nc", "damping.nc", "bulk_modulus.nc", "delay.nc", "stability.json",
+    "alpha_m.nc", "layer.nc", "leakage.nc", "damping.nc", "bulk_modulus.nc", "delay.nc", "slow.nc",
+    "stability.json",
 )  # fmt: skip
 """Files that --out writes."""
 
@@ -181,4 +246,4 @@ def _write(out: Path, crane: Crane, found: list[Stability], table: dict[str, Any
     if not quiet:
         say("written: " + ", ".join(str(out / n) for n in NAMES))
         if other:
-            say("pictures and sweeps show the published loop on the full drum; stability.json holds the table above")
+            say("pictures and sweeps show the published loop on the full drum; the table is in stability.json")

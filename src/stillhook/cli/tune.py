@@ -27,7 +27,7 @@ def register(app: typer.Typer) -> None:
 
 def tune(
     crane: Annotated[str, typer.Argument(metavar="CRANE", help="Library crane, or path of a crane file.")],
-    controllers: Annotated[str, typer.Option(help="Where to start: ns, hs, ssc, ssc-cubic, strong-ssc, files.")] = "ns,hs,ssc",
+    controllers: Annotated[str, typer.Option(help="Start: ns, hs, ssc, ssc-cubic, level-1, level-2, strong-ssc, files.")] = "ns,hs,ssc",
     free: Annotated[str | None, typer.Option(help="Settings to tune, such as K_p,u_thr (default: all of the motor law).")] = None,
     objective: Annotated[str, typer.Option(help="error, worst-error, pressure or balanced.")] = "balanced",
     limit: Annotated[list[str] | None, typer.Option(help='Limit to keep, such as "p_max <= 300 bar"; may be given again.')] = None,
@@ -144,6 +144,7 @@ class _Report:
     ) -> None:
         from stillhook.analysis.slow_limit import slow_limit
         from stillhook.analysis.tune_compare import outcomes, variations
+        from stillhook.engine.checks import notes_of
 
         self.crane, self.tuned, self.fronts, self.cases, self.unseen = crane, tuned, fronts, cases, unseen
         pairs = [k for t in tuned for k in (t.start, t.controller)]
@@ -151,21 +152,25 @@ class _Report:
         self.held_out = [(found[2 * i], found[2 * i + 1]) for i in range(len(tuned))]
         self.varied = variations(crane, [t.controller for t in tuned], cases)
         load = max(c.load for c in cases)
-        self.slow = [slow_limit(crane, t.controller, load=load, s_w=cases[0].s_w) for t in tuned]
-        self.remarks = [*self._slow_remarks(load), *self._load_remarks(load)]
+        self.slow = [slow_limit(crane, t.controller) for t in tuned]
+        machines = [t.controller.on(crane) for t in tuned for _ in cases]
+        self.notes = notes_of(machines, [case.with_mode(t.controller.mode) for t in tuned for case in cases])
+        self.remarks = [*self._slow_remarks(), *self._load_remarks(load), *self.notes]
 
-    def _slow_remarks(self, load: float) -> list[str]:
-        """Controllers whose gain makes the loaded winch swing at low speed, which no scenario of a tuning shows."""
+    def _slow_remarks(self) -> list[str]:
+        """Controllers whose gain makes the slow winch swing at a payload or length of wire for which no margins were kept."""
+        from stillhook.analysis.tune_score import wires_of
         from stillhook.units import show
 
         out = []
         for t, slow in zip(self.tuned, self.slow, strict=True):
             K_p = t.controller.on(self.crane).control.K_p
             if slow is not None and slow.K_p_ms < K_p:
-                limit, where = show(slow.K_p_ms, "gain_per_length", 2), f"{show(load, 'mass', 4)} at {show(abs(slow.v_tip), 'speed', 2)}"
+                wires = ", ".join(show(s_w, "length", 4) for s_w in wires_of(self.cases))
+                limit = f"above {show(slow.K_p_ms, 'gain_per_length', 2)}" if slow.K_p_ms > 0.0 else "with any gain"
                 out.append(
-                    f"{t.start.name}: K_p {show(K_p, 'gain_per_length', 3)} is above the {limit} at which the whole plant swings "
-                    f"with {where} (motors at {slow.alpha_m:.2f})"
+                    f"{t.start.name}: margins hold on {wires} of wire only; {limit} the whole plant swings with {slow.place.describe()} "
+                    f"(motors at {slow.alpha_m:.2f}), and K_p is {show(K_p, 'gain_per_length', 3)}"
                 )
         return out
 
@@ -187,12 +192,12 @@ class _Report:
         return {
             "crane": self.crane.name,
             "twin": twin_line(self.crane),
-            "notes": list(implausible_values(self.crane)),
             "objective": first.objective.value,
             "seed": first.seed,
             "scenarios": [_scenario(c) for c in self.cases],
             "hold_out": [_scenario(c) for c in self.unseen],
             "controllers": {t.start.name: self._one(i, t) for i, t in enumerate(self.tuned)},
+            "notes": [*implausible_values(self.crane), *self.notes],
             "pareto": {name: [p._asdict() for p in points] for name, points in self.fronts.items()},
         }
 

@@ -76,6 +76,7 @@ def uncertainty(
     from stillhook.analysis.bands import Limit
     from stillhook.analysis.many_draws import monte_carlo
     from stillhook.analysis.uncertainty_report import report
+    from stillhook.engine.checks import notes_of
 
     limits = [Limit.of(text) for text in limit or ()]
     _check_out(out, sobol)
@@ -87,7 +88,7 @@ def uncertainty(
         with progress_bar("drawing") as bar:
             run = monte_carlo(asked.cranes, asked.cases, asked.known, n=draws, progress=started(asked.cranes[0], bar), **how)
         indices = _indices(asked, run, pairs, how) if sobol else []
-    data = report(run, limits, at_most, pairs, indices)
+    data = report(run, limits, at_most, pairs, indices) | {"notes": notes_of(asked.cranes, asked.cases)}
     if json:
         print_json(data)
     else:
@@ -166,6 +167,8 @@ def _print(asked: _Asked, data: dict[str, Any], indices: list[Sensitivity]) -> N
         print_table(head, _differences(data))
     for output in dict.fromkeys(s.output for s in indices):
         _print_indices([s for s in indices if s.output == output])
+    for note in data["notes"]:
+        print(note)
     print_twin(crane, *asked.cases)
     print_implausible(crane)
 

@@ -22,10 +22,11 @@ import numba
 import platformdirs
 from numba.core.caching import FunctionCache
 
+from stillhook.engine import winch_type
 from stillhook.physics.scalar import STRICT
-from stillhook.plants import active_passive, pure_active, truth
+from stillhook.plants import truth
 
-PLANTS: dict[str, ModuleType] = {"active-passive": active_passive, "pure-active": pure_active, "truth": truth}
+PLANTS: dict[str, ModuleType] = {**{name.value: plant for name, plant in winch_type.PLANTS.items()}, "truth": truth}
 PACKAGE = Path(__file__).resolve().parents[1]
 KERNEL_FOLDERS = ("physics", "control", "plants")
 KERNEL_MODULES = ("build", "driver", "isolation", "lanes", "lift_driver", "stats", "tip_sampling", "window")

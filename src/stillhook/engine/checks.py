@@ -1,7 +1,8 @@
 """What can be said before a run: refusals (ScenarioError) and limits that the run will meet (notes)."""
 
 import math
-from typing import NamedTuple
+from collections.abc import Callable, Mapping, Sequence
+from typing import NamedTuple, Self
 
 from stillhook.control.loop import marginal_gain
 from stillhook.control.plc import Sensed, motor_demand
@@ -19,6 +20,7 @@ from stillhook.engine.pack import (
     wire_speed_max,
 )
 from stillhook.engine.validated import standing
+from stillhook.engine.winch_type import plant_of
 from stillhook.errors import ScenarioError
 from stillhook.physics.drum import LAST_TURNS, WIRE_SLACK, layer_diameter, layers_filled, wire_usable
 from stillhook.physics.scalar import G
@@ -37,7 +39,8 @@ class Foreseen(NamedTuple):
 
 
 def check(crane: Crane, case: Scenario) -> None:
-    """Refuse what no crane of this kind can be asked. Errors: ScenarioError, one line."""
+    """Refuse what no crane of this kind can be asked. Errors: ScenarioError, SpecError of an unknown winch type, one line."""
+    plant_of(crane)
     _check_numbers(case)
     _check_load(crane, case)
     _check_times(crane, case)
@@ -130,8 +133,7 @@ def foresee(crane: Crane, case: Scenario) -> Foreseen:
         *_wire_notes(crane, asked),
         *_weight_notes(crane, case),
         *gain,
-        *_stroke_notes(crane, case, asked.s_tip_pp, d),
-        *_pure_active_notes(crane, case, d, alpha_wanted(crane, case, K_wire, 0.0)),
+        *type_notes(crane, Held.of(crane, case, asked.s_tip_pp)),
         *_friction_notes(crane, case, d),
         *_event_notes(case),
         *stands.notes,
@@ -178,12 +180,12 @@ def _passive_limit(crane: Crane, case: Scenario, d: float) -> tuple[float, ...]:
     """Speed limit of the passive motors at the displacement that holds the load at mid stroke; nothing without a passive circuit."""
     if crane.passive is None:
         return ()
-    return (speed_limit(crane.passive.motor, min(alpha_for_weight(crane, crane.passive, case, d), 1.0)),)
+    return (speed_limit(crane.passive.motor, min(alpha_for_weight(crane, crane.passive, load_record(crane, case).W, d), 1.0)),)
 
 
-def alpha_for_weight(crane: Crane, passive: PassiveCircuit, case: Scenario, d: float) -> float:
-    """Displacement with which the passive motors hold the load at mid stroke [-]; above 1 they cannot."""
-    T = load_record(crane, case).W * 0.5 * d / crane.i_hD
+def alpha_for_weight(crane: Crane, passive: PassiveCircuit, W: float, d: float) -> float:
+    """Displacement with which the passive motors hold a weight W [N] at mid stroke [-]; above 1 they cannot."""
+    T = W * 0.5 * d / crane.i_hD
     return T / (passive.motor.D_total * (passive.accumulator.gas.p_0 - passive.p_lp))
 
 
@@ -221,7 +223,10 @@ def _weight_notes(crane: Crane, case: Scenario) -> list[str]:
 
 
 def _gain_notes(crane: Crane, case: Scenario, v: float, K_wire: float) -> list[str]:
-    """Is K_p above the gain of marginal stability of the linear loop, at the smallest displacement that a mode of this run takes?"""
+    """Is K_p above the gain of marginal stability of the published loop, at the smallest displacement that a mode of this run takes?
+
+    A bound from above: slow and loaded the whole plant swings at less (`stillhook.analysis.governing`), and the run shows it.
+    """
     modes = {m for m in (case.mode, *(m for _, m in case.modes)) if m is not Mode.MANUAL}
     if not modes:
         return []
@@ -232,7 +237,7 @@ def _gain_notes(crane: Crane, case: Scenario, v: float, K_wire: float) -> list[s
         return []
     return [
         f"K_p {show(K_p, 'gain_per_length')} is above the {show(limit, 'gain_per_length')} at which the position loop is marginally stable "
-        f"(linear model, motors at {alpha:.2f}): expect the winch to swing at {omega:.3g} rad/s"
+        f"(published loop, motors at {alpha:.2f}): expect the winch to swing at {omega:.3g} rad/s"
     ]
 
 
@@ -244,48 +249,93 @@ def _event_notes(case: Scenario) -> list[str]:
     return [f"the {name} at {t:g} s comes after the end of the run at {case.duration:g} s" for name, t in events if t > case.duration]
 
 
-def _stroke_notes(crane: Crane, case: Scenario, s_tip_pp: float, d: float) -> list[str]:
-    """Passive motors too small for the load, an accumulator too small for the motion; d diameter in use [m].
+class Held(NamedTuple):
+    """What a winch holds and how: weight W [N], diameter of the layer in use d [m], displacement of the active motors alpha [-],
+    peak-to-peak motion of the tip to compensate s_tip_pp [m], gas pressure held; manual at some time, compensating at some time."""
+
+    W: float
+    d: float
+    alpha: float
+    s_tip_pp: float
+    gas_held: bool
+    manual: bool
+    compensates: bool
+
+    @classmethod
+    def of(cls, crane: Crane, case: Scenario, s_tip_pp: float) -> Self:
+        """A scenario's."""
+        d = layer_diameter_at(crane, case.s_w)
+        manual = {case.mode, *(m for _, m in case.modes)} == {Mode.MANUAL}
+        alpha = alpha_wanted(crane, case, crane.drum.d_max / d, 0.0)
+        return cls(load_record(crane, case).W, d, alpha, s_tip_pp, case.gas_held, manual, not manual)
+
+
+def type_notes(crane: Crane, held: Held) -> list[str]:
+    """What the crane's winch type means for a weight and a motion, in lines; every answer of runs carries them.
+
+    Errors: SpecError of a type that has none.
+    """
+    plant_of(crane)
+    return NOTES[crane.plant](crane, held)
+
+
+def notes_of(cranes: Sequence[Crane], cases: Sequence[Scenario]) -> list[str]:
+    """Those of many runs in few lines: the heaviest run of each mode, and of several such the one with most motion."""
+    found: dict[Mode, tuple[tuple[float, float], Crane, Scenario]] = {}
+    for crane, case in zip(cranes, cases, strict=True):
+        if case.mode not in found or case.load >= found[case.mode][0][0]:
+            rank = (case.load, Drive(crane, case).asked().s_tip_pp)
+            if case.mode not in found or rank > found[case.mode][0]:
+                found[case.mode] = (rank, crane, case)
+    lines: dict[str, list[str]] = {}
+    for mode, ((load, s_tip_pp), crane, case) in found.items():
+        for note in type_notes(crane, Held.of(crane, case, s_tip_pp)):
+            lines.setdefault(f"with {show(load, 'mass', 4)}: {note}", []).append(mode.value)
+    return [f"{', '.join(modes)} {line}" for line, modes in lines.items()]
+
+
+def _stroke_notes(crane: Crane, held: Held) -> list[str]:
+    """Passive motors too small for the load, an accumulator too small for the motion.
 
     The passive circuit moves W s_tip_pp / dp of oil, whatever its gear and displacement: work is pressure times volume.
     """
-    if crane.passive is None:
-        return []
-    acc, out = crane.passive.accumulator, []
-    alpha = alpha_for_weight(crane, crane.passive, case, d)
+    passive = crane.passive
+    assert passive is not None
+    acc, out = passive.accumulator, []
+    alpha = alpha_for_weight(crane, passive, held.W, held.d)
     if alpha > 1.0:
         p_0 = show(acc.gas.p_0, "pressure")
         out.append(f"holding the load takes {alpha:.0%} of the passive motors at {p_0}: the rest loads the active circuit")
-    V = load_record(crane, case).W * s_tip_pp / (acc.gas.p_0 - crane.passive.p_lp)
-    if V > acc.V_stroke and not case.gas_held:
+    V = held.W * held.s_tip_pp / (acc.gas.p_0 - passive.p_lp)
+    if V > acc.V_stroke and not held.gas_held:
         out.append(
-            f"compensating {show(s_tip_pp, 'length')} at this load moves about {show(V, 'volume')} of oil, more than the accumulator's "
-            f"stroke of {show(acc.V_stroke, 'volume')}: the piston will run into its ends"
+            f"compensating {show(held.s_tip_pp, 'length')} at this load moves about {show(V, 'volume')} of oil, more than the "
+            f"accumulator's stroke of {show(acc.V_stroke, 'volume')}: the piston will run into its ends"
         )
     return out
 
 
-def _pure_active_notes(crane: Crane, case: Scenario, d: float, alpha: float) -> list[str]:
-    if crane.plant is not Plant.PURE_ACTIVE:
-        return []
-    lever, D = 0.5 * d / crane.i_hD, crane.active.motor.D_total * alpha
-    dp = load_record(crane, case).W * lever / D
+def _pure_active_notes(crane: Crane, held: Held) -> list[str]:
+    lever, D = 0.5 * held.d / crane.i_hD, crane.active.motor.D_total * held.alpha
+    dp = held.W * lever / D
     A, p_b = active_record(crane), crane.active.boost.p
     f = active_flows(0.0, D, 0.0, p_b + dp, p_b, 1.0, A)
     leak = f.Q_int + f.Q_ext_a
-    e_c = leak / (A.pumps.D_max * A.pumps.omega_p) / max(crane.control.K_p, 1e-12)
-    out = [f"the load is held by the pumps against leakage: under P control expect a standing offset of about {show(e_c, 'length')}"]
-    manual = {case.mode, *(m for _, m in case.modes)} == {Mode.MANUAL}
-    if manual and crane.brake is not None:
-        out = []  # at rest the brake holds, and a load that moves has its leakage in the speed
-    elif manual:
-        sinks = show(leak / D * lever, "speed", 2)
-        out = [f"nothing makes up for leakage in manual mode: with the joystick at rest the load sinks by {sinks}"]
+    out = []
     relief = crane.active.relief.p - crane.active.boost.p
     if dp > relief:
-        out.insert(
-            0,
-            f"holding the load takes {show(dp, 'pressure')} with the motors at {alpha:.2f}, more than the {show(relief, 'pressure')} "
-            "up to the relief valves: the load will sink",
+        out.append(
+            f"holding the load takes {show(dp, 'pressure')} with the motors at {held.alpha:.2f}, more than the {show(relief, 'pressure')} "
+            "up to the relief valves: the load will sink"
         )
+    if held.compensates:
+        e_c = show(leak / (A.pumps.D_max * A.pumps.omega_p) / max(crane.control.K_p, 1e-12), "length")
+        out.append(f"the load is held by the pumps against leakage: under P control expect a standing offset of about {e_c}")
+    if held.manual and crane.brake is None:  # else the brake holds at rest
+        sinks = show(leak / D * lever, "speed", 2)
+        out.append(f"nothing makes up for leakage in manual mode: with the joystick at rest the load sinks by {sinks}")
     return out
+
+
+NOTES: Mapping[Plant, Callable[[Crane, Held], list[str]]] = {Plant.ACTIVE_PASSIVE: _stroke_notes, Plant.PURE_ACTIVE: _pure_active_notes}
+"""What each winch type has to say before a run."""

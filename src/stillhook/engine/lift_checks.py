@@ -8,6 +8,7 @@ from stillhook.engine.lift_pack import PackedLift
 from stillhook.engine.lift_programme import hanging, payload_weight
 from stillhook.engine.pack import drum_record
 from stillhook.engine.stability import MOST_STEPS, RK4_LIMIT, fastest_rates, whole_parts
+from stillhook.engine.winch_type import plant_of
 from stillhook.errors import LiftError, SpecError
 from stillhook.lift.lowering import Lowering
 from stillhook.lift.programme import Stage, StageMode
@@ -30,7 +31,9 @@ COARSEST = 0.5
 
 
 def check_lift(crane: Crane, case: Lowering) -> None:
-    """Refuse what no crane of this kind can be asked, or what is no lowering, its sea aside. Errors: LiftError, one line."""
+    """Refuse what no crane of this kind can be asked, or what is no lowering, its sea aside. Errors: LiftError, SpecError of an unknown
+    winch type, one line."""
+    plant_of(crane)
     if not (math.isfinite(case.duration) and 0.0 < case.duration <= LONGEST):
         raise LiftError(f"duration = {case.duration:g} s: a run lasts up to {LONGEST:g} s. Lower in parts.")
     if case.payload.mass > crane.SWL:

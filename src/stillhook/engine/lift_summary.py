@@ -5,7 +5,10 @@ from collections.abc import Sequence
 from typing import Any
 
 from stillhook.crane import Crane
+from stillhook.engine.checks import Held, alpha_wanted, layer_diameter_at, type_notes
 from stillhook.engine.lift_checks import tip_capacity
+from stillhook.engine.lift_pack import stand_in
+from stillhook.engine.lift_programme import hanging
 from stillhook.engine.lift_run import LiftResult, StageResult
 from stillhook.engine.run import Ending
 from stillhook.engine.stats import Stats
@@ -15,6 +18,7 @@ from stillhook.lift.programme import StageMode
 from stillhook.plants.lift import NEVER, LiftStats
 from stillhook.plants.state import Powers
 from stillhook.plausible import implausible_values, marked
+from stillhook.scenario import Mode
 from stillhook.units import show
 
 AUDIT = 0.01
@@ -206,14 +210,15 @@ def lift_summary(crane: Crane, case: Lowering, result: LiftResult) -> tuple[dict
     if result.ending is Ending.DIVERGED:
         numbers = dict.fromkeys(numbers, math.nan)
     doubts = (*implausible_values(crane), *implausible_values(case, "lift"))
-    return {"status": marked(status(case, result, r, crane), doubts), **numbers, "notes": [*doubts, *notes(case, result)]}, rows
+    found = [*doubts, *notes(crane, case, result, r)]
+    return {"status": marked(status(case, result, r, crane), doubts), **numbers, "notes": found}, rows
 
 
-def notes(case: Lowering, result: LiftResult) -> list[str]:
-    """What a reader should know beside the numbers."""
+def notes(crane: Crane, case: Lowering, result: LiftResult, r: StageResult) -> list[str]:
+    """What a reader should know beside the numbers; r: `whole` of the result."""
     if result.ending is Ending.DIVERGED:
         return [f"lost its numbers by {result.t_end:.2f} s"]
-    found = []
+    found = type_notes(crane, held(crane, case, r.span[1]))
     names = [*result.packed.programme.names, "after"]
     for i, s in result.stages:
         if s.lift.slack > 0.0:
@@ -231,3 +236,12 @@ def notes(case: Lowering, result: LiftResult) -> list[str]:
     elif result.hang.sup.done == 0.0:
         found.append(f'the run of {case.duration:g} s ends in stage "{name}": run longer for the whole programme')
     return found
+
+
+def held(crane: Crane, case: Lowering, s_tip_pp: float) -> Held:
+    """What the winch holds at the start of a lowering, payload, hook and wire; s_tip_pp motion that it compensates [m]."""
+    start, modes = hanging(crane, case, case.z_0), {s.mode for s in case.programme}
+    plain, d = stand_in(crane, case, start.s_w), layer_diameter_at(crane, start.s_w)
+    manual, compensates = StageMode.MANUAL in modes, StageMode.AHC in modes
+    alpha = alpha_wanted(crane, plain, crane.drum.d_max / d, 0.0, None if compensates else Mode.MANUAL)
+    return Held(start.F_tip, d, alpha, s_tip_pp if compensates else 0.0, False, manual, compensates)

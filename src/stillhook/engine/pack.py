@@ -15,6 +15,7 @@ from stillhook.control.plc import HS, LEVEL_1, LEVEL_2, MANUAL, NS, SSC, SSC_CUB
 from stillhook.control.power import PowerLimit
 from stillhook.crane import Crane
 from stillhook.engine.gas_fit import gas_record
+from stillhook.engine.winch_type import plant_of
 from stillhook.library import leak_table
 from stillhook.physics.accumulator import Accumulator
 from stillhook.physics.drum import Drum, Inertia, K_wire, layer_diameter
@@ -95,6 +96,7 @@ def loop_record(crane: Crane, alpha_m: float = 1.0, K_wire: float = 1.0) -> Loop
 
     alpha_m displacement of the active motors [-]; K_wire published outer diameter over the one in use [-].
     """
+    plant_of(crane)
     a, J, B_v, servo = crane.active, crane.inertia.J_m_eff, crane.control.B_v, crane.active.pump.servo
     C_h, D_m = capacitance(a.line.V, a.line.bulk_modulus), a.motor.D_total * alpha_m
     lever = wire_speed_max(crane, alpha_m) * D_m / K_wire  # D_p omega_p d / (2 i_hD)
@@ -296,6 +298,7 @@ def braked_at_start(crane: Crane, case: Scenario) -> bool:
 
 def pack(crane: Crane, case: Scenario) -> Packed:
     """Records for one run. The scenario must have passed `stillhook.engine.checks.check`."""
+    plant_of(crane)
     hoist = _hoist(crane, case)
     sensors = Sensors(q_s=case.sensors.step_s_w, q_F=case.sensors.step_F)
     p_0 = crane.passive.accumulator.gas.p_0 if crane.passive is not None else 0.0

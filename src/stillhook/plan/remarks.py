@@ -8,9 +8,12 @@ from typing import Any
 import numpy as np
 
 from stillhook.certified import CAP
+from stillhook.engine.checks import type_notes
+from stillhook.engine.lift_summary import held
 from stillhook.plan import closed_form
 from stillhook.plan.alternatives import Alternative
 from stillhook.plan.answer import Answered
+from stillhook.plan.capacities import places, static_tension
 from stillhook.plan.demand import Tier
 from stillhook.plan.facts import SAYS, described
 from stillhook.plan.lift_plan import LiftPlan
@@ -103,7 +106,7 @@ def not_computed(plan: LiftPlan, tier: Tier, blocks: Collection[str]) -> dict[st
 def remarks(plan: LiftPlan, of: Answered, forecast: Forecast, value: WeatherValue | None) -> list[str]:
     """Lines that a reader of the answer must know."""
     found = []
-    found += list(plan.notes)
+    found += [*plan.notes, *winch_remarks(plan)]
     for phases, alternatives in _grouped(untold(of.own)).items():
         found.append(f"NOT JUDGED in some cells, for no tier that was run tells it: {', '.join(phases)} ({', '.join(alternatives)})")
     if np.isposinf(of.Hs).any():
@@ -123,6 +126,19 @@ def remarks(plan: LiftPlan, of: Answered, forecast: Forecast, value: WeatherValu
     if value is not None:
         found += [*value.notes, *_short(value)]
     return [*found, *closed_form.remarks(plan, env.table())]
+
+
+def winch_remarks(plan: LiftPlan) -> list[str]:
+    """What the winch type means for the heaviest phase with compensation, and the heaviest without."""
+    found = []
+    for compensated in (False, True):
+        own = [phase for phase in plan.phases if phase.compensated is compensated]
+        if own:
+            phase = max(own, key=lambda p: static_tension(plan, p))
+            at = held(plan.crane, plan.hanging(places(phase)[0], plan.tip_of(phase).z), 0.0)
+            at = at._replace(W=static_tension(plan, phase), manual=not compensated, compensates=compensated)
+            found += [f"winch, {phase.name}: {note}" for note in type_notes(plan.crane, at)]
+    return found
 
 
 def _short(value: WeatherValue) -> list[str]:
