@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import weakref
 from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -36,11 +37,11 @@ class BinaryLog:
         self._numbers = itertools.count()
 
     def _call(self, function: Callable[..., T], *arguments: Any) -> T:
-        return self._refusing(self._reader.call, time_limit(self._path), function, *arguments)
+        return self._refusing(partial(self._reader.call, time_limit(self._path), function, *arguments))
 
-    def _refusing(self, function: Callable[..., T], *arguments: Any) -> T:
+    def _refusing(self, step: Callable[[], T]) -> T:
         try:
-            return function(*arguments)
+            return step()
         except UnreadableError as problem:
             raise LogError(f"{self.name}: is no {self._what} file that can be read ({problem}). Export the log again.") from None
 

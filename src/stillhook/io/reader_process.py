@@ -10,7 +10,7 @@ import os
 import pickle
 import sys
 from collections.abc import Callable, Iterator, Mapping
-from typing import Any, BinaryIO
+from typing import IO, Any
 
 from stillhook.errors import StillhookError
 
@@ -54,7 +54,7 @@ def _answer(request: tuple[Callable[..., Any], tuple[Any, ...]]) -> tuple[str, A
         return FAILED, said or type(problem).__name__
 
 
-def send(stream: BinaryIO, kind: str, value: Any) -> None:
+def send(stream: IO[bytes], kind: str, value: Any) -> None:
     """A value, the numbers of its arrays beside it so that no copy is made."""
     buffers: list[pickle.PickleBuffer] = []
     body = pickle.dumps(value, protocol=5, buffer_callback=buffers.append)
@@ -65,7 +65,7 @@ def send(stream: BinaryIO, kind: str, value: Any) -> None:
     stream.flush()
 
 
-def receive(stream: BinaryIO) -> tuple[str, Any]:
+def receive(stream: IO[bytes]) -> tuple[str, Any]:
     """What `send` wrote. Errors: EOFError where the other side ended."""
     kind, body, sizes = pickle.load(stream)
     buffers = [bytearray(size) for size in sizes]

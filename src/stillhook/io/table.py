@@ -316,7 +316,12 @@ def _values(raw: Raw, wanted: Wanted, place: int, chosen: Chosen | None) -> Floa
     cells = [row[place] for row in raw.rows]
     numbers = np.array([_number(cell, raw, i, heading) for i, cell in enumerate(cells)], dtype=np.float64)
     scale = 1.0 if chosen is None else chosen.scale
-    return numbers * scale * (parse(f"1 {unit}", wanted.kind, where) if wanted.kind else RATIO[unit])
+    with np.errstate(over="ignore"):
+        values = numbers * (scale * (parse(f"1 {unit}", wanted.kind, where) if wanted.kind else RATIO[unit]))
+    if np.isinf(values).any():
+        i = int(np.flatnonzero(np.isinf(values))[0])
+        raise LogError(f"{raw.name}: row {raw.numbers[i]}: column {came(heading)} = {cells[i]}: too large. Correct or empty the cell.")
+    return values
 
 
 def _one_decimal_sign(raw: Raw, places: Sequence[int]) -> None:
