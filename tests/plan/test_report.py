@@ -13,7 +13,9 @@ import pytest
 from matplotlib.image import imsave
 from tests.plan.made_up import RULES, made_up
 
+from stillhook.certified import UNSIGNED
 from stillhook.cli import run as command
+from stillhook.cli.plan import show
 from stillhook.errors import PlanError
 from stillhook.io.page import png
 from stillhook.plan import figures as drawing
@@ -132,6 +134,26 @@ def test_where_a_certificate_covers_nothing_is_taken_from_the_twin():
     said = " ".join(headline(covered)["said"])
     assert "By the twin: the same limits (the crane's certificate covers what governs)." in said
     assert "not validated" not in told(covered)
+
+
+def test_credit_that_rests_on_a_certificate_says_that_it_is_unsigned(result):
+    covered = made_up(certificate=True)
+    assert UNSIGNED in headline(covered)["said"]
+    section = next(s for s in sheet_of(covered, ())["sections"] if s["title"].endswith("Credit for compensation"))
+    assert UNSIGNED in json.dumps(section, ensure_ascii=False)
+    assert UNSIGNED not in told(result)  # no certificate, nothing to sign
+
+
+def test_the_command_line_says_below_what_is_credited_that_the_certificate_is_unsigned(capsys):
+    covered = made_up(certificate=True)
+    covered.facts["crane"]["certificate"]["unsigned"] = UNSIGNED
+    show(replace(covered, facts=covered.facts | {"shown": "strong-ssc"}), None, json=False)
+    lines = capsys.readouterr().out.splitlines()
+    credited = max(i for i, line in enumerate(lines) if "credited with no more than the cap" in line or line.endswith(": as it is"))
+    assert lines[credited + 1] == UNSIGNED
+    bare = made_up()
+    show(replace(bare, facts=bare.facts | {"shown": "strong-ssc"}), None, json=False)
+    assert "not a signature" not in capsys.readouterr().out
 
 
 def test_without_a_certificate_the_report_says_so_on_every_page(result):

@@ -28,7 +28,7 @@ T = TypeVar("T")
 
 TIME, MEMORY = "STILLHOOK_READ_TIME", "STILLHOOK_READ_MEMORY"
 """Environment variables that change the limits."""
-LONGEST = 30.0
+LONGEST = 60.0
 """One step may take this long [s], and a second more for each megabyte of the file."""
 SLOWEST = 1e6
 """Bytes a second of the slowest drive that is waited for without TIME."""
