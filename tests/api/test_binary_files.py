@@ -164,12 +164,13 @@ def test_what_is_no_file_of_the_format_is_refused_in_one_line(tmp_path, name):
     assert odd.name in refusal(FORMATS[name], odd)
 
 
-@pytest.mark.skipif(os.name == "nt" or os.geteuid() == 0, reason="root may read everything")
 @pytest.mark.parametrize("name", FORMATS)
 def test_a_file_without_the_right_to_read_it_is_refused_in_one_line(tmp_path, name):
     path = tmp_path / f"mine{FORMATS[name].suffix}"
     FORMATS[name].write(path)
     path.chmod(0)
+    if os.access(path, os.R_OK):
+        pytest.skip("this user may read everything")
     assert path.name in refusal(FORMATS[name], path)
 
 
