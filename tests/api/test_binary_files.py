@@ -22,6 +22,7 @@ from stillhook.io.binary_reader import read_binary
 from stillhook.io.log import mapping_from, read_log
 from stillhook.io.table import Wanted, read_columns
 from stillhook.io.vessel_file import read_vessel
+from stillhook.io.wave_bridge import read_wavespectra
 from stillhook.io.weather_file import read_weather
 
 N = 200
@@ -189,7 +190,12 @@ def endless(path: Path) -> None:
     path.write_bytes(data)
 
 
-@pytest.mark.parametrize("read", [load_run, read_weather, read_vessel])
+def spectra(path: Path) -> object:
+    pytest.importorskip("wavespectra")
+    return read_wavespectra(path, "era5")
+
+
+@pytest.mark.parametrize("read", [load_run, read_weather, read_vessel, spectra])
 def test_a_file_that_hdf5_reads_for_ever_is_given_up(tmp_path, monkeypatch, read):
     monkeypatch.setenv("STILLHOOK_READ_TIME", f"{BLOCKED} s")
     path = tmp_path / "endless.nc"
