@@ -2,6 +2,7 @@
 
 import os
 import random
+import signal
 import struct
 import subprocess
 import sys
@@ -17,7 +18,7 @@ from tests.api import odd_readers
 from stillhook import load_run
 from stillhook.cli import run as command
 from stillhook.errors import StillhookError, UnreadableError
-from stillhook.io import binary_reader, ndbc_text
+from stillhook.io import binary_reader, ndbc_text, reader_process
 from stillhook.io.binary_reader import read_binary
 from stillhook.io.log import mapping_from, read_log
 from stillhook.io.table import Wanted, read_columns
@@ -223,6 +224,15 @@ def test_a_reader_that_never_answers_is_stopped_and_the_next_file_is_read(tmp_pa
         read_binary(odd_readers.sleeps, tmp_path / "x")
     monkeypatch.delenv("STILLHOOK_READ_TIME")
     assert read_binary(odd_readers.prints, tmp_path / "x") == "x"
+
+
+@pytest.mark.skipif(os.name == "nt", reason="the system ends no process there")
+def test_a_blocked_reader_ends_even_where_the_process_that_waits_for_it_was_killed(tmp_path):
+    endless(tmp_path / "endless.nc")
+    script = "import sys, pathlib, stillhook.io.reader_process as r, stillhook.io.netcdf_reader as n\n"
+    script += "r._answer((2.0, n._datasets, (pathlib.Path(sys.argv[1]), 'h5netcdf', ())))"
+    done = subprocess.run([sys.executable, "-c", script, tmp_path / "endless.nc"], timeout=2.0 + reader_process.GRACE + 2 * BUSY, check=False)
+    assert done.returncode == -signal.SIGALRM
 
 
 @pytest.mark.parametrize(

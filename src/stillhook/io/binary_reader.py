@@ -87,7 +87,7 @@ class Reader:
     def call(self, limit: float, function: Callable[..., T], *arguments: Any) -> T:
         """The function's value, within a time limit [s]. Errors: as `read_binary`; the process has ended after one of time."""
         answers: list[tuple[str, Any]] = []
-        self._tell((function, arguments))
+        self._tell((limit, function, arguments))
         waiting = threading.Thread(target=self._wait, args=(answers,), daemon=True)
         waiting.start()
         waiting.join(limit)
