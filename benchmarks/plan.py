@@ -19,7 +19,8 @@ from typing import NamedTuple
 from rich.console import Console
 from rich.table import Table
 
-from stillhook.engine.build import cache_root, kernel_hash
+from stillhook.engine.build import kernel_hash
+from stillhook.engine.cache import cache_root
 
 PLAN = "template-to-1500m"
 QUICK_GOAL, GOAL = 10.0, 120.0

@@ -23,6 +23,11 @@ section 2.6 (reference 46); check against your edition."""
 EDGE = 0.01
 """Part of an end of the envelope by which a condition may lie beyond it: load cells, encoders and motion sensors are hardly better, and a
 test repeated as it was is no extrapolation."""
+UNSIGNED = (
+    "A certificate carries a checksum, not a signature: an edited certificate with a new checksum reads as genuine. Verify it by computing "
+    "it again from the logs: stillhook certificate check certificate.json."
+)
+"""Stands wherever credit rests on a certificate."""
 SHORT = 12
 """Digits of a digest that people are shown."""
 

@@ -28,6 +28,10 @@ class SimulationError(StillhookError):
     """A run that failed: the state left the physical range or lost its numbers."""
 
 
+class UnreadableError(StillhookError):
+    """A binary file that cannot be read: why, in a few words. Who reads it says the rest."""
+
+
 class LogError(StillhookError):
     """A log, a supplier map or their mapping that cannot be read, or whose signals cannot be trusted."""
 

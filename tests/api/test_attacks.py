@@ -15,7 +15,6 @@ import xarray
 import stillhook
 from stillhook import Scenario, compare, load_crane, metrics, save_run, simulate
 from stillhook.cli import run as command
-from stillhook.engine import build
 from stillhook.errors import MotionError, ScenarioError, SimulationError, SpecError, StillhookError
 from stillhook.io.case_file import stored_cases
 from stillhook.library import changed
@@ -510,15 +509,3 @@ class TestCache:
         again = process(*self.FAST, cache=tmp_path / "cache")
         assert again.communicate()[0] == first
         assert again.returncode == 0
-
-    def test_a_cache_that_others_can_write_to_is_not_trusted(self, tmp_path, monkeypatch):
-        if os.name == "nt":
-            pytest.skip("rights are kept otherwise there")
-        monkeypatch.setattr(build.tempfile, "gettempdir", lambda: str(tmp_path))
-        monkeypatch.setattr(build.tempfile, "mkdtemp", lambda prefix: f"{tmp_path}/fresh")
-        for name in ("stillhook-cache", f"stillhook-cache-{build.getpass.getuser()}"):
-            (tmp_path / name).mkdir()
-            (tmp_path / name).chmod(0o777)
-        build._private_folder.cache_clear()
-        assert build._private_folder() == tmp_path / "fresh"
-        build._private_folder.cache_clear()

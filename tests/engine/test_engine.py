@@ -16,7 +16,7 @@ from stillhook import Scenario, load_crane, simulate
 from stillhook.crane import Crane
 from stillhook.engine import drive as drive_module
 from stillhook.engine import run as run_module
-from stillhook.engine.build import KERNEL_MODULES, cache_root, driver, kernel_hash
+from stillhook.engine.build import KERNEL_MODULES, driver, kernel_hash
 from stillhook.engine.drive import Drive
 from stillhook.engine.lanes import VL, flatten, size, unflatten
 from stillhook.engine.pack import pack
@@ -441,15 +441,6 @@ def test_kernels_are_kept_under_a_hash_of_every_source(tmp_path, monkeypatch):
     monkeypatch.undo()
     getattr(kernel_hash, "cache_clear", lambda: None)()
     assert len(hashes) == 2
-
-
-def test_a_cache_folder_that_cannot_be_written_is_replaced(tmp_path, monkeypatch):
-    blocked = tmp_path / "file"
-    blocked.write_text("")
-    monkeypatch.setenv("STILLHOOK_CACHE", str(blocked / "below"))
-    assert cache_root().name == "stillhook-cache"
-    monkeypatch.setenv("STILLHOOK_CACHE", str(tmp_path / "mine"))
-    assert cache_root() == tmp_path / "mine"
 
 
 def test_a_driver_is_made_once():

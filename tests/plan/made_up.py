@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 import xarray
 
+from stillhook.certified import UNSIGNED
 from stillhook.plan.alternatives import Alternative
 from stillhook.plan.result import PlanResult
 
@@ -190,7 +191,7 @@ def _facts(certificate: bool) -> dict[str, Any]:
     return {
         "name": "made-up", "source": "made-up.toml", "digest": DIGEST, "notes": ["numbers are made up"], "version": "0.6.0", "code": "0123456789abcdef", "date": "2026-11-21",
         "settings": {"wave": "jonswap", "gamma": None, "spread": None, "heading_tolerance": float(np.radians(15.0)), "Hs": [0.5 * i for i in range(1, 9)], "Tp": PERIODS.tolist(), "headings": HEADINGS.tolist()},
-        "crane": {"name": "nov-250t", "title": "250 t knuckle-boom crane", "SWL": 250e3, "digest": "ab" * 32, "twin": twin, "certificate": {"number": "0123456789ab", "statement": "validated 2026-01-01"} if certificate else None},
+        "crane": {"name": "nov-250t", "title": "250 t knuckle-boom crane", "SWL": 250e3, "digest": "ab" * 32, "twin": twin, "certificate": {"number": "0123456789ab", "statement": "validated 2026-01-01", "unsigned": UNSIGNED} if certificate else None},
         "vessel": {"name": "construction-vessel-130m", "title": "offshore construction vessel of 130 m", "notes": ["roll damping 5 % of critical"]},
         "payload": {"name": "template-120t", "mass": 120e3, "height": 7.0, "digest": "cd" * 32, "rows": [["mass in air", "120 t", "assumed", "a template of this size"], ["added mass", "210 t", "derived", "DNV-RP-N103 3.3, perforation 15 %"]]},
         "place": {"h_tip": 36.0, "depth": 1500.0, "rho": 1025.0, "text": "x = -15 m, y = 0 m, z = 36 m"},

@@ -6,13 +6,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stillhook.certified import Certified
+from stillhook.certified import UNSIGNED, Certified
 from stillhook.crane import content
 from stillhook.engine.build import results_hash
 from stillhook.plan.alternatives import Alternative
 from stillhook.plan.capacities import at_rest
 from stillhook.plan.credit import inside
 from stillhook.plan.demand import Seas
+from stillhook.plan.facts import _crane as facts_of_crane
 from stillhook.plan.phases import PhaseKind
 from stillhook.plan.plan_file import load_plan
 
@@ -29,6 +30,15 @@ ENVELOPE = {
 @pytest.fixture(scope="module")
 def plan():
     return load_plan("template-to-1500m")
+
+
+def test_a_plan_tells_of_every_certificate_that_it_is_unsigned(plan):
+    """An envelope that was widened by hand, its digest made anew, is credited: whoever reads the credit must know that it can be."""
+    assert facts_of_crane(plan.crane)["certificate"] is None
+    told = facts_of_crane(certified(plan, load=("1 t", "250 t")).crane)["certificate"]
+    assert told["unsigned"] == UNSIGNED
+    for word in ("checksum, not a signature", "stillhook certificate check"):
+        assert word in UNSIGNED
 
 
 def certified(plan, *, synthetic=False, code=None, **envelope):

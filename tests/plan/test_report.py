@@ -13,7 +13,9 @@ import pytest
 from matplotlib.image import imsave
 from tests.plan.made_up import RULES, made_up
 
+from stillhook.certified import UNSIGNED
 from stillhook.cli import run as command
+from stillhook.cli.plan import show
 from stillhook.errors import PlanError
 from stillhook.io.page import png
 from stillhook.plan import figures as drawing
@@ -132,6 +134,27 @@ def test_where_a_certificate_covers_nothing_is_taken_from_the_twin():
     said = " ".join(headline(covered)["said"])
     assert "By the twin: the same limits (the crane's certificate covers what governs)." in said
     assert "not validated" not in told(covered)
+
+
+def test_credit_that_rests_on_a_certificate_says_that_it_is_unsigned(result):
+    covered = made_up(certificate=True)
+    assert UNSIGNED in headline(covered)["said"]
+    section = next(s for s in sheet_of(covered, ())["sections"] if s["title"].endswith("Credit for compensation"))
+    assert UNSIGNED in json.dumps(section, ensure_ascii=False)
+    assert UNSIGNED not in told(result)  # no certificate, nothing to sign
+
+
+def test_the_command_line_says_below_what_is_credited_that_the_certificate_is_unsigned(capsys):
+    def printed(certificate: bool) -> list[str]:
+        answer = made_up(certificate=certificate)
+        operation = answer.facts["operation"] | {"alternative": "strong-ssc", "Tp": 8.0, "beta": 0.0}
+        show(replace(answer, facts=answer.facts | {"shown": "strong-ssc", "operation": operation}), None, json=False)
+        return capsys.readouterr().out.splitlines()
+
+    lines = printed(certificate=True)
+    credited = max(i for i, line in enumerate(lines) if line.endswith("; credited with no more than the cap"))
+    assert lines[credited + 1] == UNSIGNED
+    assert UNSIGNED not in printed(certificate=False)
 
 
 def test_without_a_certificate_the_report_says_so_on_every_page(result):

@@ -7,12 +7,14 @@ import pytest
 from tests.validate.staged_certificate import drawn, staged, write
 
 from stillhook import load_crane
+from stillhook.certified import UNSIGNED
 from stillhook.cli import run as command
 from stillhook.library import crane_toml
 from stillhook.library.certificate import canonical, digest_of
 from stillhook.validate import certificate_check, certificate_content, certificate_files, load_certificate, truth
 from stillhook.validate import figures as pictures_of
 from stillhook.validate.certificate_check import check
+from stillhook.validate.certificate_sheet import sheet_of
 from stillhook.validate.lines import StepNumber
 from stillhook.validate.truth import Written
 
@@ -210,6 +212,20 @@ def test_show_says_the_verdict_and_the_envelope(file, tmp_path, capsys):
     assert json.loads(capsys.readouterr().out)["envelope"]["load"] == [82e3, 164e3]
     assert command(["certificate", "show", str(tmp_path / "nothing.json")]) == 2
     assert "no such file" in capsys.readouterr().err
+
+
+def test_show_check_and_document_say_that_a_checksum_is_no_signature(file, capsys):
+    data = json.loads(file.read_text(encoding="utf-8"))
+    data.pop("digest")
+    data["envelope"]["load"] = [1e3, 250e3]
+    file.write_text(canonical({**data, "digest": digest_of(data)}), encoding="utf-8")  # reads as genuine
+    assert command(["certificate", "show", str(file)]) == 0
+    assert UNSIGNED in " ".join(capsys.readouterr().out.split())
+    assert command(["certificate", "check", str(file), "--quick"]) == 0
+    assert UNSIGNED in capsys.readouterr().out
+    assert command(["certificate", "check", str(file), "--json"]) == 1  # computed again from the logs it does not hold
+    assert json.loads(capsys.readouterr().out)["unsigned"] == UNSIGNED
+    assert UNSIGNED in " ".join(sheet_of(data | {"digest": digest_of(data)}, ())["how"])
 
 
 def test_an_example_campaign_with_an_unknown_defect_names_those_there_are(tmp_path, capsys):

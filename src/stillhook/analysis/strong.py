@@ -44,9 +44,9 @@ def lateness(crane: Crane, *, delay: float = 0.0) -> float:
 
     .. math:: t_{lead} = t_{delay} + \tfrac12 t_{cycle} + t_{compute} + \frac{2 \zeta_0}{\omega_0}
 
-    A command is held for a cycle, so on the mean it is half a cycle old, and it comes a computing time late. K_2 =
-    K_1 2 zeta_p / omega_np takes the first-order lag of the pumps. What is left is that of the oil, whose transfer function 1 / (1 + 2 zeta_0 s / omega_0 + s^2 / omega_0^2) lags by
-    2 zeta_0 / omega_0 at the slow frequencies of waves; here at full displacement, where it is least.
+    A command is held for a cycle, so on the mean it is half a cycle old, and it comes a computing time late. K_2 = K_1 2 zeta_p / omega_np
+    takes the first-order lag of the pumps. What is left is that of the oil, whose transfer function 1 / (1 + 2 zeta_0 s / omega_0 +
+    s^2 / omega_0^2) lags by 2 zeta_0 / omega_0 at the slow frequencies of waves; here at full displacement, where it is least.
 
     Parameters: crane; delay of the motion signal, which the PLC is taken to know [s].
     Errors: StillhookError for a delay outside 0 to 1 s.

@@ -36,6 +36,8 @@ def show(file: File, json: Json = False) -> None:
 
 
 def _show(found: Certificate) -> None:
+    from stillhook.certified import UNSIGNED
+
     data, short = found.data, found.short
     mark = "SYNTHETIC " if data["synthetic"] and "SYNTHETIC" not in data["title"] else ""
     wrapped(f"{mark}{data['title']}")
@@ -54,6 +56,7 @@ def _show(found: Certificate) -> None:
         rows += [(f"validated: {name}", text) for name, text in short.envelope.says().items()]
     for name, text in rows:
         wrapped(f"{name}: {text}", "  ")
+    wrapped(UNSIGNED, "  ")
     print("\nverdict")
     for line in data["lines"]:
         c = line["cells"]
@@ -87,6 +90,7 @@ def check(
 
 
 def _say(found: Check) -> None:
+    from stillhook.certified import UNSIGNED
     from stillhook.units import number
 
     wrapped(found.verdict)
@@ -95,6 +99,7 @@ def _say(found: Check) -> None:
     for title, lines in (("changed", found.changed), ("missing", found.missing), ("otherwise", found.lines)):
         for line in lines:
             wrapped(f"{title}: {line}", "  ")
+    wrapped(UNSIGNED)
     if not found.computed:
         return
     if found.same_bytes:

@@ -134,6 +134,8 @@ def show(found: PlanResult, out: Path | None, *, json: bool) -> None:
         _print_heading(found, float(heading))
     for told, names in _told(facts["alternatives"]).items():
         wrapped(f"{', '.join(names)}: {told}")
+    if certificate := facts["crane"]["certificate"]:
+        wrapped(certificate["unsigned"])
     if "weather" in found:
         _print_weather(found)
     op = facts["operation"]

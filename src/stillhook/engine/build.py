@@ -5,24 +5,21 @@ A cache that is keyed on one file serves stale physics after an edit in another:
 
 import contextlib
 import functools
-import getpass
 import hashlib
 import importlib.util
-import os
-import stat
 import sys
-import tempfile
 import threading
+from collections.abc import Iterator
 from importlib.metadata import version
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
 import numba
-import platformdirs
 from numba.core.caching import FunctionCache
 
 from stillhook.engine import winch_type
+from stillhook.engine.cache import kernel_folder, make_private
 from stillhook.physics.scalar import STRICT
 from stillhook.plants import truth
 
@@ -58,33 +55,8 @@ def results_hash() -> str:
     return digest.hexdigest()[:16]
 
 
-def cache_root() -> Path:
-    """Folder for compiled kernels: STILLHOOK_CACHE, else the user's cache folder, else a temporary one."""
-    wanted = os.environ.get("STILLHOOK_CACHE") or platformdirs.user_cache_dir("stillhook", appauthor=False)
-    try:
-        Path(wanted).mkdir(parents=True, exist_ok=True)
-        if os.access(wanted, os.W_OK):
-            return Path(wanted)
-    except OSError:
-        pass
-    return _private_folder()
-
-
-@functools.cache
-def _private_folder() -> Path:
-    """A temporary folder that nobody else can write to: what lies in it is run as machine code."""
-    for name in ("stillhook-cache", f"stillhook-cache-{getpass.getuser()}"):
-        folder = Path(tempfile.gettempdir()) / name
-        with contextlib.suppress(OSError):
-            folder.mkdir(mode=0o700, exist_ok=True)
-            status = folder.lstat()
-            if stat.S_ISDIR(status.st_mode) and (os.name == "nt" or (status.st_uid == os.getuid() and not status.st_mode & 0o022)):
-                return folder
-    return Path(tempfile.mkdtemp(prefix="stillhook-cache-"))
-
-
 def cache_folder(plant: str, lanes: int) -> Path:
-    return cache_root() / f"{kernel_hash()}-{plant}-{lanes}"
+    return kernel_folder(f"{kernel_hash()}-{plant}-{lanes}")
 
 
 def _folder(plant: str, kind: str) -> str:
@@ -112,6 +84,18 @@ class _Cache(FunctionCache):  # type: ignore[misc]
             super().save_overload(sig, data)
 
 
+@contextlib.contextmanager
+def _cached_in(folder: Path) -> Iterator[None]:
+    """Functions that are decorated within keep their machine code in this folder, which only the user can enter."""
+    with contextlib.suppress(OSError):  # what cannot be written is not kept
+        make_private(folder)
+    before, numba.config.CACHE_DIR = numba.config.CACHE_DIR, str(folder)
+    try:
+        yield
+    finally:
+        numba.config.CACHE_DIR = before
+
+
 def driver(plant: str, lanes: int, kind: str = "driver") -> ModuleType:
     """The driver of one plant for 1 or 16 lanes: `run`, `at_rest`, `Lane`. Compiled on first call, cached on disk.
 
@@ -129,26 +113,19 @@ def driver(plant: str, lanes: int, kind: str = "driver") -> ModuleType:
             module.plant = PLANTS[plant]  # type: ignore[attr-defined]
             module.LANES = lanes  # type: ignore[attr-defined]
             module.base = base  # type: ignore[attr-defined]
-            before, numba.config.CACHE_DIR = numba.config.CACHE_DIR, str(cache_folder(_folder(plant, kind), lanes))
-            try:
+            with _cached_in(cache_folder(_folder(plant, kind), lanes)):
                 spec.loader.exec_module(module)
                 for entry in (module.run, *([module.at_rest] if base is None else [])):
                     if hasattr(entry, "_cache"):  # not where NUMBA_DISABLE_JIT is set
                         entry._cache = _Cache(entry.py_func)
-            finally:
-                numba.config.CACHE_DIR = before
             sys.modules[name] = module
     return sys.modules[name]
 
 
 def kept(function: Any, name: str) -> Any:
     """A kernel of its own beside the drivers, compiled on first call and cached on disk under this name; see `driver`."""
-    with LOCK:
-        before, numba.config.CACHE_DIR = numba.config.CACHE_DIR, str(cache_folder(name, 1))
-        try:
-            entry = numba.njit(cache=True, nogil=True, **STRICT)(function)
-            if hasattr(entry, "_cache"):
-                entry._cache = _Cache(entry.py_func)
-        finally:
-            numba.config.CACHE_DIR = before
+    with LOCK, _cached_in(cache_folder(name, 1)):
+        entry = numba.njit(cache=True, nogil=True, **STRICT)(function)
+        if hasattr(entry, "_cache"):
+            entry._cache = _Cache(entry.py_func)
     return entry

@@ -107,4 +107,4 @@ def twin_line(crane: Crane) -> str:
     if against := objections(crane):
         return f"twin: certificate {c.short} of {c.date} does not hold: {', '.join(against)}"
     what = "SYNTHETIC certificate" if c.synthetic else "certificate"
-    return f"twin: level {c.level}, variant {c.variant}: {what} {c.short} of {c.date} by {c.criteria} holds"
+    return f"twin: level {c.level}, variant {c.variant}: {what} {c.short} of {c.date} by {c.criteria} holds (unsigned)"

@@ -120,7 +120,7 @@ class Track:
         self._find_gaps(t)
         rows = []
         for column, numbers in zip(self.columns, raw, strict=True):
-            with np.errstate(over="ignore"):  # beyond the largest float is beyond what can be
+            with np.errstate(over="ignore", invalid="ignore"):  # beyond the largest float is beyond what can be
                 values = (numbers[kept] if len(kept) < len(numbers) else numbers) * column.factor + column.offset
             rows.append(column.watch.screened(values, t, lambda i: line_of(int(kept[i]))))
         self._keep(t, rows)

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import os
 import stat
+from importlib.util import find_spec
 from pathlib import Path
 
 from stillhook.errors import LogError
+from stillhook.io.log_binary import BinaryLog
 from stillhook.io.log_csv import open_csv
 from stillhook.io.log_measured import MdfLog, TdmsLog
 from stillhook.io.log_source import Source
@@ -49,13 +51,20 @@ def open_log(path: str | os.PathLike[str]) -> Source:
 
 def _opened(file: Path, head: bytes) -> Source:
     if head.startswith(b"PAR1"):
-        return ParquetLog(file)
+        return BinaryLog(file, "Parquet", ParquetLog)
     if head.startswith((b"MDF ", b"UnFinMF")):
-        return MdfLog(file)
+        _need("asammdf", "MDF", file)
+        return BinaryLog(file, "MDF", MdfLog)
     if head.startswith(b"TDSm"):
-        return TdmsLog(file)
+        _need("nptdms", "TDMS", file)
+        return BinaryLog(file, "TDMS", TdmsLog)
     if head.startswith(b"\x89HDF") or head[_HEAD:].startswith(b"\x89HDF"):  # MATLAB puts 512 bytes of text before
-        return open_hdf(file)
+        return BinaryLog(file, "HDF5", open_hdf)
     if head.startswith(b"MATLAB "):
-        return open_mat(file)
+        return BinaryLog(file, "MAT", open_mat)
     return open_csv(file)
+
+
+def _need(reader: str, what: str, file: Path) -> None:
+    if find_spec(reader) is None:
+        raise LogError(f'{file.name}: is {what}, which takes the reader {reader}: pip install "stillhook[logs]".')

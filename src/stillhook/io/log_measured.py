@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import gc
-import logging
-import sys
 from abc import ABC, abstractmethod
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
@@ -15,8 +12,9 @@ from typing import Any
 import numpy as np
 
 from stillhook.errors import LogError
+from stillhook.io.binary_reader import refuse_bomb
 from stillhook.io.log_source import EXAMPLES, NANO, Chunk, Want, from_sample, master
-from stillhook.io.log_tables import rows_of
+from stillhook.io.log_tables import NUMBER, rows_of
 from stillhook.io.log_types import FloatArray
 from stillhook.units import came
 
@@ -121,35 +119,19 @@ def _named(names: Sequence[tuple[str, str]]) -> list[str]:
     return [name if often[name] == 1 else f"{group}/{name}" for group, name in names]
 
 
-def _opened(reader: Any, path: Path) -> Any:
-    """An MDF file, opened. A file that is none also fails when it is given up, which Python would print: it is silenced until then."""
-    told, sys.unraisablehook = sys.unraisablehook, lambda unraisable: None
-    try:
-        try:
-            return reader(path)
-        except Exception as problem:  # asammdf raises many kinds for damaged files
-            said = came(str(problem) or type(problem).__name__)
-        gc.collect()
-        raise LogError(f"{path.name}: is no MDF file that can be read ({said}).")
-    finally:
-        sys.unraisablehook = told
-
-
 class MdfLog(_Measured):
     """An MDF file, version 3 or 4; each group of channels has its time."""
 
     def __init__(self, path: Path) -> None:
-        try:
-            from asammdf import MDF
-        except ImportError:
-            raise LogError(f'{path.name}: is MDF, which takes the reader asammdf: pip install "stillhook[logs]".') from None
-        logging.getLogger("asammdf").setLevel(logging.ERROR)
+        from asammdf import MDF
+
         super().__init__(path.name)
-        self._mdf = _opened(MDF, path)
+        self._mdf = MDF(path)
         groups = list(enumerate(self._mdf.groups))
         keys = [(g, i, channel) for g, group in groups for i, channel in enumerate(group.channels) if self._mdf.masters_db.get(g) != i]
         headings = _named([(str(g), channel.name) for g, _, channel in keys])
         self.lengths = [int(group.channel_group.cycles_nr) for _, group in groups]
+        refuse_bomb(path, NUMBER * sum(self.lengths[g] for g, _, _ in keys), at_once=False)
         self.channels = [Channel(h, str(getattr(c, "unit", "") or ""), g, (g, i)) for h, (g, i, c) in zip(headings, keys, strict=True)]
 
     def _raw(self, place: int, begin: int, end: int) -> Any:
@@ -166,17 +148,12 @@ class TdmsLog(_Measured):
     """A TDMS file; channels of one length, start and increment share their time."""
 
     def __init__(self, path: Path) -> None:
-        try:
-            from nptdms import TdmsFile
-        except ImportError:
-            raise LogError(f'{path.name}: is TDMS, which takes the reader nptdms: pip install "stillhook[logs]".') from None
+        from nptdms import TdmsFile
+
         super().__init__(path.name)
-        try:
-            self._file = TdmsFile.open(path)
-            found = [(group.name, channel) for group in self._file.groups() for channel in group.channels()]
-        except Exception as problem:  # nptdms raises many kinds for damaged files
-            raise LogError(f"{path.name}: is no TDMS file that can be read ({came(str(problem) or type(problem).__name__)}).") from None
-        found = [(group, channel) for group, channel in found if len(channel)]
+        self._file = TdmsFile.open(path)
+        found = [(group.name, channel) for group in self._file.groups() for channel in group.channels() if len(channel)]
+        refuse_bomb(path, NUMBER * sum(len(channel) for _, channel in found), at_once=False)
         headings = _named([(group, channel.name) for group, channel in found])
         bases: dict[Any, int] = {}
         for heading, (_, channel) in zip(headings, found, strict=True):

@@ -108,7 +108,11 @@ def _bring(out: Merged, other: Checked, fit: Fit, every: float) -> None:
     for i, column in enumerate(other.track.columns):
         name, values = column.signal.name, other.bins.means[i]
         good = np.isfinite(values)
-        at = np.clip(np.searchsorted(t[good], ours), 1, max(1, int(good.sum()) - 1))
+        if good.sum() < 2:  # no line can be drawn
+            out.watched[name] = Watched(column.signal, np.full(len(ours), np.nan), column.watch, ())
+            out.doubtful[name] = np.ones(len(ours), np.bool_)
+            continue
+        at = np.clip(np.searchsorted(t[good], ours), 1, int(good.sum()) - 1)
         before, after = t[good][at - 1], t[good][at]
         far = np.minimum(np.abs(ours - before), np.abs(ours - after)) > NEAR * max(every, other.track.spacing)
         far |= (ours < t[good][0] - every) | (ours > t[good][-1] + every)  # nothing is known before the first sample and after the last

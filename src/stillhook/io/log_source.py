@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Protocol
 
 import numpy as np
@@ -53,7 +54,11 @@ def master(base: int) -> int:
 
 def from_sample(begin: int) -> Callable[[int], int]:
     """Numbers of samples from 1, for a piece that begins at sample `begin` counted from 0."""
-    return lambda row: begin + row + 1
+    return partial(_from_sample, begin)
+
+
+def _from_sample(begin: int, row: int) -> int:
+    return begin + row + 1
 
 
 class Source(Protocol):

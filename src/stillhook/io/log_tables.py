@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import partial
@@ -12,6 +13,7 @@ import numpy as np
 import polars as pl
 
 from stillhook.errors import LogError
+from stillhook.io.binary_reader import refuse_bomb
 from stillhook.io.log_source import EXAMPLES, NANO, Chunk, Want, from_sample, stamps_to_seconds, with_words
 from stillhook.io.log_types import FloatArray
 from stillhook.units import came
@@ -38,12 +40,10 @@ class ParquetLog:
 
     def __post_init__(self) -> None:
         self.name = self.path.name
-        try:
-            self._frame = pl.scan_parquet(self.path, glob=False)
-            self._schema = self._frame.collect_schema()
-            self._length = int(self._frame.select(pl.len()).collect().item())
-        except (pl.exceptions.PolarsError, OSError, ValueError) as problem:
-            raise LogError(f"{self.name}: is no Parquet file that can be read ({came(str(problem).splitlines()[0])}).") from None
+        self._frame = pl.scan_parquet(self.path, glob=False)
+        self._schema = self._frame.collect_schema()
+        self._length = int(self._frame.select(pl.len()).collect().item())
+        refuse_bomb(self.path, NUMBER * self._length * len(self._schema), at_once=False)
         self.headings, self.units = tuple(self._schema), ("",) * len(self._schema)
 
     def base(self, place: int) -> int:
@@ -150,15 +150,10 @@ class ArraysLog:
 
 def open_mat(path: Path) -> ArraysLog:
     """A MAT file of version 5 to 7: vectors, columns of matrices ("data(:,2)"), fields of structs ("log.p_a")."""
-    from scipy.io import loadmat
+    from scipy.io import loadmat, whosmat
 
-    try:
-        content = loadmat(path, squeeze_me=True, chars_as_strings=True)
-    except Exception as problem:  # scipy raises many kinds for damaged files
-        raise LogError(
-            f"{path.name}: is no MAT file that can be read "
-            f"({came(str(problem).splitlines()[0] if str(problem) else type(problem).__name__)})."
-        ) from None
+    refuse_bomb(path, NUMBER * sum(math.prod(map(abs, shape)) for _, shape, _ in whosmat(path)))
+    content = loadmat(path, squeeze_me=True, chars_as_strings=True)
     columns: list[ArrayColumn] = []
     for name, value in content.items():
         if not name.startswith("__"):
@@ -194,10 +189,7 @@ def open_hdf(path: Path) -> ArraysLog:
     """A MAT file of version 7.3 (HDF5): as `open_mat`, read in slices."""
     import h5py  # type: ignore[import-untyped]
 
-    try:
-        file = h5py.File(path, "r")
-    except OSError as problem:
-        raise LogError(f"{path.name}: is no HDF5 file that can be read ({came(str(problem).splitlines()[0])}).") from None
+    file = h5py.File(path, "r")
     columns: list[ArrayColumn] = []
 
     def visit(name: str, item: Any) -> None:
@@ -213,4 +205,5 @@ def open_hdf(path: Path) -> ArraysLog:
             columns.extend(ArrayColumn(f"{heading}(:,{k + 1})", item.shape[1], partial(_row_of, item, k)) for k in range(item.shape[0]))
 
     file.visititems(visit)
+    refuse_bomb(path, NUMBER * sum(column.length for column in columns), at_once=False)
     return ArraysLog(path.name, columns)

@@ -19,7 +19,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stillhook.errors import SeaError
+from stillhook.errors import SeaError, UnreadableError
+from stillhook.io.netcdf_reader import read_dataset
 from stillhook.sea.rao import DOFS, ComplexArray, FloatArray, Rao
 from stillhook.sea.rao_convention import CAPYTAINE, SAME_HEADING, to_rao
 
@@ -59,14 +60,10 @@ def read_capytaine(path: Path) -> Rao:
 
 
 def _opened(path: Path) -> xarray.Dataset:
-    import xarray
-
-    engine = "scipy" if path.read_bytes()[:3] == b"CDF" else "h5netcdf"
     try:
-        with xarray.open_dataset(path, engine=engine) as stored:
-            data = stored.load()
-    except Exception as e:  # what a broken HDF5 file raises hangs on where it is broken
-        raise SeaError(f"{path.name}: not a whole NetCDF file ({' '.join(str(e).split())[:120]}). Export it again.") from None
+        data = read_dataset(path)
+    except UnreadableError as problem:
+        raise SeaError(f"{path.name}: not a whole NetCDF file ({problem}). Export it again.") from None
     if "complex" in data.coords:
         if {"re", "im"} != {str(part) for part in data["complex"].values.ravel()}:
             raise SeaError(f"{path.name}: its dimension complex does not name re and im. Export it again with Capytaine.")

@@ -11,7 +11,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from stillhook.engine.simulate import simulate
-from stillhook.errors import StillhookError
+from stillhook.errors import StillhookError, UnreadableError
+from stillhook.io.netcdf_reader import read_dataset
 from stillhook.library import crane_from_toml
 from stillhook.scenario import Scenario
 from stillhook.whole import whole_file
@@ -39,15 +40,13 @@ def save_run(run: xarray.Dataset, path: str | Path) -> Path:
 
 def load_run(path: str | Path) -> xarray.Dataset:
     """The run that `save_run` wrote. Errors: StillhookError where the file is none."""
-    import xarray
-
     if not os.path.isfile(path):
-        raise StillhookError(f"{path}: no such file. Give a file that save_run or --out wrote.")
+        what = "is a folder" if os.path.isdir(path) else "no such file"
+        raise StillhookError(f"{path}: {what}. Give a file that save_run or --out wrote.")
     try:
-        with xarray.open_dataset(path, engine="h5netcdf") as data:
-            run = data.load()
-    except (OSError, ValueError) as e:
-        raise StillhookError(f"{path}: not a NetCDF file of a run ({' '.join(str(e).split())}).") from None
+        run = read_dataset(Path(path))
+    except UnreadableError as problem:
+        raise StillhookError(f"{path}: not a NetCDF file of a run ({problem}). Simulate again.") from None
     missing = {"crane", "scenarios", "step"} - set(run.attrs)
     if missing:
         raise StillhookError(f"{path}: not a run of Stillhook, {', '.join(sorted(missing))} missing. Write runs with save_run.")

@@ -26,13 +26,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stillhook.errors import LogError, UnitError
+from stillhook.errors import LogError, UnitError, UnreadableError
+from stillhook.io.binary_reader import read_binary, refuse_bomb
 from stillhook.units import KINDS, came, parse
 
 FloatArray = NDArray[np.float64]
 
 LARGEST_TABLE = 50_000_000
 """Bytes; a million cells. Logs are read elsewhere, streamed."""
+LARGEST_CELLS = 5_000_000
+"""What a header may claim, far above every map."""
+LARGEST_UNPACKED = 500_000_000
+"""Bytes of all parts of an Excel file; the sheet of a million cells takes some 50 MB."""
 LARGEST_MAPPING = 1_000_000
 EMPTY = frozenset({"", "-", "--", "nan", "na", "n/a", "null", "none", "#n/a"})
 """What suppliers write where there is no value, in lower case."""
@@ -127,27 +132,52 @@ def _raw(path: Path) -> Raw:
 
 
 def _parquet(path: Path) -> Raw:
+    try:
+        headings, rows = read_binary(_parquet_cells, path)
+    except UnreadableError as problem:
+        raise LogError(f"{path.name}: not a Parquet file ({problem}). Write it again.") from None
+    return Raw(path.name, headings, rows, tuple(range(1, len(rows) + 1)))
+
+
+def _parquet_cells(path: Path) -> tuple[tuple[str, ...], tuple[tuple[Any, ...], ...]]:
+    """In the process that reads: headings and rows."""
     import polars as pl
 
-    try:
-        frame = pl.read_parquet(path)
-    except (pl.exceptions.PolarsError, OSError) as e:
-        raise LogError(f"{path.name}: not a Parquet file ({came(str(e).splitlines()[0])}). Write it again.") from None
-    return Raw(path.name, tuple(frame.columns), tuple(frame.rows()), tuple(range(1, frame.height + 1)))
+    scan = pl.scan_parquet(path, glob=False)
+    _refuse_cells(int(scan.select(pl.len()).collect().item()) * len(scan.collect_schema()))
+    frame = scan.collect()
+    return tuple(frame.columns), tuple(frame.rows())
+
+
+def _refuse_cells(count: int) -> None:
+    if count > LARGEST_CELLS:
+        raise UnreadableError(f"claims {count} cells; up to {LARGEST_CELLS} make a map")
 
 
 def _excel(path: Path) -> Raw:
+    try:
+        lines = read_binary(_excel_cells, path)
+    except UnreadableError as problem:
+        raise LogError(f"{path.name}: not an Excel file ({problem}). Save it again as .xlsx.") from None
+    return _headed(path.name, list(enumerate(lines, start=1)))
+
+
+def _excel_cells(path: Path) -> list[tuple[Any, ...]]:
+    """In the process that reads: rows of the first sheet."""
     import zipfile
 
     import openpyxl
 
-    try:
-        book = openpyxl.load_workbook(path, read_only=True, data_only=True)
-        lines = [tuple(row) for row in book.worksheets[0].iter_rows(values_only=True)]
-        book.close()
-    except (zipfile.BadZipFile, KeyError, ValueError, TypeError, IndexError, OSError) as e:
-        raise LogError(f"{path.name}: not an Excel file ({came(str(e))}). Save it again as .xlsx.") from None
-    return _headed(path.name, list(enumerate(lines, start=1)))
+    with zipfile.ZipFile(path) as archive:
+        refuse_bomb(path, sum(part.file_size for part in archive.infolist()), allowed=LARGEST_UNPACKED)
+    book = openpyxl.load_workbook(path, read_only=True, data_only=True)
+    lines, count = [], 0
+    for row in book.worksheets[0].iter_rows(values_only=True):
+        count += max(1, len(row))
+        _refuse_cells(count)
+        lines.append(tuple(row))
+    book.close()
+    return lines
 
 
 def _csv(name: str, data: bytes) -> Raw:
@@ -286,7 +316,12 @@ def _values(raw: Raw, wanted: Wanted, place: int, chosen: Chosen | None) -> Floa
     cells = [row[place] for row in raw.rows]
     numbers = np.array([_number(cell, raw, i, heading) for i, cell in enumerate(cells)], dtype=np.float64)
     scale = 1.0 if chosen is None else chosen.scale
-    return numbers * scale * (parse(f"1 {unit}", wanted.kind, where) if wanted.kind else RATIO[unit])
+    with np.errstate(over="ignore"):
+        values = numbers * (scale * (parse(f"1 {unit}", wanted.kind, where) if wanted.kind else RATIO[unit]))
+    if np.isinf(values).any():
+        i = int(np.flatnonzero(np.isinf(values))[0])
+        raise LogError(f"{raw.name}: row {raw.numbers[i]}: column {came(heading)} = {cells[i]}: too large. Correct or empty the cell.")
+    return values
 
 
 def _one_decimal_sign(raw: Raw, places: Sequence[int]) -> None:

@@ -64,6 +64,8 @@ def _found(path: str | os.PathLike[str]) -> Path:
     if not file.is_file():
         near = nearest(str(path), vessels())
         raise SeaError(f"{came(str(path))}: no such vessel file, and no vessel of the library, which has {', '.join(vessels())}{near}")
+    if not os.access(file, os.R_OK):
+        raise SeaError(f"{file.name}: cannot be read (permission denied). Check your rights.")
     if file.stat().st_size > LARGEST_FILE:
         raise SeaError(f"{file.name}: {file.stat().st_size / 1e6:.0f} MB, up to {LARGEST_FILE / 1e6:.0f} MB is read. Check the file.")
     return file

@@ -8,13 +8,15 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
+from importlib.util import find_spec
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stillhook.errors import SeaError
+from stillhook.errors import SeaError, UnreadableError
+from stillhook.io.binary_reader import read_binary, refuse_bomb
 from stillhook.io.ndbc_text import bands
 from stillhook.sea.directional import Directional
 from stillhook.sea.directions import DirectionSense, coming_from
@@ -50,18 +52,22 @@ def read_wavespectra(path: str | os.PathLike[str], form: str, point: int | None 
         raise SeaError(f"--format {came(form)}: is not one of {', '.join(FORMATS)}. Leave it out for files of NDBC.")
     if not file.exists():
         raise SeaError(f"{came(str(file))}: no such file. Check the name and the folder.")
+    if find_spec("wavespectra") is None:
+        raise SeaError(f'{file.name}: reading {form} needs the library wavespectra. Install it: pip install "stillhook[sea]".')
     try:
-        import wavespectra
-    except ImportError:
-        raise SeaError(f'{file.name}: reading {form} needs the library wavespectra. Install it: pip install "stillhook[sea]".') from None
-    try:
-        data = getattr(wavespectra, FORMATS[form])(str(file))
-        data = data.load()
-    except Exception as problem:  # a reader of another library, on a file of any kind
-        raise SeaError(
-            f"{file.name}: cannot be read as {form} ({type(problem).__name__}: {came(str(problem))}). Check the format."
-        ) from None
+        data = read_binary(_dataset, file, FORMATS[form])
+    except UnreadableError as problem:
+        raise SeaError(f"{file.name}: cannot be read as {form} ({problem}). Check the format.") from None
     return from_wavespectra(data, file.name, point)
+
+
+def _dataset(path: Path, reader: str) -> xarray.Dataset:
+    """In the process that reads."""
+    import wavespectra
+
+    data: xarray.Dataset = getattr(wavespectra, reader)(str(path))
+    refuse_bomb(path, data.nbytes)
+    return data.load()
 
 
 def from_wavespectra(data: xarray.Dataset, source: str = "wavespectra", point: int | None = None) -> SpectrumSeries:

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stillhook.errors import WeatherError
+from stillhook.errors import UnreadableError, WeatherError
+from stillhook.io.netcdf_reader import MAGIC, magic, read_dataset
 from stillhook.io.weather_assembled import assembled
 from stillhook.io.weather_columns import Column, columns, in_si
 from stillhook.io.weather_times import step_of
@@ -18,17 +19,15 @@ from stillhook.sea.weather import FloatArray, Weather
 if TYPE_CHECKING:
     import xarray
 
-MAGIC = (b"\x89HDF", b"CDF\x01", b"CDF\x02")
-ENGINES = {b"\x89HDF": "h5netcdf", b"CDF\x01": "scipy", b"CDF\x02": "scipy"}
 _TIMES = ("time", "valid_time", "datetime")
 
 
 def is_netcdf(path: Path) -> bool:
     """Whether a file begins as NetCDF does."""
-    if not path.is_file():
-        return False
-    with path.open("rb") as file:
-        return file.read(4) in MAGIC
+    try:
+        return path.is_file() and magic(path) in MAGIC
+    except UnreadableError as problem:
+        raise WeatherError(f"{path.name}: cannot be read ({problem}). Check your rights.") from None
 
 
 def read_netcdf(
@@ -38,15 +37,10 @@ def read_netcdf(
 
     Errors: WeatherError of one line for files of several places, times that do not ascend and numbers that no weather has.
     """
-    import xarray
-
-    with path.open("rb") as file:
-        engine = ENGINES[file.read(4)]
     try:
-        with xarray.open_dataset(path, engine=engine) as stored:
-            data = stored.load().squeeze()
-    except (OSError, ValueError, KeyError, TypeError) as problem:
-        raise WeatherError(f"{path.name}: cannot be read as NetCDF ({' '.join(str(problem).split())}). Fetch it again.") from None
+        data = read_dataset(path).squeeze()
+    except UnreadableError as problem:
+        raise WeatherError(f"{path.name}: cannot be read as NetCDF ({problem}). Fetch it again.") from None
     when = time_column or next((name for name in _TIMES if name in data.variables), None)
     if when is None or when not in data.variables or not np.issubdtype(data[when].dtype, np.datetime64) or data[when].ndim != 1:
         raise WeatherError(f"{path.name}: no series of times among {', '.join(map(str, data.variables))}. Name it: --time NAME.")

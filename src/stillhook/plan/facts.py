@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from stillhook._version import __version__
-from stillhook.certified import CAP
+from stillhook.certified import CAP, UNSIGNED
 from stillhook.crane import Crane, content
 from stillhook.engine.build import results_hash
 from stillhook.engine.validated import envelope_line, twin_line
@@ -89,7 +89,9 @@ def facts_of(plan: LiftPlan, limited: Mapping[tuple[str, Alternative], Sequence[
 
 def _crane(crane: Crane) -> dict[str, Any]:
     c, held = crane.certified, envelope_line(crane)
-    certificate = None if c is None else {"number": c.short, "statement": held or twin_line(crane), "synthetic": c.synthetic}
+    certificate: dict[str, Any] | None = None
+    if c is not None:
+        certificate = {"number": c.short, "statement": held or twin_line(crane), "synthetic": c.synthetic, "unsigned": UNSIGNED}
     return {
         "name": crane.name, "title": crane.title, "SWL": crane.SWL, "digest": _crane_digest(crane),
         "twin": twin_line(crane), "certificate": certificate,

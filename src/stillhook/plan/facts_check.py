@@ -41,7 +41,7 @@ FACTS: Mapping[str, Shape] = {
     },
     "crane": {
         "name": TEXT, "title": TEXT, "SWL": NUMBER, "digest": TEXT, "twin": TEXT,
-        "certificate": (None, {"number": TEXT, "statement": TEXT, "synthetic?": YES}),
+        "certificate": (None, {"number": TEXT, "statement": TEXT, "synthetic?": YES, "unsigned?": TEXT}),
     },
     "vessel": {"name": TEXT, "title": TEXT, "notes": TEXTS},
     "payload": {"name": TEXT, "title?": TEXT, "mass": NUMBER, "height": NUMBER, "digest": TEXT, "rows": [TEXTS]},

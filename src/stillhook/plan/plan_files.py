@@ -7,7 +7,8 @@ import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from stillhook.errors import PlanError
+from stillhook.errors import PlanError, UnreadableError
+from stillhook.io.netcdf_reader import read_datasets
 from stillhook.io.results import save_json
 from stillhook.plan.facts_check import odd_fact
 from stillhook.plan.report import REPORT_FILES, write_report
@@ -73,9 +74,9 @@ def load_plan_result(folder: str | Path) -> PlanResult:
     facts = _facts(where / FACTS)
     _check_hash(facts.pop(HASH, None), where)
     try:
-        data, blocks = _datasets(where / NUMBERS)
-    except Exception as e:  # a damaged file: h5netcdf raises whatever it stumbles over
-        raise PlanError(f"{where / NUMBERS}: not the numbers of a plan ({_in_a_line(e)}). Run the plan again.") from None
+        data, blocks = read_datasets(where / NUMBERS, BLOCKS)
+    except UnreadableError as problem:
+        raise PlanError(f"{where / NUMBERS}: not the numbers of a plan ({problem}). Run the plan again.") from None
     if missing := NEEDED - set(data.attrs):
         raise PlanError(f"{where / NUMBERS}: not the numbers of a plan, {', '.join(sorted(missing))} missing. Run the plan again.")
     if data.attrs["name"] != facts["name"] or data.attrs.get("digest", "") != facts.get("digest", ""):
@@ -114,15 +115,3 @@ def _facts(path: Path) -> dict[str, Any]:
         raise PlanError(f"{path}: not the facts of a plan: {odd}. Run the plan again.")
     return facts
 
-
-def _datasets(path: Path) -> tuple[xarray.Dataset, dict[str, xarray.Dataset]]:
-    import h5py  # type: ignore[import-untyped]
-    import xarray  # heavy: only where results are read
-
-    with h5py.File(path) as file:
-        groups = [name for name in BLOCKS if name in file]
-    read = []
-    for group in (None, *groups):
-        with xarray.open_dataset(path, engine="h5netcdf", group=group) as data:
-            read.append(data.load())
-    return read[0], dict(zip(groups, read[1:], strict=True))

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from stillhook.certified import UNSIGNED
 from stillhook.plan.figure_parts import CREDITED, TWIN, FloatArray, degrees, few, height, named, names
 from stillhook.plan.figures import differs
 from stillhook.plan.figures_weather import OVER
@@ -62,7 +63,7 @@ def answer(result: PlanResult) -> dict[str, Any]:
     word = f"OP_LIM Hs {between(credited, top)}" if workable else "NO WORKABLE SEA STATE"
     return {
         "word": word, "yes": workable,
-        "said": [_credited(result, name), _twin(result, name), _operation(result, name), *_waiting(result, name)],
+        "said": [_credited(result, name), _twin(result, name), *_unsigned(result), _operation(result, name), *_waiting(result, name)],
         "parts": [*_limits(result, name), *_side_by_side(result), *_conditions(result)],
     }  # fmt: skip
 
@@ -98,6 +99,10 @@ def _mostly(result: PlanResult, name: str, credit: Credit) -> str:
     first = counted.most_common(NAMED)
     said = ", ".join(f"{governs(*pair)} ({n} of {here['governing_phase'].size} cells)" for pair, n in first)
     return f"Governing: {said}{' and others' if len(counted) > NAMED else ''}."
+
+
+def _unsigned(result: PlanResult) -> list[str]:
+    return [UNSIGNED] if (result.facts.get("crane") or {}).get("certificate") else []
 
 
 def _twin(result: PlanResult, name: str) -> str:

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from stillhook.certified import UNSIGNED
 from stillhook.plan import report_texts as say
 from stillhook.plan.figure_parts import degrees, named, names, phase_code, rule_code
 from stillhook.plan.report_parts import (
@@ -142,6 +143,7 @@ def credit(result: PlanResult) -> list[Part]:
     return [
         text(say.CREDIT),
         facts([("crane's twin", str(crane.get("twin", "-"))), ("certificate", held)]),
+        *([text(UNSIGNED)] if certificate else []),
         table(head if has else (head[0], head[1], head[3]), body, wide=[1, 2] if has else [1]),
         text("Covered: share of the asked seas, in phases with compensation, that lie inside the certificate's envelope."),
     ]

@@ -11,13 +11,13 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
-from zipfile import BadZipFile
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stillhook.crane import Crane, content
-from stillhook.engine.build import cache_root, results_hash
+from stillhook.engine.build import results_hash
+from stillhook.engine.cache import cache_root
 from stillhook.engine.run import Ending, Meter, Progress, Result
 from stillhook.errors import LiftError, ScenarioError, StillhookError
 from stillhook.response.asked import FINE, QUICK, Asked, Irregular
@@ -185,7 +185,7 @@ def _key(crane: Crane, duty: Duty, mode: Mode, asked: Asked) -> str:
 
 def _read(file: Path) -> Residual | None:
     """A table made before; None where there is none, or the file is damaged."""
-    with contextlib.suppress(OSError, ValueError, KeyError, EOFError, BadZipFile, LiftError), np.load(file, allow_pickle=False) as data:
+    with contextlib.suppress(Exception), np.load(file, allow_pickle=False) as data:  # of a damaged file many kinds come
         fields = {name: data[name] for name in TABLES}
         remnant = Remnant(**{name: data[f"remnant_{name}"] for name in REMNANT}, lasts=float(data["lasts"]))
         give = Give(**{name: data[f"give_{name}"] for name in GIVE})

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stillhook.engine.build import cache_root
+from stillhook.engine.cache import cache_root
 from stillhook.io.lift_file import LiftFile
 from stillhook.plausible import implausible_values, marked
 from stillhook.response.deviations import sigmas

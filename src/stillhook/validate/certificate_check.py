@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from stillhook.certified import UNSIGNED
 from stillhook.crane import Crane
 from stillhook.errors import StillhookError
 from stillhook.library import crane_from_toml
@@ -71,6 +72,7 @@ class Check:
             "certificate": self.certificate.digest, "passed": self.certificate.passed, "holds": self.holds, "verdict": self.verdict,
             "changed": list(self.changed), "missing": list(self.missing), "lines": list(self.lines), "computed": self.computed,
             "same_bytes": self.same_bytes, "same_pdf": self.same_pdf, "largest_difference": self.largest, "where": self.where,
+            "unsigned": UNSIGNED,
         }  # fmt: skip
 
 

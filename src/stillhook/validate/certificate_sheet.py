@@ -6,7 +6,7 @@ import datetime
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from stillhook.certified import SHORT
+from stillhook.certified import SHORT, UNSIGNED
 from stillhook.library import crane_from_toml, sheet
 from stillhook.library.certificate import certified_of
 from stillhook.units import KINDS, number, show
@@ -33,6 +33,7 @@ HOW = (
     "same bytes of both files, on any day and in any folder.",
     "stillhook certificate show FILE prints a summary. stillhook certificate check FILE computes everything again from the logs and says "
     "what has changed; with --quick it compares the hashes alone.",
+    UNSIGNED,
 )
 
 
