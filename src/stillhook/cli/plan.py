@@ -33,7 +33,7 @@ def register(app: typer.Typer) -> None:
 
 def plan(
     lift: Annotated[str, typer.Argument(metavar="LIFT.toml", help='Plan file, or one of the library\'s; "example" copies the example.')],
-    folder: Annotated[Path | None, typer.Argument(metavar="[DIR]", help='After "example": folder for the copy.')] = None,
+    folder: Annotated[Path | None, typer.Argument(metavar="DIR", help='After "example": folder for the copy.')] = None,
     check: Annotated[bool, typer.Option("--check", help="Say what the plan asks, and run nothing.")] = False,
     tier: Annotated[str | None, typer.Option(help=TIER_HELP)] = None,
     quick: Annotated[bool, typer.Option("--quick", help="The same as --tier frequency.")] = False,

@@ -317,7 +317,10 @@ def _read(
         name, sign, heading = text.partition("=")
         if not sign or not heading.strip():
             raise WeatherError(f'--column {came(text)}: write a name and a heading, "Hs=waveheight".')
-        named |= mapped({name: heading}, "--column")
+        column_of = mapped({name: heading}, "--column")
+        if twice := sorted(column_of.keys() & named.keys()):
+            raise WeatherError(f"--column {came(text)}: {twice[0]} already has the heading {came(named[twice[0]])}. Name each column once.")
+        named |= column_of
     every = None if step is None else parse(step, "hours", "--step")
     if every is not None and every <= 0.0:
         raise WeatherError(f"--step {came(step)}: is not above 0 s.")
