@@ -130,7 +130,7 @@ def _plan(table: Mapping[str, Any], file: Path) -> LiftPlan:
     check_tips(plan, boom_of(top) if "boom" in top else None)
     check_wire(plan)
     if plan.weather is not None:
-        check_headings(plan, plan.weather.ship)
+        check_headings(plan, plan.weather.ship, plan.weather.ship is not None)
     return replace(plan, digest=_digest(plan))
 
 

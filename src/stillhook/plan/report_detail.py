@@ -227,7 +227,7 @@ def _ship(attrs: Mapping[Any, Any]) -> str:
         return ship
     if math.isfinite(float(ship)):
         return f"fixed, bow at {degrees(float(ship))} from north"
-    return "free to turn: every record at the best heading of the table"
+    return "free to turn: one heading through each operation, the best one"
 
 
 def _by_month(result: PlanResult) -> Part:
