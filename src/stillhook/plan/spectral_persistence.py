@@ -80,7 +80,7 @@ def spectral_persistence(
 
 
 def _reached(plan: LiftPlan, waves: Waves) -> tuple[BoolArray, list[str]]:
-    """Whether the waves of each record are those that it was judged for, at each heading that a vessel may keep (heading, n), and a note."""
+    """Whether waves of each record are those that it was judged for, at each heading that a vessel may keep (heading, n), and a note."""
     assert not isinstance(waves.of, Sea)
     come_from = np.full(len(waves.of.time), np.nan) if waves.beta is None else np.asarray(waves.of.come_from, dtype=np.float64)
     if waves.beta is None or not np.isfinite(come_from).any():
