@@ -27,6 +27,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stillhook.errors import LogError, UnitError
+from stillhook.library.kinds import told_kind
 from stillhook.units import KINDS, came, parse
 
 FloatArray = NDArray[np.float64]
@@ -229,7 +230,8 @@ def _mapping(path: Path, wanted: Sequence[Wanted]) -> dict[str, Chosen]:
     columns = tables.get("columns")
     if not isinstance(columns, dict) or not columns or set(tables) != {"columns"}:
         other = ", ".join(came(k) for k in tables if k != "columns") or "nothing"
-        raise LogError(f"{path.name}: came {other}; a mapping has one table [columns] with rows such as {_example(wanted[0])}.")
+        rows = f"a mapping has one table [columns] with rows such as {_example(wanted[0])}."
+        raise LogError(f"{path.name}: came {other}; {rows}{told_kind(tables)}")
     return {name: _chosen(path.name, name, row, wanted) for name, row in columns.items()}
 
 
