@@ -100,6 +100,18 @@ def test_vessel_files_and_toml_files_are_told_apart(files, capsys):
     assert "is a vessel file, not TOML: stillhook vessel check reads it" in refusal(capsys, "crane", LIBRARY / "vessels" / "supply-vessel-82m.csv")
 
 
+@pytest.mark.parametrize(
+    ("command", "wanted"),
+    [
+        (("sea",), "a file of measured waves"), (("weather", "show"), "a table of weather"), (("compare", "--motion"), "a log of motion"),
+        (("identify", "motor"), "a table of numbers"),
+    ],
+)  # fmt: skip
+def test_a_toml_file_in_place_of_data_is_told_too(command, wanted, files, capsys):
+    said = refusal(capsys, *command, files[FileKind.LIFT])
+    assert f"anchor-to-3000m.toml is a lift file, not {wanted}: stillhook lower and stillhook response read it. Give {wanted} here." in said
+
+
 def test_a_mapping_says_what_it_is_not(files, tmp_path, capsys):
     (tmp_path / "log.csv").write_text("t;p\n0;1\n1;2\n")
     assert "It is a lift file: stillhook lower" in refusal(capsys, "identify", "curve", tmp_path / "log.csv", "--mapping", files[FileKind.LIFT], "--position", "s_w")

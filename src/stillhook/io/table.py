@@ -27,7 +27,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stillhook.errors import LogError, UnitError
-from stillhook.library.kinds import told_kind
+from stillhook.library.kinds import told_kind, toml_instead
 from stillhook.units import KINDS, came, parse
 
 FloatArray = NDArray[np.float64]
@@ -96,6 +96,8 @@ def read_columns(path: str | os.PathLike[str], wanted: Sequence[Wanted], mapping
     Parameters: path .csv, .txt, .tsv, .parquet or .xlsx; wanted what may be there; mapping a TOML file with a table [columns].
     Errors: LogError, UnitError of one line with file, row, column, what came and what is allowed.
     """
+    if line := toml_instead(path, "a table of numbers"):
+        raise LogError(line)
     chosen = _mapping(Path(mapping), wanted) if mapping is not None else {}
     raw = _raw(Path(path))
     if not raw.rows:

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import os
 import tomllib
 from collections.abc import Mapping
 from enum import Enum
 from importlib.resources import files
+from pathlib import Path
 from typing import Any
 
 from stillhook.errors import SpecError
@@ -118,6 +120,15 @@ def kind_on_shelf(name: str) -> FileKind | None:
         if (files("stillhook.library") / shelf / f"{name}.toml").is_file():
             return kind
     return None
+
+
+def toml_instead(path: str | os.PathLike[str], wanted: str) -> str:
+    """A line on a TOML file that stands in place of data (wanted: what they are called, with an article); empty for any other file."""
+    file = Path(path)
+    if file.suffix.lower() != ".toml" or not file.is_file():
+        return ""
+    kind = kind_of_toml(file.read_bytes().decode("utf-8-sig", errors="replace"))
+    return "" if kind is None else f"{file.name} is {kind.noun}, not {wanted}: {kind.read_by}. Give {wanted} here."
 
 
 def told_kind(table: Mapping[str, Any]) -> str:
