@@ -8,6 +8,10 @@ class StillhookError(Exception):
     """Root of all errors that a user can mend."""
 
 
+class CommandError(StillhookError):
+    """A command line that says two things at once."""
+
+
 class UnitError(StillhookError):
     """A text that is not a number with one of the allowed units."""
 

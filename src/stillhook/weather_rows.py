@@ -7,7 +7,7 @@ Row = tuple[str, str, str, str, str, str, str]
 ROWS: tuple[Row, ...] = (
     ("n_hours", "n", "h", "", "", "hours that the records of a weather series cover: records times step; gaps are not covered", ""),
     ("operability", "", "1", "", "", "share of the valid records that are inside all limits; limits are inclusive", ""),
-    ("start_share", "", "1", "", "", "share of all records in which an operation of the window's length can start at once", ""),
+    ("start_share", "", "1", "", "", "share of the possible starts (records followed by known ones through a whole window) in which an operation of the window's length can start at once", ""),
     ("n_windows", "", "1", "", "", "windows: longest unbroken runs of workable records; gaps and records with missing values break them", ""),
     ("window", "", "s", "time", "", "length that a window must have: the time that the operation needs without a break", ""),
     ("window_mean", "", "s", "time", "", "mean length of all windows; a record counts one step", ""),

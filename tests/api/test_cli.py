@@ -135,7 +135,7 @@ class TestRefusals:
     @pytest.mark.parametrize(
         ("content", "text"),
         [
-            ("", "crane: missing"),
+            ("", "empty. A case file needs crane and [scenario]"),
             ("crane = 5\n[scenario]\n", "crane = 5"),
             ("crane = 'nov-250t'\n", "scenario: missing"),
             ("crane = 'nov-250t'\n[scenario]\nload = '1 t'\n", "s_w"),

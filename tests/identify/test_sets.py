@@ -191,9 +191,9 @@ def test_an_empty_set_and_one_of_the_wrong_kind_are_refused(tmp_path):
         "my.friction.toml: empty. Copy a set of the library, or let stillhook identify write one."
     )
     save_set(load_losses("A6VM215"), tmp_path / "motor.toml")
-    assert refusal(lambda: load_friction(tmp_path / "motor.toml")).startswith("motor.toml: D_max: unknown field. Fields here: Y_1, Y_2")
+    assert refusal(lambda: load_friction(tmp_path / "motor.toml")).startswith("motor.toml is a motor set, not a friction set: stillhook friction draws reads it")
     crane_file = written(tmp_path, 'base = "nov-150t"\n[friction]\nlibrary = "motor.toml"\n', "mine.toml")
-    assert refusal(lambda: load_crane(crane_file)).startswith("motor.toml: D_max: unknown field. Fields here: Y_1, Y_2")
+    assert refusal(lambda: load_crane(crane_file)).startswith("motor.toml is a motor set, not a friction set: stillhook friction draws reads it")
 
 
 def test_evidence_is_made_from_the_numbers_of_a_fit_and_checked_as_that_of_a_file():

@@ -151,3 +151,33 @@ def test_demo_plans_the_example_and_knows_what_it_can_show(capsys, monkeypatch):
     assert asked["name"] == "Template of 120 t to 1,500 m"
     assert run(["demo", "motion"]) == 2
     assert "Give plan or motions" in capsys.readouterr().err
+
+
+class TestWhatAnAnswerTellsApart:
+    """Equal rows are no comparison: without runs of the twin the controllers that get the same limits share one, and a line says so."""
+
+    TWINS = 'alternatives = ["none", "cap-80", "ns", "ssc"]'
+
+    def plan_of(self, folder, mode="ahc"):
+        text = PLAN.replace('alternatives = ["none", "cap-80"]', self.TWINS).replace("HIGHS", '1 m", "2 m", "4 m').replace('["180 deg"]', '["165 deg", "180 deg", "195 deg"]')
+        text = text.replace('kind = "deep"\n', f'kind = "deep"\nmode = "{mode}"\n') + '\n[weather]\nfile = "SYNTHETIC-norwegian-sea"\n'
+        (folder / "lift.toml").write_text(text, encoding="utf-8")
+        return str(folder / "lift.toml")
+
+    def test_controllers_that_closed_form_cannot_tell_apart_are_not_compared(self, tmp_path, capsys):
+        assert run(["plan", self.plan_of(tmp_path), "--tier", "closed-form"]) in (0, 1)
+        out = capsys.readouterr().out
+        line = "The closed form does not tell none, cap-80, ns and ssc apart, nor tell a new controller's waiting from that of the best classic one: no comparison of them is made."
+        assert out.count(line) == 1
+        assert "over best classic" not in out
+        rows = [row for row in out.splitlines() if row.startswith("│ twin")]
+        assert len(rows) == 1  # the splash zone governs every cell: all four are one
+
+    def test_a_plan_whose_phases_are_all_manual_is_not_credited_by_a_certificate_that_is_not_there(self, tmp_path, capsys):
+        assert run(["plan", self.plan_of(tmp_path, "manual"), "--tier", "closed-form", "--json"]) in (0, 1)
+        told = json.loads(capsys.readouterr().out)
+        assert "no certificate" in told["crane"]["twin"]
+        tells = {a["name"]: a["tells"] for a in told["alternatives"]}
+        assert tells["ssc"] == tells["ns"] == "no phase is compensated: there is no compensation to credit"
+        assert "certificate covers" not in json.dumps(told)
+        assert told["remarks"][0] == "No phase is compensated: all alternatives are one winch, and no comparison of them is made."

@@ -66,6 +66,14 @@ def test_a_heading_that_is_held_must_lie_within_the_tolerance_of_the_table(resul
     assert go(plan_forecast(result, beam, ship=np.radians(300.0)))["ssc"] is False
 
 
+def test_a_vessel_free_to_turn_goes_only_where_one_heading_holds_through_the_operation(result):
+    steady, swinging = np.full(96, 40.0), np.where(np.arange(96) % 2 == 0, 40.0, 130.0)
+    for come_from, goes in ((steady, True), (swinging, False)):
+        found = plan_forecast(result, forecast(np.full(96, 0.5), come_from=come_from))
+        assert go(found)["ssc"] is goes
+        assert any("one heading through each operation" in note for note in found["notes"])
+
+
 def test_limits_beside_the_plan_hold_as_well(result):
     found = plan_forecast(result, forecast([1.0] * 12, wind=11.0), limits=[parse_limit("wind <= 10 m/s")])
     assert go(found) == {"none": False, "ssc": False}

@@ -131,7 +131,8 @@ def test_no_number_of_this_machine_stands_in_the_report(result):
 def test_where_a_certificate_covers_nothing_is_taken_from_the_twin():
     covered = made_up(certificate=True)
     assert not any(differs(covered, name) for name in covered.data["alternative"].values)
-    said = " ".join(headline(covered)["said"])
+    followed = [{**phase, "compensated": True} for phase in covered.facts["phases"]]
+    said = " ".join(headline(replace(covered, facts={**covered.facts, "phases": followed}))["said"])
     assert "By the twin: the same limits (the crane's certificate covers what governs)." in said
     assert "not validated" not in told(covered)
 
@@ -155,6 +156,15 @@ def test_the_command_line_says_below_what_is_credited_that_the_certificate_is_un
     credited = max(i for i, line in enumerate(lines) if line.endswith("; credited with no more than the cap"))
     assert lines[credited + 1] == UNSIGNED
     assert UNSIGNED not in printed(certificate=False)
+
+
+def test_a_certificate_is_not_named_for_phases_that_nothing_compensates():
+    covered = made_up(certificate=True)
+    for phases, said in (((), "no phase is compensated: there is no compensation to credit"), (("over-boarding",), "what governs is not compensated")):
+        manual = [{**phase, "compensated": phase["name"] in phases} for phase in covered.facts["phases"]]
+        told_of = " ".join(headline(replace(covered, facts={**covered.facts, "phases": manual}))["said"])
+        assert f"By the twin: the same limits ({said}" in told_of
+        assert "certificate covers" not in told_of
 
 
 def test_without_a_certificate_the_report_says_so_on_every_page(result):

@@ -59,6 +59,16 @@ def test_windows_of_the_reference_period_between_high_and_missing_records(plan):
     assert "splash zone: by the plan's table in closed form" in found["notes"]
 
 
+def test_a_vessel_that_heads_into_the_waves_keeps_one_heading_through_the_operation(plan):
+    calm = states([0.4] * 12)
+    steady, swinging = np.full(12, math.radians(40.0)), np.radians(np.where(np.arange(12) % 3 == 2, 130.0, 40.0))
+    for come_from, share in ((steady, 1.0), (swinging, 0.0)):
+        found = spectral_persistence(plan, Waves(replace(calm, come_from=come_from), beta=math.pi), TABLE)
+        (one,) = found["alternatives"]
+        assert (one["operability"], one["start_share"]) == (1.0, share)  # T_R of 3 h
+        assert "vessel free to turn: one heading through each operation, waves within 15 deg of 180 deg from the bow" in found["notes"]
+
+
 def test_an_operation_that_is_not_weather_restricted_is_refused(plan):
     with pytest.raises(PlanError, match="not weather restricted"):
         spectral_persistence(replace(plan, T_POP=60 * H, T_C=None), Waves(states([1.0]), beta="180 deg"), TABLE)

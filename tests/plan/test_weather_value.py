@@ -132,6 +132,87 @@ def test_a_fixed_heading_counts_only_waves_within_the_tolerance_of_the_table(pla
     assert float(held["operability"].sel(calm)) == pytest.approx(31 / 360, abs=0.002)
 
 
+ROUND = tuple(range(0, 360, 15))
+"""Headings of a table all round [deg]: its lookup is the worst of those within 15 deg."""
+
+
+def plain_limit(by_heading, beta):
+    """Limit for waves of beta [whole deg] in plain Python; by_heading: limit [m] of each heading [deg]."""
+    return min(limit for heading, limit in by_heading.items() if min((beta - heading) % 360, (heading - beta) % 360) <= 15)
+
+
+def plain_starts(Hs, come_from, by_heading, hours, ships=range(0, 360, 5)):
+    """Hours in which an operation can start whose ship keeps one of these headings [deg] throughout: one record after the other. No limit is
+    above that of the best heading of the table with 15 deg on either side of it."""
+    found, best = [], max(plain_limit(by_heading, heading) for heading in by_heading)
+    for i in range(len(Hs) - hours + 1):
+        for ship in ships:
+            if all(Hs[k] <= min(best, plain_limit(by_heading, (ship + 180 - come_from[k]) % 360)) for k in range(i, i + hours)):
+                found.append(i)
+                break
+    return found
+
+
+def turning(plan, heights, from_, limits):
+    """A plan of headings all round in two weeks of weather [m, deg], with limits [m] by heading that are the same for everybody."""
+    whole = replace(plan, environment=replace_headings(plan, *(f"{h} deg" for h in ROUND)))
+    axes, n = Axes.of(whole), len(heights)
+    time = np.datetime64("2020-01-01T00:00") + np.arange(n) * np.timedelta64(1, "h")
+    weather = Weather(
+        time.astype("datetime64[s]"), {"H_m0": np.array(heights, float), "T_p": np.full(n, 8.0), "come_from": np.radians(np.array(from_, float))}, 3600.0
+    )
+    shape = (len(axes.alternatives), *axes.columns)
+    Hs = np.broadcast_to(np.array([limits[h] for h in ROUND])[None, :, None], shape).copy()
+    nan, none = np.full(shape, np.nan), np.full(shape, -1)
+    table = Governed(axes, Hs, nan, nan, none, none, none)
+    forecast = forecast_limits(whole, load_alpha_table(), {"twin": table, "credited": table}, HIGHEST)
+    value = weather_value(whole, axes, forecast, weather, HIGHEST)
+    op_wf = dict(zip(ROUND, forecast.used[0, 0, :, 0], strict=True))
+    return value, value.found["twin", Alternative.NONE], op_wf, weather, whole, axes, forecast
+
+
+def test_a_vessel_free_to_turn_keeps_one_heading_through_the_operation(plan):
+    # head seas only up to 3 m, and waves that come from two sides in turn: each record has a heading, no operation of 12 h has
+    limits = {h: 3.0 if 150 <= h <= 210 else 1.0 for h in ROUND}
+    n = 24 * 14
+    from_ = [20 if k % 6 < 3 else 110 for k in range(n)]
+    _, found, op_wf, *_ = turning(plan, [1.5] * n, from_, limits)
+    assert found.operability == 1.0
+    assert plain_starts([1.5] * n, from_, op_wf, 12) == []
+    assert found.start_share == 0.0
+    assert found.n_censored == n
+    _, steady, *_ = turning(plan, [1.5] * n, [20] * n, limits)
+    assert steady.start_share == 1.0
+
+
+def test_starts_of_a_vessel_free_to_turn_are_those_of_a_plain_count(plan):
+    rng = np.random.default_rng(3)
+    n = 24 * 14
+    from_ = (100 + np.cumsum(rng.integers(-12, 13, n))) % 360
+    heights = np.abs(1.6 + 0.9 * np.sin(np.arange(n) / 9.0) + rng.normal(0.0, 0.15, n))
+    limits = {h: 1.2 + 2.0 * max(0.0, -math.cos(math.radians(h))) for h in ROUND}
+    value, found, op_wf, *_ = turning(plan, heights, from_, limits)
+    starts = plain_starts(list(heights), [int(d) for d in from_], op_wf, 12)
+    assert 0 < len(starts) < n - 11
+    assert found.start_share == pytest.approx(len(starts) / (n - 11), rel=1e-12)
+    waited = [next((k - i for k in starts if k >= i), math.nan) for i in range(n)]
+    np.testing.assert_allclose(value.waits["twin", Alternative.NONE] / 3600.0, waited, rtol=0.0, atol=1e-9)
+    best = max(plain_limit(op_wf, heading) for heading in op_wf)
+    turning_all_the_time = [i for i in range(n - 11) if max(heights[i : i + 12]) <= best]
+    assert set(starts) < set(turning_all_the_time)
+
+
+def test_without_directions_waves_stay_on_one_side_and_that_is_told(plan):
+    n = 24 * 14
+    limits = {h: 3.0 if h == 180 else 1.0 for h in ROUND}  # within 15 deg of 180 the neighbours' 1 m counts
+    _, _, _, weather, whole, axes, forecast = turning(plan, [1.5] * n, [20] * n, limits)
+    blind = replace(weather, columns={k: v for k, v in weather.columns.items() if k != "come_from"})
+    value = weather_value(whole, axes, forecast, blind, HIGHEST)
+    assert value.found["twin", Alternative.NONE].start_share == 0.0
+    assert any("no direction of waves: they are taken to stay on one side" in note for note in value.notes)
+    assert any("one heading through each operation" in note for note in seas_of(whole, weather)[1])
+
+
 def test_a_direction_read_in_the_wrong_sense_changes_the_answer(plan, season):
     bow_on = replace(season, columns={**season.columns, "come_from": np.full(HOURS, math.radians(350.0))})
     misread = replace(season, columns={**season.columns, "come_from": np.full(HOURS, math.radians(170.0))})

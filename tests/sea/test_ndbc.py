@@ -206,8 +206,31 @@ class TestBadFiles:
             read_sea(tmp_path / "none.txt")
 
     def test_directions_in_place_of_densities(self, tmp_path):
-        with pytest.raises(SeaError, match="holds alpha1, not density"):
+        with pytest.raises(SeaError, match=r"holds the directions alpha1 of a spectrum, not its wave density. Give the density file 46042w1996"):
             read_sea(written(tmp_path, OLD, "46042d1996.txt"))
+
+    @pytest.mark.parametrize(("ending", "held"), [(".swdir", "alpha1"), (".swdir2", "alpha2"), (".swr1", "r1"), (".swr2", "r2")])
+    def test_real_time_directions_alone_are_no_waves(self, tmp_path, ending, held):
+        # 120 deg in each of four narrow bands reads as waves of 6 m
+        text = f"#YY  MM DD hh mm {held}_1 (freq_1) {held}_2 (freq_2) {held}_3 (freq_3) ... >\n2024 05 01 00 40 1.0 (0.033) 1.0 (0.038) 1.0 (0.043)\n"
+        with pytest.raises(SeaError) as e:
+            read_sea(written(tmp_path, text, f"46042{ending}"))
+        said = f"46042{ending}: holds the directions {held} of a spectrum, not its wave density. Give the density file 46042.data_spec with"
+        assert str(e.value).startswith(said)
+        with pytest.raises(SeaError, match=f"renamed.txt: holds the directions {held} of a spectrum"):  # its header says what it is
+            read_sea(written(tmp_path, text, "renamed.txt"))
+
+    def test_directions_end_the_commands_that_read_seas_in_one_line(self, tmp_path, capsys):
+        from stillhook.cli import run
+
+        text = "#YY  MM DD hh mm alpha1_1 (freq_1) alpha1_2 (freq_2) ... >\n2024 05 01 00 40 120.0 (0.033) 130.0 (0.038)\n"
+        path = written(tmp_path, text, "46042.swdir")
+        for command in (["sea", str(path)], ["weather", "show", str(path)]):
+            assert run(command) == 2
+            out, err = capsys.readouterr()
+            assert out == ""
+            assert err.count("\n") == 1
+            assert "46042.data_spec" in err
 
     def test_a_missing_record_is_never_used(self, tmp_path):
         with pytest.raises(SeaError, match=r"record 1 of 2019-01-01T01:40:00Z is missing"):

@@ -79,6 +79,69 @@ class TestReading:
         assert math.isnan(series.come_from[1])
 
 
+TRIAXYS_HEAD = """TRIAXYS BUOY DATA REPORT
+VERSION = 5a.02.09
+TYPE    = DIRECTIONAL SPECTRUM
+DATE    = 2020 Jan 01 00:00(UTC)
+NUMBER OF FREQUENCIES      =  60
+INITIAL FREQUENCY (Hz)     = 0.000
+FREQUENCY SPACING (Hz)     = 0.005
+RESOLVABLE FREQUENCY RANGE (Hz)  =  0.030 TO 0.290
+NUMBER OF DIRECTIONS       =  25
+DIRECTION SPACING (DEG)    =  15.0
+COLUMNS: DIRECTIONS
+ROWS:    FREQUENCIES
+"""
+
+
+class TestADirectionThatComesTwice:
+    """The first and the last ray of a closed circle are one direction: its waves count once."""
+
+    def test_a_triaxys_file_with_0_and_360_deg_keeps_its_energy(self, tmp_path):
+        # all waves from north: what a second count of north would double
+        direction = np.arange(0.0, 361.0, 15.0)
+        around = np.clip(np.cos(np.radians(direction)), 0.0, None) ** 8
+        rows = [around * (5.0 if 0.08 <= 0.005 * i <= 0.12 else 0.0) for i in range(60)]
+        path = tmp_path / "20200101.DIRSPEC"
+        path.write_text(TRIAXYS_HEAD + "\n".join(" ".join(f"{x:.6f}" for x in row) for row in rows) + "\n")
+        m_0 = sum(float(f"{x:.6f}") for row in rows for x in row[:-1]) * 0.005 * 15.0  # plain sum over 24 rays, each once
+        series = read_wavespectra(path, "triaxys")
+        assert series.H_m0[0] == pytest.approx(4.0 * math.sqrt(m_0), rel=1e-9)
+        assert len(series.directional.theta) == 24
+        assert math.remainder(float(series.come_from[0]), 2.0 * math.pi) == pytest.approx(0.0, abs=1e-9)
+        assert series.sea(0, 0.0).H_m0 == pytest.approx(4.0 * math.sqrt(m_0), rel=1e-9)
+        assert series.notes == ("1 of 25 directions repeat another (such as 0 and 360 deg): each is counted once",)
+
+    @pytest.mark.parametrize("first", [0.0, -180.0, 7.5, -90.0])
+    def test_a_closed_circle_is_the_open_one_wherever_it_begins(self, first):
+        import xarray
+
+        data = dataset()
+        data = data.assign_coords(dir=(data["dir"] - first) % 360.0 + first).sortby("dir")
+        if first == 7.5:
+            data = data.assign_coords(dir=data["dir"] + 7.5)
+        again = data.isel(dir=[0])
+        closed = xarray.concat([data, again.assign_coords(dir=again["dir"] + 360.0)], "dir", data_vars="minimal")
+        open_, twice = from_wavespectra(data), from_wavespectra(closed)
+        assert twice.H_m0 == pytest.approx(open_.H_m0, rel=1e-12)
+        assert np.allclose(twice.directional.theta, open_.directional.theta, rtol=0.0, atol=1e-12)
+        assert np.allclose(twice.directional.shares(0), open_.directional.shares(0), rtol=0.0, atol=1e-12)
+        assert open_.notes == ()
+
+    def test_two_printings_that_differ_count_half_each_and_are_told(self):
+        # the trapezoidal rule over the closed circle gives both ends half a sector
+        import xarray
+
+        data = dataset().assign_coords(dir=(dataset()["dir"] + 60.0) % 360.0).sortby("dir")  # the most of it from north
+        last = (data.isel(dir=[0]) * 0.5).assign_coords(dir=[360.0])
+        closed = xarray.concat([data[["efth"]], last[["efth"]]], "dir").transpose("time", "site", "freq", "dir")
+        E = closed["efth"].values[0, 0]
+        m_0 = float(((E[:, 1:] + E[:, :-1]) / 2.0 * 15.0).sum() * 0.01)
+        series = from_wavespectra(closed)
+        assert series.H_m0[0] == pytest.approx(4.0 * math.sqrt(m_0), rel=1e-9)
+        assert series.notes[0].endswith("with the mean of densities that differ in 3 records")
+
+
 class TestRefusals:
     def test_a_point_must_be_chosen_where_there_are_several(self):
         with pytest.raises(SeaError, match=r"holds 2 points. Choose one with --point 0 to 1"):

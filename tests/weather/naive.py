@@ -48,9 +48,8 @@ def persistence(times, good, step, window):
     known = [g for g in good if g is not None]
     found = runs(times, [bool(g) for g in good], step)
     lengths = [len(run) * (step / HOUR) for run in found]
-    starting = []
-    for run in found:
-        starting += [i for place, i in enumerate(run) if (len(run) - place) * (step / HOUR) >= window]
+    starting = starts(times, [bool(g) for g in good], step, window)
+    possible = starts(times, [g is not None for g in good], step, window)
     waits, censored, next_start = [], 0, None
     ahead = sorted(starting, reverse=True)
     ahead_set = set(ahead)
@@ -64,6 +63,7 @@ def persistence(times, good, step, window):
     return {
         "n_hours": len(times) * (step / HOUR),
         "operability": sum(known) / len(known),
+        "start_share": len(starting) / len(possible) if possible else None,
         "n_windows": len(found),
         "window_mean": statistics.fmean(lengths) if lengths else None,
         "n_windows_long_enough": sum(length >= window for length in lengths),
@@ -72,6 +72,30 @@ def persistence(times, good, step, window):
         "wait_p90": quantile(waits, 0.9),
         "n_censored": censored,
         "n_gaps": sum(not follows(a, b, step) for a, b in itertools.pairwise(times)),
+    }
+
+
+def starts(times, good, step, window):
+    """Indices of the records from which so much good time follows."""
+    return [i for run in runs(times, good, step) for place, i in enumerate(run) if (len(run) - place) * (step / HOUR) >= window]
+
+
+def kept_heading(times, good_at, step, window):
+    """Of a ship that keeps one heading through an operation: good_at lists the good records of each heading. Starts, waits in hours, and the
+    longest stretches (first and last record) that one heading gives: none of them lies within another."""
+    starting = sorted({i for good in good_at for i in starts(times, good, step, window)})
+    stretches = {(run[0], run[-1]) for good in good_at for run in runs(times, good, step)}
+    longest = {a for a in stretches if not any(b != a and b[0] <= a[0] and b[1] >= a[1] for b in stretches)}
+    possible = starts(times, [True] * len(times), step, window)
+    waits = [min(((times[k] - times[i]) / HOUR for k in starting if k >= i), default=None) for i in range(len(times))]
+    known = [w for w in waits if w is not None]
+    return {
+        "operability": sum(any(good[i] for good in good_at) for i in range(len(times))) / len(times),
+        "start_share": len(starting) / len(possible) if possible else None,
+        "n_windows": len(longest),
+        "n_windows_long_enough": sum((b - a + 1) * (step / HOUR) >= window for a, b in longest),
+        "wait_mean": statistics.fmean(known) if known else None,
+        "n_censored": sum(w is None for w in waits),
     }
 
 

@@ -71,6 +71,17 @@ class TestPersistence:
         assert 1 / 3 < fixed["operability"] < 0.6
         assert fixed["ship"] == pytest.approx(np.pi / 2)
 
+    def test_a_ship_free_to_turn_keeps_one_heading_through_a_window(self, capsys, tmp_path):
+        rows = [f"2019-08-{d:02d} {h:02d}:00,2.0,{20 if h % 2 else 140}" for d in range(1, 11) for h in range(24)]
+        (tmp_path / "crossing.csv").write_text("time,hs,wave_from_direction\n" + "\n".join(rows) + "\n")
+        head = ("--limit", "Hs <= 3 m for beta 150..210 deg", "--limit", "Hs <= 1 m for beta 210..150 deg", "--ship", "free")
+        hour = answer(capsys, "persistence", str(tmp_path / "crossing.csv"), *head, "--window", "1 h")
+        assert (hour["operability"], hour["start_share"]) == (1.0, 1.0)
+        two = answer(capsys, "persistence", str(tmp_path / "crossing.csv"), *head, "--window", "2 h")
+        assert (two["operability"], two["start_share"], two["n_censored"]) == (1.0, 0.0, 240)
+        assert run(["weather", "forecast", str(tmp_path / "crossing.csv"), *head, "--t-pop", "1 h", "--t-c", "0 h"]) == 0
+        assert run(["weather", "forecast", str(tmp_path / "crossing.csv"), *head, "--t-pop", "1 h", "--t-c", "1 h"]) == 1
+
     def test_out_keeps_a_picture_and_the_answer(self, file, capsys, tmp_path):
         found = answer(capsys, "persistence", file, *self.ASKED, "--out", str(tmp_path / "out"))
         assert json.loads((tmp_path / "out" / "weather.json").read_text()) == found

@@ -8,7 +8,7 @@ import pytest
 from stillhook.errors import StillhookError, WeatherError
 from stillhook.io.weather_file import SENSES, read_weather
 from stillhook.sea.weather import Weather
-from stillhook.weather.limit_text import inside, parse_limit
+from stillhook.weather.limit_text import inside, inside_by_heading, parse_limit
 
 
 def weather(**columns):
@@ -84,7 +84,9 @@ class TestRecords:
 
     def test_a_ship_that_is_free_turns_into_the_waves(self):
         w = weather(H_m0=[2.0, 2.0], come_from=np.radians([300.0, 77.0]))
-        assert met("beta 175..185 deg", w, free=True) == [True, True]
+        each, valid = inside_by_heading([parse_limit("beta 175..185 deg")], w, free=True)
+        assert each.any(axis=0).tolist() == valid.tolist() == [True, True]
+        assert not each.all(axis=1).any()  # no heading serves both
         with pytest.raises(WeatherError, match="--ship: missing"):
             met("beta 175..185 deg", w)
 

@@ -84,6 +84,54 @@ class TestByHand:
         assert np.isnan(january.window_mean)
 
 
+class TestStartsThatCouldBe:
+    """The share of starts is of those that the records can tell: the window after them is covered by known records."""
+
+    def test_a_series_that_is_always_workable_can_always_start(self):
+        assert persistence(bits("xxxxxxxxxx"), hours(*range(10)), H, 6 * H).start_share == 1.0
+
+    def test_the_end_of_the_series_a_gap_and_missing_records_are_no_bad_weather(self):
+        found = persistence(bits("xxxx"), hours(0, 1, 2, 8), H, 2 * H)  # records 0 and 1 are followed by two known hours
+        assert found.start_share == 1.0
+        assert persistence(bits("x.xxx"), hours(*range(5)), H, 2 * H, valid=bits("xxxx.")).start_share == pytest.approx(1 / 3)
+        assert np.isnan(persistence(bits("xxx"), hours(0, 1, 2), H, 4 * H).start_share)
+
+    def test_half_of_the_possible_starts(self):
+        assert persistence(bits("xxx.xx.xxx"), hours(*range(10)), H, 2 * H).start_share == pytest.approx(5 / 9)
+
+
+class TestOneHeading:
+    """A ship that is free to turn keeps one heading through an operation."""
+
+    def test_two_headings_that_are_good_in_turn_make_no_window(self):
+        by_heading = np.array([bits("x.x.x.x."), bits(".x.x.x.x")])
+        found = persistence(by_heading, hours(*range(8)), H, 2 * H)
+        assert (found.operability, found.window_max, found.start_share, found.n_censored) == (1.0, H, 0.0, 8)
+
+    def test_the_best_heading_of_a_window_counts(self):
+        by_heading = np.array([bits("xxx....."), bits("..xxxx..")])
+        found = persistence(by_heading, hours(*range(8)), H, 4 * H)
+        assert (found.n_windows, found.window_max, found.n_windows_long_enough) == (2, 4 * H, 1)
+        assert found.start_share == pytest.approx(1 / 5)
+        windows = windows_of(by_heading, hours(*range(8)), H)
+        assert (windows.reach / H).tolist() == [3, 2, 4, 3, 2, 1, 0, 0]
+        assert windows.heading[:6].tolist() == [0, 0, 1, 1, 1, 1]
+
+    @given(
+        st.lists(st.tuples(st.integers(0, 15), st.sampled_from([1, 1, 1, 1, 2])), min_size=2, max_size=40), st.integers(1, 5)
+    )
+    def test_any_series_counts_as_by_hand(self, records, window):
+        at = np.cumsum([1, *(apart for _, apart in records[1:])])
+        good_at = [[bool(g >> k & 1) for g, _ in records] for k in range(4)]
+        times = [dt.datetime(2021, 2, 27) + int(h) * naive.HOUR for h in at]
+        found = persistence(np.array(good_at), np.array(times, dtype="datetime64[s]"), H, window * H)
+        compare(found.numbers(), naive.kept_heading(times, good_at, naive.HOUR, window))
+        for held in good_at:  # never worse than the same heading held throughout
+            one = persistence(np.array(held), np.array(times, dtype="datetime64[s]"), H, window * H)
+            assert found.n_censored <= one.n_censored
+            assert not found.start_share < one.start_share
+
+
 class TestRefusals:
     def test_times_that_do_not_ascend(self):
         with pytest.raises(WeatherError, match="do not ascend"):
@@ -117,7 +165,7 @@ def test_any_series_counts_as_by_hand(records, window):
 def test_a_longer_window_never_shortens_a_wait_and_months_add_up(good, window):
     time = np.datetime64("2021-03-31T12:00:00") + np.arange(len(good)) * np.timedelta64(3600, "s")
     short, long = (persistence(np.array(good), time, H, w * H) for w in (window, window + 1))
-    assert short.start_share >= long.start_share
+    assert short.n_windows_long_enough >= long.n_windows_long_enough
     assert short.n_censored <= long.n_censored
     for name in ("n_hours", "n_windows", "n_windows_long_enough", "n_censored"):
         assert sum(getattr(m, name) for m in short.months) == getattr(short, name)

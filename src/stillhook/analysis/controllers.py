@@ -11,6 +11,7 @@ from stillhook.crane import Control, Crane, MotorSet
 from stillhook.errors import SpecError, StillhookError
 from stillhook.library import changed
 from stillhook.library.files import nearest, parsed, toml_text
+from stillhook.library.kinds import FileKind
 from stillhook.library.write import toml_value
 from stillhook.scenario import Mode, mode_of
 from stillhook.units import came
@@ -133,7 +134,7 @@ def _from_file(path: Path) -> Controller:
     text = toml_text(path)
     if not text.strip():
         raise SpecError(f'{path.name}: empty. Start it with mode = "ssc", and settings under [control].')
-    table = parsed(text, path.name)
+    table = parsed(text, path.name, FileKind.CONTROLLER)
     if path.stem in KEPT or "$" in path.stem:
         kept = ", ".join(f'"{name}"' for name in (*KEPT, "$"))
         raise SpecError(f"{came(path.name)}: its name becomes the controller's, and answers keep {kept} for themselves. Rename the file.")

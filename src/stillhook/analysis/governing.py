@@ -142,7 +142,7 @@ def _published(crane: Crane, mode: Mode, kept: tuple[float, float, float]) -> Go
     a, c = crane.active, crane.control
     key = (crane.inertia.J_m_eff, crane.i_hD, crane.drum.d_max, a.line, a.pump.D_total, a.pump.omega_p, a.pump.servo, a.motor.D_total)
     cut = _cut(least_displacement(crane, mode), STEP)
-    loop, K_p = _published_at(_Keyed(crane, (*key, a.C_leak, c.B_v, c.t_cycle)), cut, kept)
+    loop, K_p = _published_at(_Keyed(crane, (*key, a.C_leak, c.B_v, c.t_cycle, c.computing)), cut, kept)
     return Governing(K_p, loop, cut, None)
 
 

@@ -87,13 +87,16 @@ def parse_limits(texts: Iterable[str]) -> Limits:
 
     Errors: StillhookError, UnitError of one line.
     """
-    limits = Limits()
+    limits, named = Limits(), set[str]()
     for text in texts:
         found = _LIMIT.fullmatch(text)
         allowed = ", ".join(f"{n} {sign} ..." for n, (_, sign) in _KINDS.items())
         if not found or found[1] not in _KINDS or found[2] != _KINDS[found[1]][1]:
             raise StillhookError(f"limit {came(text)}: write one of {allowed}.")
         name, (kind, _) = found[1], _KINDS[found[1]]
+        if name in named:
+            raise StillhookError(f"limit {came(text)}: {name} has a limit already. Write each limit once.")
+        named.add(name)
         value = parse(found[3], kind, f"limit {name}") if kind else _plain(found[3], name)
         limits = replace(limits, **{name: value})
     return limits

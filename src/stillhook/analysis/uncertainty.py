@@ -18,6 +18,7 @@ from stillhook.errors import SpecError, StillhookError
 from stillhook.library import load_friction, load_losses, set_toml
 from stillhook.library.draws import draw
 from stillhook.library.files import nearest, parsed, toml_text
+from stillhook.library.kinds import FileKind
 from stillhook.library.sets import FrictionSet, LossSet, is_path
 from stillhook.scenario import Scenario
 from stillhook.units import came
@@ -156,7 +157,7 @@ def load_uncertainty(path: str | Path) -> Uncertainty:
     text = toml_text(file)
     if not text.strip():
         raise SpecError(f"{file.name}: empty. Give [factors], such as friction = {{ lognormal = [1, 1.3] }}.")
-    table = parsed(text, file.name)
+    table = parsed(text, file.name, FileKind.FACTORS)
     for key in table:
         if key not in ("defaults", "factors"):
             raise SpecError(f"{file.name}: {came(key)}: unknown. Allowed: defaults, [factors].")

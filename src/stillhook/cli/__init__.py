@@ -1,7 +1,7 @@
 """The command line: thin commands that call verbs and own no physics.
 
 Exit codes: 0 done; 1 done, but the answer is "no" (limits exceeded); 2 bad input, said in one line without a traceback;
-130 interrupted; 141 nobody reads the output any more.
+3 an error of Stillhook itself, in one line that says where to report it; 130 interrupted; 141 nobody reads the output any more.
 """
 
 from __future__ import annotations
@@ -40,9 +40,12 @@ from stillhook.cli import (
     vessel,
     weather,
 )
+from stillhook.cli.parser import adopt
 from stillhook.errors import StillhookError
 
-INTERRUPTED, UNREAD = 130, 141
+REFUSED, INTERNAL, INTERRUPTED, UNREAD = 2, 3, 130, 141
+DEBUG = "STILLHOOK_DEBUG"
+"""Environment variable that shows the traceback of an internal error."""
 
 app = typer.Typer(
     name="stillhook",
@@ -88,6 +91,7 @@ app.add_typer(friction.app, name="friction")
 app.add_typer(vessel.app, name="vessel")
 app.add_typer(payload.app, name="payload")
 app.add_typer(weather.app, name="weather")
+adopt(app)
 
 
 def main() -> None:
@@ -110,13 +114,13 @@ def run(arguments: list[str]) -> int:
     except OSError as e:
         return _lost(e)
     except SystemExit as e:  # the argument parser's answer to a pipe that nobody reads
-        return _lost(e.__context__) if isinstance(e.__context__, OSError) else e.code if isinstance(e.code, int) else 2
+        return _lost(e.__context__) if isinstance(e.__context__, OSError) else e.code if isinstance(e.code, int) else REFUSED
     except Exception as e:
         if hasattr(e, "format_message"):  # an error of the argument parser
-            return _refuse(f"{' '.join(str(e.format_message()).split()).rstrip('.')}. See --help.") if str(e.format_message()) else 2
+            return _refuse(f"{' '.join(str(e.format_message()).split()).rstrip('.')}. See --help.") if str(e.format_message()) else REFUSED
         if type(e).__name__ == "Abort":  # what some argument parsers make of an interrupt, others of its exit code
             return _stopped()
-        raise
+        return _failed(e)
     except KeyboardInterrupt:
         return _stopped()
     if code == INTERRUPTED:
@@ -124,11 +128,29 @@ def run(arguments: list[str]) -> int:
     return code if isinstance(code, int) else 0
 
 
-def _refuse(line: str) -> int:
+def _refuse(line: str, code: int = REFUSED) -> int:
     """One line, whatever was typed into it."""
     shown = "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in line)
     print(f"error: {shown}", file=sys.stderr)
-    return 2
+    return code
+
+
+def _failed(problem: Exception) -> int:
+    """An exception that nobody foresaw: which one, where, and where to report it; with `DEBUG` its traceback before that."""
+    import traceback
+
+    from stillhook.units import came
+
+    if os.environ.get(DEBUG):
+        traceback.print_exception(problem)
+    last = traceback.extract_tb(problem.__traceback__)[-1]
+    place = f"{os.path.basename(last.filename)}, line {last.lineno}"
+    message = f" {came(str(problem))}" if str(problem) else ""
+    return _refuse(
+        f"Internal error of Stillhook {__version__}: {type(problem).__name__}{message} in {place}. "
+        f'Report it with the command and its files (CONTRIBUTING.md, "Report a finding"); {DEBUG}=1 shows the traceback.',
+        INTERNAL,
+    )
 
 
 def _stopped() -> int:

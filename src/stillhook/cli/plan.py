@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -33,7 +34,7 @@ def register(app: typer.Typer) -> None:
 
 def plan(
     lift: Annotated[str, typer.Argument(metavar="LIFT.toml", help='Plan file, or one of the library\'s; "example" copies the example.')],
-    folder: Annotated[Path | None, typer.Argument(metavar="[DIR]", help='After "example": folder for the copy.')] = None,
+    folder: Annotated[Path | None, typer.Argument(metavar="DIR", help='After "example": folder for the copy.')] = None,
     check: Annotated[bool, typer.Option("--check", help="Say what the plan asks, and run nothing.")] = False,
     tier: Annotated[str | None, typer.Option(help=TIER_HELP)] = None,
     quick: Annotated[bool, typer.Option("--quick", help="The same as --tier frequency.")] = False,
@@ -168,18 +169,21 @@ def _forecast(op: dict[str, Any]) -> str:
 
 def _print_heading(found: PlanResult, beta: float) -> None:
     """One table for a heading: limits of every alternative over the periods, what is credited, the closed form, and what governs."""
+    from stillhook.plan.told_apart import columns
+
     data, shown = found.data.sel(heading=beta), str(found.facts["shown"])
-    names = [str(a) for a in data["alternative"].values]
+    groups = columns(found)
     closed = data["Hs_rule"].sel(credit="twin", tier="closed-form", alternative=shown).min(dim=("phase", "rule"))
     rows = []
     for period in data["period"].values:
         at = data.sel(period=period)
-        own = [_height(at["Hs_limit"].sel(credit="twin", alternative=a), data.attrs) for a in names]
+        own = [_height(at["Hs_limit"].sel(credit="twin", alternative=group[0]), data.attrs) for group in groups]
         credited = _height(at["Hs_limit"].sel(credit="credited", alternative=shown), data.attrs)
         governs = [str(at[f"governing_{what}"].sel(credit="twin", alternative=shown).item()) for what in ("phase", "rule", "tier")]
         rows.append([f"{float(period):g} s", *own, credited, _height(closed.sel(period=period), data.attrs), *governs])
+    names = [",\n".join(group) for group in groups]
     head = ["Tp", *names, f"credited:\n{shown}", "closed\nform", f"{shown} is\ngoverned in", "by", "found by"]
-    n = len(names) + 3
+    n = len(groups) + 3
     print_table(head, rows, title=f"limiting Hs [m], waves travelling {math.degrees(beta):.4g} deg from the bow", texts={n, n + 1, n + 2})
 
 
@@ -193,28 +197,31 @@ def _height(value: Any, attrs: dict[str, Any]) -> str:
 def _print_weather(found: PlanResult) -> None:
     """A table: how often each alternative can work, how long it waits, and what it gains an operation, as modelled; as credited where that
     differs, alike ones in one row."""
-    block = found["weather"]
+    from stillhook.plan.told_apart import merged, references
+
+    block, over = found["weather"], references(found["weather"], found.facts["tiers"])
     synthetic = "SYNTHETIC weather, " if block.attrs["synthetic"] else ""
     years = f"{block.attrs['first'][:10]} to {block.attrs['last'][:10]}"
     title = f"{synthetic}{block.attrs['source']}, {years}, window {block.attrs['T_R'] / 3600.0:.3g} h"
     names = [str(name) for name in block["alternative"].values]
-    own, credited = ({name: _weather_row(block.sel(credit=c, alternative=name, month=0)) for name in names} for c in ("twin", "credited"))
-    rows = [["twin", name, *cells] for name, cells in own.items()]
+    own, credited = (
+        {name: _weather_row(block.sel(credit=c, alternative=name, month=0), over) for name in names} for c in ("twin", "credited")
+    )
+    rows = [["twin", *row] for row in merged(([name, *cells] for name, cells in own.items()), found, between=",\n")]
     alike: dict[tuple[str, ...], list[str]] = {}
     for name, cells in credited.items():
         if cells != own[name]:
             alike.setdefault(tuple(cells), []).append(name)
     rows += [["credited", ",\n".join(those), *cells] for cells, those in alike.items()]
-    over = [str(name).replace("-", " ") for name in block["over"].values]
     head = ["limit", "winch", "workable", "hours\na year", "wait\nmean", "wait\nP50", "wait\nP90", "vessel\ndays"]
-    print_table([*head, *(f"days gained\nover {name}" for name in over)], rows, title=title, left=2)
+    print_table([*head, *(f"days gained\nover {name.replace('-', ' ')}" for name in over)], rows, title=title, left=2)
 
 
-def _weather_row(year: Any) -> list[str]:
-    """Workable share and hours of a year, waits, vessel days, and days gained over each of the block's alternatives."""
+def _weather_row(year: Any, over: Sequence[str]) -> list[str]:
+    """Workable share and hours of a year, waits, vessel days, and days gained over each of these alternatives."""
     worked = float(year["operability"])
     waits = [_days(float(year[key])) for key in ("wait_mean", "wait_p50", "wait_p90")]
-    days = [_number(float(x), 1) for x in year["days_gained"].values]
+    days = [_number(float(year["days_gained"].sel(over=name)), 1) for name in over]
     return [_share(worked), _number(worked * HOURS, 0), *waits, _number(float(year["vessel_days"]), 1), *days]
 
 

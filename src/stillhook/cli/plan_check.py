@@ -78,7 +78,7 @@ def _seas(answer: dict[str, Any]) -> str:
 
 def _weather(weather: dict[str, Any]) -> str:
     ship = (
-        "the ship turns to the best heading"
+        "the ship is free to turn and keeps one heading through the operation"
         if weather["ship"] is None
         else f"the ship heads {math.degrees(weather['ship']):.4g} deg from north"
     )

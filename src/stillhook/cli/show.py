@@ -49,13 +49,12 @@ def unit_of(name: str) -> str:
 def print_values(values: dict[str, Any]) -> None:
     """Name, value, unit and meaning, one line each."""
     from rich.console import Console
-    from rich.markup import escape
     from rich.table import Table
 
     table = Table(box=None, show_header=False, pad_edge=False)
     for name, value in values.items():
         meaning = BY_NAME[name].meaning if name in BY_NAME else ""
-        table.add_row(name, human(name, value), unit_of(name), escape(meaning))
+        table.add_row(*(_escaped(text) for text in (name, human(name, value), unit_of(name), meaning)))
     Console().print(table)
 
 
@@ -187,5 +186,5 @@ def progress_bar(title: str) -> Iterator[Progress | None]:
 
     columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeRemainingColumn())
     with Bar(*columns, console=console, transient=True) as bar:
-        task = bar.add_task(title, total=1.0)
+        task = bar.add_task(_escaped(title), total=1.0)
         yield lambda share: bar.update(task, completed=share)

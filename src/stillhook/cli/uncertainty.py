@@ -46,7 +46,7 @@ def register(app: typer.Typer) -> None:
 
 
 def uncertainty(
-    case_file: Annotated[Path | None, typer.Argument(metavar="[CASE.toml]", help="Case file; or say the case by options.")] = None,
+    case_file: Annotated[Path | None, typer.Argument(metavar="CASE.toml", help="Case file; or say the case by options.")] = None,
     crane: Annotated[str | None, typer.Option(help="Library crane, or path of a crane file (default nov-250t).")] = None,
     load: Annotated[str | None, typer.Option(help='Payload on the hook (default "100 t").')] = None,
     s_w: Annotated[str | None, typer.Option("--s-w", help='Wire paid out (default "100 m").')] = None,

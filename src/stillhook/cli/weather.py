@@ -32,7 +32,7 @@ DIRECTION_HELP = (
 )
 COLUMN_HELP = 'Which heading is what: "Hs=waveheight", "wind=ws (kn)"; for Hs, Tp, Tz, wind, come_from, wind_from, current.'
 ORDER_HELP = "mdy, dmy or ymd, where the file's dates leave it open."
-SHIP_HELP = 'Where the bow points, clockwise from north, "315 deg", or "free" to turn to what suits best; for limits on beta.'
+SHIP_HELP = 'Where the bow points, clockwise from north, "315 deg", or "free" to keep the best heading in each window; for limits on beta.'
 TABLE_HELP = "Table of alpha factors: a name, or a TOML file of your own."
 PLAN_HELP = "Folder of a saved lift plan (stillhook plan --out): its OP_WF by period and direction is the limit, its T_R the time."
 WINDOW_HELP = "How long the operation needs the weather without a break."
@@ -302,7 +302,10 @@ def _read(
         name, sign, heading = text.partition("=")
         if not sign or not heading.strip():
             raise WeatherError(f'--column {came(text)}: write a name and a heading, "Hs=waveheight".')
-        named |= mapped({name: heading}, "--column")
+        column_of = mapped({name: heading}, "--column")
+        if twice := sorted(column_of.keys() & named.keys()):
+            raise WeatherError(f"--column {came(text)}: {twice[0]} already has the heading {came(named[twice[0]])}. Name each column once.")
+        named |= column_of
     every = None if step is None else parse(step, "hours", "--step")
     if every is not None and every <= 0.0:
         raise WeatherError(f"--step {came(step)}: is not above 0 s.")

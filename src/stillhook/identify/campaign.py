@@ -16,6 +16,7 @@ from stillhook.io.log_mapping import mapping_from
 from stillhook.io.log_types import Signal
 from stillhook.library import load_crane
 from stillhook.library.evidence import Evidence
+from stillhook.library.kinds import FileKind
 from stillhook.physics.drum import layer_diameter, layers_filled
 from stillhook.physics.scalar import G
 from stillhook.units import came, show
@@ -102,7 +103,7 @@ def load_campaign(path: str | Path) -> Campaign:
 
     Errors: StillhookError, one line that names file, field, what came and what is allowed.
     """
-    return described(path, _campaign)
+    return described(path, FileKind.FRICTION_CAMPAIGN, _campaign)
 
 
 def _campaign(data: Mapping[str, Any], file: Path) -> Campaign:

@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 import os
-import tomllib
 from collections.abc import Mapping
 from importlib.resources import as_file, files
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from stillhook.crane import Crane
-from stillhook.errors import ScenarioError, StillhookError
+from stillhook.errors import ScenarioError, SpecError, StillhookError
 from stillhook.io.motion_file import read_tip_motion, stored_motion
 from stillhook.io.results import load_run, origin, stored_steps
 from stillhook.library import load_crane
-from stillhook.library.files import toml_text
+from stillhook.library.files import parsed, toml_text
+from stillhook.library.kinds import FileKind
 from stillhook.scenario import Operator, PowerLoss, Scenario, Sensors, Water
 from stillhook.sea.motion import Motion, Profile
 from stillhook.sea.text import parse_motion
@@ -122,11 +122,10 @@ def _pairs(rows: Any) -> list[tuple[str, str]]:
 
 
 def _read(file: Path) -> dict[str, Any]:
-    text = toml_text(file)
     try:
-        return tomllib.loads(text)
-    except (tomllib.TOMLDecodeError, RecursionError, ValueError) as e:
-        raise ScenarioError(f"{file.name}: not valid TOML: {' '.join(str(e).split()).rstrip('.')}. Mend that line.") from None
+        return parsed(toml_text(file), file.name, FileKind.CASE, start="A case file needs crane and [scenario].")
+    except SpecError as e:
+        raise ScenarioError(str(e)) from None
 
 
 def _known(table: Mapping[str, Any], allowed: tuple[str, ...], place: str) -> None:

@@ -10,6 +10,7 @@ from typing import Any, Protocol, TypeVar
 
 from stillhook.errors import StillhookError
 from stillhook.library.files import nearest, parsed, toml_text
+from stillhook.library.kinds import FileKind
 from stillhook.units import came, parse
 
 Described = TypeVar("Described")
@@ -19,10 +20,11 @@ MOST = 1e12
 _PERCENT = re.compile(r"[+-]?[0-9]+(\.[0-9]*)? %")
 
 
-def described(path: str | Path, read: Callable[[Mapping[str, Any], Path], Described]) -> Described:
-    """What `read` makes of a TOML file, given its table and its path. Errors: StillhookError whose line begins with the file's name."""
+def described(path: str | Path, kind: FileKind, read: Callable[[Mapping[str, Any], Path], Described]) -> Described:
+    """What `read` makes of a TOML file of a kind, given its table and its path. Errors: StillhookError whose line begins with the file's
+    name."""
     file = Path(path)
-    data = parsed(toml_text(file), file.name, "Write its fields, or copy an example.")
+    data = parsed(toml_text(file), file.name, kind, start="Write its fields, or copy an example.")
     try:
         return read(data, file)
     except StillhookError as e:

@@ -13,6 +13,7 @@ from stillhook.io.fields import Fields, described
 from stillhook.io.lift_place import place_of, still_place
 from stillhook.library import load_crane
 from stillhook.library.files import nearest, toml_text
+from stillhook.library.kinds import FileKind, other_kind
 from stillhook.library.payloads import read_payload
 from stillhook.lift.lowering import DeepWire, Lowering, Rigging
 from stillhook.lift.payload import Payload
@@ -81,14 +82,15 @@ def load_lift(path: str | Path, *, seed: int | None = None, duration: str | None
     """
     if str(path) in lifts():
         with as_file(files("stillhook.library") / "lifts" / f"{path}.toml") as file:
-            return described(file, lambda table, at: _lift(table, at, seed, duration, moving))
+            return described(file, FileKind.LIFT, lambda table, at: _lift(table, at, seed, duration, moving))
     if "." not in str(path) and not Path(path).exists():
         have = f"{', '.join(lifts())}{nearest(str(path), lifts())}"
-        raise LiftError(f"No lift {came(str(path))}: the library has {have} A file's name ends in .toml.")
+        other = other_kind(str(path), FileKind.LIFT)
+        raise LiftError(f"No lift {came(str(path))}: the library has {have} A file's name ends in .toml.{other}")
     if not toml_text(Path(path)).strip():
         have = ", ".join(lifts())
         raise LiftError(f"{Path(path).name}: empty. A lift file names crane, payload, start, [water] and stages; copy one of {have}.")
-    return described(path, lambda table, at: _lift(table, at, seed, duration, moving))
+    return described(path, FileKind.LIFT, lambda table, at: _lift(table, at, seed, duration, moving))
 
 
 def lifts() -> tuple[str, ...]:

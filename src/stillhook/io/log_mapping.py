@@ -25,6 +25,7 @@ from typing import Any
 
 from stillhook.errors import LogError, UnitError
 from stillhook.io.log_types import Signal
+from stillhook.library.kinds import told_kind
 from stillhook.units import KINDS, came, parse
 from stillhook.variables import PHYSICAL
 
@@ -57,7 +58,8 @@ def read_mapping(path: str | os.PathLike[str]) -> dict[str, Signal]:
     except (OSError, ValueError, RecursionError) as problem:
         raise LogError(f"{came(str(file))}: is no TOML file that can be read ({came(str(problem))}).") from None
     if not isinstance(table.get("signals"), Mapping):
-        raise LogError(f'{file.name}: no table [signals]. Write rows such as p_a = {{ column = "PT101", unit = "bar" }} below it.')
+        rows = 'Write rows such as p_a = { column = "PT101", unit = "bar" } below it.'
+        raise LogError(f"{file.name}: no table [signals]. {rows}{told_kind(table)}")
     return mapping_from(table["signals"], file.name)
 
 

@@ -22,6 +22,8 @@ FloatArray = NDArray[np.float64]
 
 _FREQUENCY = re.compile(r"[0-9]*\.[0-9]+")
 _COMPANION = {"d": "alpha1", "i": "alpha2", "j": "r1", "k": "r2"}
+_REAL_TIME = {"swdir": "alpha1", "swdir2": "alpha2", "swr1": "r1", "swr2": "r2"}
+_HEADER = re.compile(r"^(alpha1|alpha2|r1|r2)_1$")
 _NAME = re.compile(r"^[0-9A-Za-z]{5}([a-z])([0-9]{4}|[0-9]{5,6})\.txt(\.gz)?$")
 _OLD_NAMES = {"WD": "WDIR"}
 
@@ -58,10 +60,27 @@ def densities(records: Records) -> tuple[FloatArray, FloatArray]:
             f"{records.name}: holds no spectra: after the time its header has {' '.join(records.header[:3]) or 'nothing'}. "
             "Give a file of spectral wave density (such as 46042w1996.txt)."
         )
-    named = _NAME.match(records.name)
-    if named and named[1] in _COMPANION:
-        raise SeaError(f"{records.name}: holds {_COMPANION[named[1]]}, not density. Give the file with w in place of {named[1]}.")
+    if (held := _companion(records)) is not None:
+        name, density = held
+        raise SeaError(
+            f"{records.name}: holds the directions {name} of a spectrum, not its wave density. "
+            f"Give the density file {density} with this one beside it."
+        )
     return spread_out(records, (*FILLS, SHORT_FILL))
+
+
+def _companion(records: Records) -> tuple[str, str] | None:
+    """What a file of directions holds and which file has its density; None for any other file. Told by name, or by a real-time header."""
+    if (named := _NAME.match(records.name)) and named[1] in _COMPANION:
+        at = named.start(1)
+        return _COMPANION[named[1]], f"{records.name[:at]}w{records.name[at + 1 :]}"
+    plain = records.name.removesuffix(".gz")
+    stem, _, ending = plain.rpartition(".")
+    of_name, of_header = _REAL_TIME.get(ending.lower()), _HEADER.match(records.header[0])
+    if of_name is None and of_header is None:
+        return None
+    density = f"{stem or plain}.data_spec{records.name[len(plain) :]}" if of_name else ".data_spec of the same buoy"
+    return of_header[1] if of_header else str(of_name), density
 
 
 def spread_out(records: Records, fills: tuple[float, ...] = FILLS) -> tuple[FloatArray, FloatArray]:

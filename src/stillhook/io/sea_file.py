@@ -10,6 +10,7 @@ from stillhook.io.ndbc import is_spectra, read_spectra, read_states
 from stillhook.io.ndbc_directions import companions, has_companions, missing_companions, read_directional
 from stillhook.io.ndbc_text import read_records
 from stillhook.io.wave_bridge import read_wavespectra
+from stillhook.library.kinds import toml_instead
 from stillhook.sea.measured import SpectrumSeries
 from stillhook.sea.states import SeaStates
 
@@ -20,6 +21,8 @@ def read_sea(path: str | os.PathLike[str], form: str | None = None, point: int |
     Reads what `stillhook.io.ndbc` and `stillhook.io.ndbc_directions` read; with form, one of `wave_bridge.FORMATS`, what
     `stillhook.io.wave_bridge` reads, at one point of it. Errors: SeaError of one line.
     """
+    if line := toml_instead(path, "a file of measured waves"):
+        raise SeaError(line)
     if form is not None:
         return read_wavespectra(path, form, point)
     if point is not None:

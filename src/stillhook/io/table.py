@@ -28,6 +28,7 @@ from numpy.typing import NDArray
 
 from stillhook.errors import LogError, UnitError, UnreadableError
 from stillhook.io.binary_reader import read_binary, refuse_bomb
+from stillhook.library.kinds import told_kind, toml_instead
 from stillhook.units import KINDS, came, parse
 
 FloatArray = NDArray[np.float64]
@@ -100,6 +101,8 @@ def read_columns(path: str | os.PathLike[str], wanted: Sequence[Wanted], mapping
     Parameters: path .csv, .txt, .tsv, .parquet or .xlsx; wanted what may be there; mapping a TOML file with a table [columns].
     Errors: LogError, UnitError of one line with file, row, column, what came and what is allowed.
     """
+    if line := toml_instead(path, "a table of numbers"):
+        raise LogError(line)
     chosen = _mapping(Path(mapping), wanted) if mapping is not None else {}
     raw = _raw(Path(path))
     if not raw.rows:
@@ -259,7 +262,8 @@ def _mapping(path: Path, wanted: Sequence[Wanted]) -> dict[str, Chosen]:
     columns = tables.get("columns")
     if not isinstance(columns, dict) or not columns or set(tables) != {"columns"}:
         other = ", ".join(came(k) for k in tables if k != "columns") or "nothing"
-        raise LogError(f"{path.name}: came {other}; a mapping has one table [columns] with rows such as {_example(wanted[0])}.")
+        rows = f"a mapping has one table [columns] with rows such as {_example(wanted[0])}."
+        raise LogError(f"{path.name}: came {other}; {rows}{told_kind(tables)}")
     return {name: _chosen(path.name, name, row, wanted) for name, row in columns.items()}
 
 

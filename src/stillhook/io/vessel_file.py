@@ -12,6 +12,7 @@ from stillhook.io.rao_csv import read_rao_csv
 from stillhook.io.rao_orcaflex import read_orcaflex
 from stillhook.io.rao_re1 import read_re1
 from stillhook.library.files import nearest
+from stillhook.library.kinds import kind_of_toml
 from stillhook.library.vessels import vessel_file, vessels
 from stillhook.sea.long_wave import long_wave_test, remarks, wrong_line
 from stillhook.sea.rao import Rao
@@ -44,6 +45,8 @@ def read_untested(path: str | os.PathLike[str]) -> Rao:
         return read_re1(file, text)
     if "VesselTypes:" in text:
         return read_orcaflex(file, text)
+    if kind := kind_of_toml(text):
+        raise SeaError(f"{file.name} is {kind.noun}, not a vessel file: {kind.read_by}. Read as vessels are {FORMS}.")
     if text.startswith("#") or "omega [rad/s]" in text[:1000]:
         return read_rao_csv(file, text)
     raise SeaError(f"{file.name}: is no vessel file that is known. Read are {FORMS}.")

@@ -14,18 +14,21 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stillhook.errors import SeaError, UnreadableError
 from stillhook.io.binary_reader import read_binary, refuse_bomb
 from stillhook.io.ndbc_text import bands
 from stillhook.sea.directional import Directional
-from stillhook.sea.directions import DirectionSense, coming_from
+from stillhook.sea.directions import FULL, DirectionSense, coming_from
 from stillhook.sea.measured import SpectrumSeries
 from stillhook.sea.parametric import HIGHEST
 from stillhook.units import came
 
 if TYPE_CHECKING:
     import xarray
+
+FloatArray = NDArray[np.float64]
 
 FORMATS: Mapping[str, str] = MappingProxyType(
     {
@@ -39,7 +42,9 @@ FORMATS: Mapping[str, str] = MappingProxyType(
 )
 """Formats that can be asked for, and wavespectra's reader of each."""
 EVEN = 1e-3
-"""Part of their spacing by which directions may be off an even circle."""
+"""Part of their spacing by which directions may be off an even circle, and within which two directions are the same one."""
+PRINTED = 1e-2
+"""Part of the largest density by which two printings of one direction may differ without a note."""
 
 
 def read_wavespectra(path: str | os.PathLike[str], form: str, point: int | None = None) -> SpectrumSeries:
@@ -73,23 +78,47 @@ def _dataset(path: Path, reader: str) -> xarray.Dataset:
 def from_wavespectra(data: xarray.Dataset, source: str = "wavespectra", point: int | None = None) -> SpectrumSeries:
     """The series of a Dataset of wavespectra (variable efth over time, freq and dir [m^2/Hz/deg]) at one of its points.
 
-    A record with missing numbers is not valid. Errors: SeaError.
+    A direction that comes twice, such as 0 and 360 deg, is one direction with the mean of both densities, which keeps the integral over the
+    closed circle. A record with missing numbers is not valid. Errors: SeaError.
     """
     if "efth" not in data or not {"freq", "dir"} <= set(data["efth"].dims):
         raise SeaError(f"{source}: holds no directional spectra (efth over freq and dir). Give another file.")
     efth = data["efth"] if "time" in data["efth"].dims else data["efth"].expand_dims("time")
     if "time" not in efth.coords:
         raise SeaError(f"{source}: its spectra have no time. Give a file with times.")
-    efth = _at(efth, source, point).transpose("time", "freq", "dir").sortby(["time", "freq", "dir"])
+    efth = _at(efth, source, point).transpose("time", "freq", "dir").sortby(["time", "freq"])
     f = efth["freq"].values.astype(np.float64)
+    density = efth.values.astype(np.float64)
+    if np.any(density < 0.0):
+        raise SeaError(f"{source}: negative energy in {int(np.sum(np.any(density < 0.0, axis=(1, 2))))} records. Correct the file.")
     theta = coming_from(np.radians(efth["dir"].values.astype(np.float64)), DirectionSense.FROM_NORTH)
-    step = 2.0 * np.pi / len(theta)
+    theta, density, notes = _each_once(theta, density)
+    step = FULL / len(theta)
     if len(theta) < 4 or np.max(np.abs(np.diff(theta) - step)) > EVEN * step:
         raise SeaError(f"{source}: {len(theta)} directions that are not even over the full circle. Give the whole directional spectrum.")
-    E = efth.values.astype(np.float64) * np.degrees(step)
-    if np.any(E < 0.0):
-        raise SeaError(f"{source}: negative energy in {int(np.sum(np.any(E < 0.0, axis=(1, 2))))} records. Mend the file.")
-    return _series(source, f, theta, E, efth["time"].values.astype("datetime64[s]"))
+    if len(f) > 2 and f[0] == 0.0 and not np.any(density[:, 0] > 0.0):  # an empty row at 0 Hz, as TRIAXYS writes it
+        f, density = f[1:], density[:, 1:]
+    return _series(source, f, theta, density * np.degrees(step), efth["time"].values.astype("datetime64[s]"), notes)
+
+
+def _each_once(theta: FloatArray, density: FloatArray) -> tuple[FloatArray, FloatArray, list[str]]:
+    """Directions (k,) ascending within the circle, each once, and their densities (n, m, k); a note where two printings of one differ."""
+    order = np.argsort(theta, kind="stable")
+    theta, density = theta[order], density[..., order]
+    near = EVEN * FULL / max(len(theta), 1)
+    if len(theta) > 1 and theta[-1] > theta[0] + FULL - near:  # just below the full circle: the same as just above 0
+        closing = theta > theta[0] + FULL - near
+        theta, density = np.roll(np.where(closing, theta - FULL, theta), closing.sum()), np.roll(density, closing.sum(), axis=2)
+    first = np.flatnonzero(np.concatenate(([True], np.diff(theta) > near)))
+    if len(first) == len(theta):
+        return theta, density, []
+    count = np.diff(np.append(first, len(theta)))
+    mean = np.add.reduceat(density, first, axis=2) / count
+    apart = np.abs(density - np.repeat(mean, count, axis=2)).max(axis=(1, 2), initial=0.0, where=np.isfinite(density))
+    unequal = int(np.sum(apart > PRINTED * density.max(axis=(1, 2), initial=0.0, where=np.isfinite(density))))
+    several = f"{len(theta) - len(first)} of {len(theta)} directions repeat another (such as 0 and 360 deg)"
+    told = f"{several}: each is counted once" + (f", with the mean of densities that differ in {unequal} records" if unequal else "")
+    return theta[first], mean, [told]
 
 
 def _at(efth: xarray.DataArray, source: str, point: int | None) -> xarray.DataArray:
@@ -106,7 +135,7 @@ def _at(efth: xarray.DataArray, source: str, point: int | None) -> xarray.DataAr
     return stacked.isel(point=point or 0, drop=True)
 
 
-def _series(source: str, f: Any, theta: Any, E: Any, time: Any) -> SpectrumSeries:
+def _series(source: str, f: Any, theta: Any, E: Any, time: Any, notes: list[str]) -> SpectrumSeries:
     """E (n, m, k) is energy per sector [m^2/Hz]."""
     centre, width = bands(f, source)
     S = E.sum(axis=2)
@@ -117,7 +146,7 @@ def _series(source: str, f: Any, theta: Any, E: Any, time: Any) -> SpectrumSerie
     even = np.full_like(E, 1.0 / len(theta))
     share = np.divide(E, S[..., None], out=even, where=S[..., None] > 0.0)
     share[~valid] = np.nan
-    notes = [f"{int((~valid).sum())} of {len(valid)} records are missing"] if not valid.all() else []
+    notes = [*notes, *([f"{int((~valid).sum())} of {len(valid)} records are missing"] if not valid.all() else [])]
     S = np.where(valid[:, None], S, np.nan) / (2.0 * np.pi)
     directional = Directional(theta, share)
     return SpectrumSeries(2.0 * np.pi * centre, 2.0 * np.pi * width, S, time, valid, source, tuple(notes), directional)

@@ -25,6 +25,7 @@ from stillhook.io.weather_assembled import SENSES, assembled
 from stillhook.io.weather_columns import bare, columns, numbers
 from stillhook.io.weather_netcdf import is_netcdf, read_netcdf
 from stillhook.io.weather_times import ORDERS, read_times, stamped, step_of
+from stillhook.library.kinds import toml_instead
 from stillhook.library.weather import weather_file
 from stillhook.sea.directions import DirectionSense
 from stillhook.sea.weather import Weather
@@ -72,6 +73,8 @@ def read_weather(
     step [s]: what a record stands for, where it is not the usual spacing. Errors: WeatherError of one line that names file and line.
     """
     path = weather_file(os.fspath(source))
+    if line := toml_instead(path, "a table of weather"):
+        raise WeatherError(line)
     if is_netcdf(path):
         return read_netcdf(path, sense=sense, columns_as=columns_as or {}, time_column=time_column, step=step)
     try:

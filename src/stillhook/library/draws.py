@@ -77,8 +77,14 @@ def _worst(evidence: Evidence, mean: FloatArray) -> str:
 
 
 def crane_with(crane: Crane, *sets: FrictionSet | LossSet) -> Crane:
-    """The crane with the values of its sets themselves, undrawn. Errors: IdentifyError where a motor does not fit."""
+    """The crane with the values of its sets themselves, undrawn. Errors: IdentifyError where a motor does not fit, or two sets replace the
+    same numbers."""
+    replaced: dict[float | None, str] = {}
     for item in sets:
+        of = item.motor.D_max if isinstance(item, LossSet) else None
+        if of in replaced:
+            raise IdentifyError(f'Sets "{replaced[of]}" and "{item.name}" replace the same numbers of "{crane.name}". Give one of them.')
+        replaced[of] = item.name
         at_value = Draws((), np.empty((1, 0)), 1.0)
         step = with_friction if isinstance(item, FrictionSet) else with_loss
         crane = step(crane, item, at_value, 0, "values")  # type: ignore[arg-type]

@@ -18,6 +18,7 @@ from typing import Any
 
 from stillhook.crane import Source, SourceKind
 from stillhook.errors import SpecError
+from stillhook.library.kinds import FileKind, kind_of_text, refuse_other
 from stillhook.units import came
 
 LARGEST_FILE = 1_000_000  # bytes; the library's longest file has 20 kB
@@ -74,7 +75,7 @@ def library_table(shelf_name: str, name: str, where: str) -> dict[str, Any]:
 
 def file_tree(path: Path) -> Tree:
     """A user's own file; SpecError of one line if it cannot be read as TOML."""
-    return tree(parsed(toml_text(path), path.name), path.name, user=True)
+    return tree(parsed(toml_text(path), path.name, FileKind.CRANE), path.name, user=True)
 
 
 def toml_text(path: Path) -> str:
@@ -99,14 +100,19 @@ def toml_text(path: Path) -> str:
 START_CRANE = 'Start it with base = "nov-250t", or copy a crane of the library.'
 
 
-def parsed(text: str, name: str, start: str = START_CRANE) -> dict[str, Any]:
-    """The tables of a TOML text; SpecError of one line, naming the file, if it is empty (start says what to do then) or not TOML."""
+def parsed(text: str, name: str, *kinds: FileKind, start: str = START_CRANE) -> dict[str, Any]:
+    """The tables of a TOML text of one of these kinds (none for the library's own); SpecError of one line, naming the file, if it is empty
+    (start says what to do then), not TOML, or known to be of another kind."""
     if not text.strip():
         raise SpecError(f"{name}: empty. {start}")
     try:
-        return tomllib.loads(text)
+        table = tomllib.loads(text)
     except (tomllib.TOMLDecodeError, RecursionError, ValueError) as problem:
+        if other := kind_of_text(text):
+            raise SpecError(f"{name}: {other}.") from None
         raise SpecError(f"{name}: not valid TOML: {_one_line(problem)}. Mend that line.") from None
+    refuse_other(table, name, *kinds)
+    return table
 
 
 def _one_line(problem: BaseException) -> str:

@@ -13,6 +13,7 @@ from stillhook.errors import SpecError, StillhookError
 from stillhook.library.certificate import read_certified
 from stillhook.library.explain import explain
 from stillhook.library.files import LABELS, Leaf, Tree, file_tree, lay_over, library_tree, nearest, parsed, shelf, sources, tree, values
+from stillhook.library.kinds import FileKind, other_kind
 from stillhook.library.sets import is_path, known_torques, set_values
 from stillhook.library.write import crane_tree
 from stillhook.units import came
@@ -43,7 +44,7 @@ def load_crane(name_or_path: str | Path) -> Crane:
 
 def crane_from_toml(text: str, label: str) -> Crane:
     """The crane that `crane_toml` wrote, from the text itself; label names it in errors (SpecError, UnitError of one line)."""
-    return _crane(tree(parsed(text, label), label, user=True), label)
+    return _crane(tree(parsed(text, label, FileKind.CRANE), label, user=True), label)
 
 
 def changed(crane: Crane, changes: Mapping[str, Any]) -> Crane:
@@ -84,7 +85,8 @@ def _fields(name_or_path: str | Path, above: tuple[Path, ...]) -> tuple[str, Tre
     path = Path(name_or_path)
     if isinstance(name_or_path, str) and path.name == name_or_path and path.suffix != ".toml":
         have, hint = ", ".join(cranes()), nearest(name_or_path, cranes())
-        raise SpecError(f"No crane {came(name_or_path)}: the library has {have}{hint} A file's name ends in .toml.")
+        other = other_kind(name_or_path, FileKind.CRANE)
+        raise SpecError(f"No crane {came(name_or_path)}: the library has {have}{hint} A file's name ends in .toml.{other}")
     own = _with_library(file_tree(path), path.name, path.parent)
     base, certificate = own.pop("base", None), own.pop("certificate", None)
     if certificate is not None:

@@ -9,6 +9,7 @@ from typing import Any
 from stillhook.crane import Source
 from stillhook.errors import LiftError, StillhookError
 from stillhook.library.files import LABELS, library_table, nearest, parsed, shelf, sources, toml_text, tree, values
+from stillhook.library.kinds import FileKind, other_kind
 from stillhook.lift.payload import Payload
 from stillhook.units import came
 
@@ -31,12 +32,13 @@ def read_payload(name_or_path: str | Path) -> Payload:
     path = Path(name)
     if path.suffix != ".toml":
         have = ", ".join(payloads())
-        raise LiftError(f"No payload {came(name)}: the library has {have}{nearest(name, payloads())} A file's name ends in .toml.")
+        other = other_kind(name, FileKind.PAYLOAD)
+        raise LiftError(f"No payload {came(name)}: the library has {have}{nearest(name, payloads())} A file's name ends in .toml.{other}")
     try:
         text = toml_text(path)
         if not text.strip():
             raise LiftError(f"{path.name}: empty. Give name, mass and a shape with its dimensions.")
-        return _payload(parsed(text, path.name), path.name, user=True)
+        return _payload(parsed(text, path.name, FileKind.PAYLOAD), path.name, user=True)
     except StillhookError as problem:
         raise LiftError(str(problem)) from None
 

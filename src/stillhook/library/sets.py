@@ -19,11 +19,15 @@ from stillhook.errors import SpecError
 from stillhook.library.evidence import RANGES, Evidence, evidence_of
 from stillhook.library.explain import explain
 from stillhook.library.files import EVIDENCE, Leaf, Tree, library_table, nearest, parsed, shelf, sources, toml_text, tree, values
+from stillhook.library.kinds import FileKind
 from stillhook.library.write import joined, leaf_tables, toml_value, written
 from stillhook.units import came
 
 SUFFIX = ".toml"
 FRICTION, MOTORS = "friction", "motors"
+OF_SHELF = {FRICTION: FileKind.FRICTION, MOTORS: FileKind.MOTOR}
+ANY = "set"
+"""Where a set of either kind may be named."""
 Y_NAMES = tuple(SystemFriction.model_fields)
 X_NAMES = tuple(TorqueLoss.model_fields)
 
@@ -79,7 +83,7 @@ def load_set(name_or_path: str | Path) -> FrictionSet | LossSet:
         have = (*shelf(FRICTION), *shelf(MOTORS))
         hint = nearest(str(name_or_path), have)
         raise SpecError(f"set {came(str(name_or_path))}: the library has {', '.join(have)}{hint} A file's name ends in .toml.")
-    label, table = _table(FRICTION, name_or_path, "set", Path())
+    label, table = _table(FRICTION, name_or_path, ANY, Path())
     return _loss_set(label, table, user=True) if "D_max" in table or "loss" in table else _friction_set(label, table, user=True)
 
 
@@ -146,7 +150,7 @@ def _table(shelf_name: str, name_or_path: str | Path, where: str, folder: Path) 
         raise SpecError(f"{where} = {came(str(name_or_path))}: {str(problem).removeprefix(f'{came(str(path))}: ')}") from None
     if not text.strip():
         raise SpecError(f"{path.name}: empty. Copy a set of the library, or let stillhook identify write one.")
-    return path.name, parsed(text, path.name)
+    return path.name, parsed(text, path.name, *(OF_SHELF.values() if where == ANY else (OF_SHELF[shelf_name],)))
 
 
 def _is_file(shelf_name: str, name_or_path: str | Path) -> bool:

@@ -24,15 +24,17 @@ BoolArray = NDArray[np.bool_]
 
 @dataclass(frozen=True, eq=False)
 class Certified:
-    """Whether the crane's certificate covers (alternative, phase, heading, period, height), heights rising; why not, by alternative."""
+    """Whether all that the twin computes is credited (alternative, phase, heading, period, height), heights rising; why not, by
+    alternative; needs (alternative, phase): whether that takes a certificate, for a twin computes a compensation."""
 
     covers: BoolArray = field(repr=False)
     why: Mapping[Alternative, tuple[str, ...]]
+    needs: BoolArray = field(repr=False)
 
     @property
     def share(self) -> FloatArray:
-        """Share of the heights that are covered (alternative, phase, heading, period)."""
-        return np.asarray(self.covers.mean(axis=-1))
+        """Share of the heights that the certificate covers (alternative, phase, heading, period); NaN where nothing takes one."""
+        return np.where(self.needs[:, :, None, None], self.covers.mean(axis=-1), np.nan)
 
 
 def certified_in(plan: LiftPlan, axes: Axes, seas: Seas) -> Certified:
@@ -43,13 +45,15 @@ def certified_in(plan: LiftPlan, axes: Axes, seas: Seas) -> Certified:
     heading, period = axes.place(seas.Tp, seas.beta)
     height = np.searchsorted(heights, seas.Hs)
     why: dict[Alternative, list[str]] = {}
+    needs = np.zeros(found.shape[:2], dtype=np.bool_)
     for i, alternative in enumerate(axes.alternatives):
         for k, phase in enumerate(plan.phases):
             if alternative.twin and phase.compensated:
+                needs[i, k] = True
                 told = inside(plan, phase, alternative, seas)
                 found[i, k, heading, period, height] = told.covered
                 why.setdefault(alternative, []).extend(told.why)
-    return Certified(found, {alternative: tuple(dict.fromkeys(lines)) for alternative, lines in why.items()})
+    return Certified(found, {alternative: tuple(dict.fromkeys(lines)) for alternative, lines in why.items()}, needs)
 
 
 def credited_of(plan: LiftPlan, own: Chosen, demands: Sequence[Demand], heights: FloatArray, certified: BoolArray) -> Chosen:

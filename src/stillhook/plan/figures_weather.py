@@ -9,6 +9,7 @@ import numpy as np
 from stillhook.io.figures import GREY
 from stillhook.plan.figure_parts import COLOUR, CREDITED, THICK, TWIN, canvas, key_below, named, names
 from stillhook.plan.result import PlanResult
+from stillhook.plan.told_apart import columns, references
 
 if TYPE_CHECKING:
     import xarray
@@ -24,7 +25,7 @@ def weather_figures(result: PlanResult) -> dict[str, Figure]:
     if "weather" not in result:
         return {}
     block = result["weather"]
-    return {"waiting-by-month": waiting(block), "days-gained": gained(block)}
+    return {"waiting-by-month": waiting(block), "days-gained": gained(block, result)}
 
 
 def marked(block: xarray.Dataset, title: str) -> str:
@@ -53,18 +54,20 @@ def waiting(block: xarray.Dataset) -> Figure:
     return figure
 
 
-def gained(block: xarray.Dataset) -> Figure:
-    """Vessel days that an alternative saves each operation, against no compensation, the cap and the best classic controller."""
-    over = names(block, "over") if "over" in block.dims else []
+def gained(block: xarray.Dataset, result: PlanResult) -> Figure:
+    """Vessel days that an alternative saves each operation, against no compensation, the cap and the best classic controller; alternatives
+    that are not told apart have one bar."""
+    over = references(block, result.facts.get("tiers", ()))
     figure, axes = canvas(1, max(1, len(over)), 3.4, sharey=True)
-    labels = names(block)
+    groups = columns(result)
+    labels = [group[0] for group in groups]
     x = np.arange(len(labels))
     for ax, against in zip(axes[0], over, strict=False):
-        days = block["days_gained"].sel(over=against, month=0)
+        days = block["days_gained"].sel(over=against, month=0, alternative=labels)
         ax.bar(x - 0.2, np.nan_to_num(days.sel(credit=TWIN).values), 0.38, color=[COLOUR[n] for n in labels], alpha=0.35)
         ax.bar(x + 0.2, np.nan_to_num(days.sel(credit=CREDITED).values), 0.38, color=[COLOUR[n] for n in labels])
         ax.axhline(0.0, color=GREY, lw=0.8)
-        ax.set_xticks(x, [named(n) for n in labels], rotation=40, ha="right", fontsize="x-small")
+        ax.set_xticks(x, [", ".join(named(n) for n in group) for group in groups], rotation=40, ha="right", fontsize="x-small")
         ax.set_title(f"over {OVER.get(against, against)}", fontsize="small")
     axes[0, 0].set_ylabel("days gained each operation\n(pale: twin, full: credited)", fontsize="small")
     figure.suptitle(marked(block, "Vessel days gained, whole year"), fontsize="medium")

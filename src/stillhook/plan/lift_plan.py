@@ -63,7 +63,7 @@ class Environment(Record):
 @dataclass(frozen=True)
 class WeatherUse:
     """Weather that waiting is reckoned on. file: a name of the library or a path; ship: where the bow points, clockwise from north [rad],
-    or None where it is free to turn to the best heading; sense: what the file's directions mean, None where the file says so itself;
+    or None where it is free to turn, and keeps the best heading; sense: what the file's directions mean, None where the file says so;
     columns, time, date_order: how the file is to be read where it does not say (`stillhook.io.weather_file.read_weather`)."""
 
     file: str

@@ -22,6 +22,7 @@ from stillhook.io.weather_file import SENSES
 from stillhook.io.weather_times import ORDERS
 from stillhook.library import load_crane
 from stillhook.library.files import nearest, shelf, toml_text
+from stillhook.library.kinds import FileKind, other_kind
 from stillhook.library.weather import weather_file
 from stillhook.lift.payload import Payload
 from stillhook.plan.alternatives import Alternative
@@ -88,14 +89,15 @@ def load_plan(name_or_path: str | Path) -> LiftPlan:
     name = str(name_or_path)
     if name in plans():
         with as_file(files("stillhook.library") / SHELF / f"{name}.toml") as file:
-            return replace(described(file, _plan), source=name)
+            return replace(described(file, FileKind.PLAN, _plan), source=name)
     have = f"{', '.join(plans())}"
     if not name.endswith(".toml") and not Path(name_or_path).exists():
-        raise PlanError(f"No plan {came(name)}: the library has {have}{nearest(name, plans())} A file's name ends in .toml.")
+        other = other_kind(name, FileKind.PLAN)
+        raise PlanError(f"No plan {came(name)}: the library has {have}{nearest(name, plans())} A file's name ends in .toml.{other}")
     if not toml_text(Path(name_or_path)).strip():
         needs = "crane, vessel, payload, [water], [environment] and phases"
         raise PlanError(f"{Path(name_or_path).name}: empty. A plan file names {needs}; copy {have}.")
-    return described(name_or_path, _plan)
+    return described(name_or_path, FileKind.PLAN, _plan)
 
 
 def _plan(table: Mapping[str, Any], file: Path) -> LiftPlan:
@@ -135,7 +137,7 @@ def _plan(table: Mapping[str, Any], file: Path) -> LiftPlan:
     check_tips(plan, boom_of(top) if "boom" in top else None)
     check_wire(plan)
     if plan.weather is not None:
-        check_headings(plan, plan.weather.ship)
+        check_headings(plan, plan.weather.ship, plan.weather.ship is not None)
     return replace(plan, digest=_digest(plan))
 
 

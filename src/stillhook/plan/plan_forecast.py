@@ -1,8 +1,8 @@
 """A forecast held against a plan: under each alternative, may the lift start now, and if not, when.
 
 A start is a go if for T_R from it on the forecast height stays within OP_WF of its period and direction (`LimitTable.at`), and every limit
-given beside it (wind, say) holds. Cells of the plan for which no OP_WF is told are never a go. With a free heading each record takes the
-heading of the table that is best for it; limits beside it that ask for beta need a heading that is held.
+given beside it (wind, say) holds. Cells of the plan for which no OP_WF is told are never a go. A vessel free to turn keeps one heading for
+T_R, the best one (`stillhook.plan.kept_headings`); limits beside it that ask for beta need a heading that is held.
 """
 
 from __future__ import annotations
@@ -13,9 +13,10 @@ from typing import Any
 import numpy as np
 
 from stillhook.errors import WeatherError
+from stillhook.plan.kept_headings import KeptHeadings
 from stillhook.plan.result import Credit, PlanResult
 from stillhook.plan.table import LimitTable
-from stillhook.sea.directions import relative
+from stillhook.plan.weather_value import free_to_turn
 from stillhook.sea.weather import FloatArray, Weather
 from stillhook.units import show
 from stillhook.weather.forecast import Bound, bounds, rows_of, started, starts_of, why_not
@@ -37,12 +38,13 @@ def plan_forecast(
     operation = result.facts["operation"]
     T_R = float(operation["T_R"])
     rows = rows_of(weather, start, horizon)
-    Hs, Tp, beta, notes = _seas(weather, ship)
+    Hs, Tp, come_from, notes = _seas(weather, ship)
     more, known = inside(limits, weather, ship)
     beside = bounds(weather, limits, ship)
     found = []
     for alternative in result.alternatives:
-        limit = _table(result, alternative.value, credit).at(Tp, beta)
+        table = _table(result, alternative.value, credit)
+        limit = KeptHeadings.of(table, len(weather), come_from, ship).limits(table, (Tp,))
         valid = known & np.isfinite(Hs)
         met = valid & more & (Hs <= limit) & (limit > 0.0)
         starts = starts_of(weather, met, valid, (Bound(OP_WF, Hs, limit), *beside), rows, T_R)
@@ -69,16 +71,16 @@ def _table(result: PlanResult, alternative: str, credit: Credit) -> LimitTable:
 
 
 def _seas(weather: Weather, ship: float | None) -> tuple[FloatArray, FloatArray, FloatArray | None, list[str]]:
-    """Heights [m], peak periods [s], directions from the bow [rad] or None, and notes."""
+    """Heights [m], peak periods [s], where waves come from [rad from north] or None, and notes."""
     if "H_m0" not in weather.columns:
         raise WeatherError(f"{weather.source}: no wave height. Give a forecast with a column of significant wave height.")
     Hs, notes = weather.columns["H_m0"], []
     if "T_p" not in weather.columns:
         notes.append("no peak period in the forecast: the worst period of the table counts in every record")
-    Tp = weather.columns.get("T_p", np.full(len(Hs), np.nan))
+    Tp, come_from = weather.columns.get("T_p", np.full(len(Hs), np.nan)), weather.columns.get("come_from")
     if ship is None:
-        return Hs, Tp, None, [*notes, "vessel free to turn: each record at the best heading of the table"]
-    if "come_from" not in weather.columns:
+        notes.append(free_to_turn(come_from is not None))
+    elif come_from is None:
         said = next((note for note in weather.notes if "direction" in note), "Leave --ship out, or give a forecast with directions.")
         raise WeatherError(f"{weather.source}: tells no direction of waves, and the heading is held at {show(ship, 'angle')}. {said}")
-    return Hs, Tp, relative(weather.columns["come_from"], ship), notes
+    return Hs, Tp, come_from, notes

@@ -29,6 +29,7 @@ from stillhook.plan.remarks import facts_found, not_computed
 from stillhook.plan.result import CREDITS, PlanResult
 from stillhook.plan.rules import Limited
 from stillhook.plan.table import Axes, chosen, gathered, governed
+from stillhook.plan.told_apart import not_compared
 from stillhook.plan.twin_tier import refine
 from stillhook.plan.weather_use import weather_used
 from stillhook.plan.weather_value import forecast_limits, seas_of, weather_block, weather_value
@@ -97,7 +98,11 @@ def plan(
     facts["limits"] = rows_of(of, forecast, max(asked.environment.Hs))
     facts["runs"] |= {"wall": time.perf_counter() - begun}
     told.at(1.0)
-    return PlanResult(dataset_of(asked, of, forecast).assign_attrs(digest=facts["digest"]), facts, blocks)
+    data = dataset_of(asked, of, forecast).assign_attrs(digest=facts["digest"])
+    followed = any(phase.compensated for phase in asked.phases)
+    if line := not_compared(data, blocks.get("weather"), facts["tiers"], compensated=followed):
+        facts["remarks"].insert(0, line)
+    return PlanResult(data, facts, blocks)
 
 
 def tier_of(text: Tier | str) -> Tier:

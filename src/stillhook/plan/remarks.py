@@ -66,10 +66,11 @@ def tells(plan: LiftPlan, of: Answered, alternative: Alternative) -> str:
     if not alternative.twin:
         return "no twin: credited as it is"
     i = of.axes.alternatives.index(alternative)
-    own = [k for k, phase in enumerate(plan.phases) if phase.compensated]
-    share = float(of.certified.share[i, own].mean()) if own else 1.0
+    if not of.certified.needs[i].any():
+        return "no phase is compensated: there is no compensation to credit"
+    share = float(np.nanmean(of.certified.share[i]))
     if share == 1.0:
-        return "inside what the certificate covers in every sea: credited as the twin says"
+        return "the certificate covers every sea of the compensated phases: credited as the twin says"
     where = "" if share == 0.0 else f" in {1.0 - share:.0%} of the asked seas and phases"
     why = "; ".join(of.certified.why[alternative])
     return why if not where and f"{CAP:.0%}" in why else f"credited with no more than {CAP:.0%} of compensation{where}: {why}"

@@ -35,6 +35,7 @@ from stillhook.plan.report_parts import (
     worst_heading,
 )
 from stillhook.plan.result import Credit, PlanResult
+from stillhook.plan.told_apart import merged, references
 from stillhook.units import number, show
 
 if TYPE_CHECKING:
@@ -111,16 +112,25 @@ def _twin(result: PlanResult, name: str) -> str:
     if not set(result.facts.get("tiers", RUN)) & set(RUN):
         return "The twin was not asked: these are limits of the closed form, with a flat 80 % of compensation."
     if not differs(result, name):
-        followed = [p["name"] for p in result.facts["phases"] if p.get("compensated")]
-        share = result.data["inside"].sel(alternative=name, phase=followed).values
-        why = "the crane's certificate covers" if share.size and np.nanmean(share) > 0.0 else "credit takes nothing from"
-        return f"By the twin: the same limits ({why} what governs)."
+        return f"By the twin: the same limits ({_nothing_taken(result, name)})."
     held = (result.facts.get("crane") or {}).get("certificate")
     why = "the crane's certificate does not cover it" if held else "the crane has no certificate of validation"
     return (
         f"By the twin, before credit: Hs {between(limits(result, TWIN, name), highest(result))}. {_mostly(result, name, TWIN)} "
         f"What lies between is not credited: {why}."
     )
+
+
+def _nothing_taken(result: PlanResult, name: str) -> str:
+    """Why credit takes nothing from the limits of a twin."""
+    followed = {str(p["name"]) for p in result.facts["phases"] if p.get("compensated")}
+    if not followed:
+        return "no phase is compensated: there is no compensation to credit"
+    phases = {str(p) for p in result.data["governing_phase"].sel(credit=TWIN, alternative=name).values.ravel() if str(p)}
+    if not phases & followed:
+        return "what governs is not compensated: there is nothing to credit in it"
+    share = result.data["inside"].sel(alternative=name, phase=sorted(phases & followed)).values
+    return "the crane's certificate covers what governs" if np.nanmin(share) == 1.0 else "credit takes nothing from what governs"
 
 
 def _operation(result: PlanResult, name: str) -> str:
@@ -152,7 +162,7 @@ def _waiting(result: PlanResult, name: str) -> list[str]:
     block = result["weather"]
     here = block.sel(credit=CREDITED, alternative=name, month=0)
     mark = "SYNTHETIC weather, " if int(block.attrs.get("synthetic", 0)) else ""
-    against = [o for o in names(block, "over") if o != name] if "over" in block.dims else []
+    against = [o for o in references(block, result.facts.get("tiers", ())) if o != name]
     won = [(o, float(here["days_gained"].sel(over=o))) for o in against]
     gains = [f"{number(x, 2)} over {OVER.get(o, o)}" for o, x in won if math.isfinite(x)]
     waits = ", ".join(
@@ -266,7 +276,7 @@ def _side_by_side(result: PlanResult) -> list[Part]:
             body.append([label, *(height(float(Hs[k]), top) for k in rows), *(_wait(result, credit, name) if waiting else ())])
     title = "All alternatives, worst heading: OP_LIM [m], credited; a second line where the twin says otherwise"
     tail = "; operability and mean waiting over the year" if waiting else ""
-    return [sub(title + tail), table(head, body, wide=[0], numbers=range(1, len(head)), small=True)]
+    return [sub(title + tail), table(head, merged(body, result), wide=[0], numbers=range(1, len(head)), small=True)]
 
 
 def _wait(result: PlanResult, credit: Credit, name: str) -> tuple[str, str]:

@@ -12,6 +12,7 @@ from stillhook.plan import report_texts as say
 from stillhook.plan.figure_parts import CREDITED, TWIN, FloatArray, degrees, few, height, named, names, phase_code, rule_code, sea_words
 from stillhook.plan.figures import CLOSED, differs
 from stillhook.plan.figures_detail import FACTORS
+from stillhook.plan.figures_weather import OVER
 from stillhook.plan.report_parts import (
     Part,
     bullets,
@@ -29,6 +30,7 @@ from stillhook.plan.report_parts import (
     text,
 )
 from stillhook.plan.result import Credit, PlanResult
+from stillhook.plan.told_apart import merged, references
 from stillhook.units import number
 
 PERIODS = 10
@@ -159,7 +161,7 @@ def weather(result: PlanResult) -> list[Part]:
         return [text("No weather was given with the plan: waiting is not reckoned. Add [weather] to the plan file.")]
     block = result["weather"]
     synthetic = bool(int(block.attrs.get("synthetic", 0)))
-    year, over = block.sel(month=0), names(block, "over") if "over" in block.dims else []
+    year, over = block.sel(month=0), references(block, result.facts.get("tiers", ()))
     rows = []
     for name in names(block):
         for credit in (CREDITED, TWIN) if differs(result, name) else (CREDITED,):
@@ -176,9 +178,9 @@ def weather(result: PlanResult) -> list[Part]:
         *mark,
         text(say.PERSISTENCE),
         facts(_series(result)),
-        sub("Whole year; gained over no compensation, the cap, the best classic controller: vessel days an operation, hours a year"),
+        sub(f"Whole year; gained over {', '.join(OVER.get(o, o) for o in over)}: vessel days an operation, hours a year"),
     ]
-    parts.append(table(head, rows, wide=[0], numbers=range(1, len(head)), small=True))
+    parts.append(table(head, merged(rows, result), wide=[0], numbers=range(1, len(head)), small=True))
     parts.append(figure("waiting-by-month", "Operability and waiting by month of readiness."))
     parts.append(figure("days-gained", "Vessel days gained each operation over each reference."))
     return [*parts, sub(f"By month with {named(leading(result))}, credited"), _by_month(result)]
@@ -227,7 +229,7 @@ def _ship(attrs: Mapping[Any, Any]) -> str:
         return ship
     if math.isfinite(float(ship)):
         return f"fixed, bow at {degrees(float(ship))} from north"
-    return "free to turn: every record at the best heading of the table"
+    return "free to turn: one heading through each operation, the best one"
 
 
 def _by_month(result: PlanResult) -> Part:

@@ -31,7 +31,8 @@ class PlanResult:
         Hs_rule (credit, tier, alternative, phase, rule, heading, period) [m]: everything that was found, NaN where not;
         counts (alternative, phase, heading, period): tier whose limits count, "" where none tells;
         n_seeds (alternative, phase, heading, period): runs behind it;
-        inside (alternative, phase, heading, period): share of the asked seas that the crane's certificate covers.
+        inside (alternative, phase, heading, period): share of the asked seas that the crane's certificate covers, NaN where
+        nothing takes one: phases without compensation, and alternatives that are no twin.
     facts: plain data for JSON: what was asked (name, crane, vessel, payload, place, phases, rules, limited, alternatives, operation,
     inputs, settings) and how it was answered (version, code, date, shown, runs, notes, not_covered, remarks).
     blocks: name of `BLOCKS` -> Dataset, each only where it was made:

@@ -15,6 +15,7 @@ from typing import Any
 from stillhook.errors import PlanError
 from stillhook.io.fields import Fields, described
 from stillhook.library.files import nearest, parsed
+from stillhook.library.kinds import FileKind
 from stillhook.plan.capacities import CAPACITIES
 from stillhook.plan.phases import Phase, PhaseKind
 from stillhook.plan.rules import Level, Rule, RuleSet, Sense
@@ -89,7 +90,7 @@ def load_rules(name_or_path: str | Path) -> RuleSet:
     if not name.endswith(".toml"):
         have = ", ".join(rule_sets())
         raise PlanError(f"rules = {came(name)}: Stillhook has {have}{nearest(name, rule_sets())} A file's name ends in .toml.")
-    return described(Path(name_or_path), lambda table, path: _rule_set(table, path.name, path.stem))
+    return described(Path(name_or_path), FileKind.RULES, lambda table, path: _rule_set(table, path.name, path.stem))
 
 
 def rules_of(rules: RuleSet, phase: Phase) -> tuple[Rule, ...]:

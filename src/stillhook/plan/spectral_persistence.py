@@ -3,10 +3,14 @@
 The forecast factor is in it: a record counts as workable if the lift could still be done were its waves as high as the limit whose OP_WF
 they are, H with alpha(H) H = H_m0, and never lower than the least height for which the table has an alpha. What the road does not tell (the
 payload in the surface) is judged by the plan's table in closed form.
+
+Waves of one direction from the bow are those of a vessel that chooses its heading. Where the records tell where their waves come from, it
+keeps that heading through an operation: records count in which waves are off by the plan's heading tolerance at most.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
@@ -23,15 +27,17 @@ from stillhook.plan.lift_plan import LiftPlan
 from stillhook.plan.limited import limited
 from stillhook.plan.limits import limits_of
 from stillhook.plan.spectral_weather import spectral_weather
-from stillhook.plan.table import Axes, LimitTable, chosen, gathered, governed
+from stillhook.plan.table import SAME, Axes, BoolArray, LimitTable, chosen, gathered, governed
 from stillhook.response.of_lift import Waves
-from stillhook.sea.directions import relative
+from stillhook.sea.directions import FULL, relative
 from stillhook.sea.measured import SpectrumSeries
 from stillhook.sea.spectrum import Sea
 from stillhook.sea.states import SeaStates
 from stillhook.sea.weather import FloatArray, usual_step
+from stillhook.units import show
 from stillhook.weather.alpha import AlphaTable, alphas, reference_period
 from stillhook.weather.answer import stamp
+from stillhook.weather.limit_text import free_headings
 from stillhook.weather.persistence import persistence
 
 FINE = 0.001
@@ -59,18 +65,30 @@ def spectral_persistence(
     found = spectral_weather(plan, chosen_ones, raised, progress, elsewhere=elsewhere)
     time, step = waves.of.time, usual_step(waves.of.time)
     valid = np.asarray(waves.of.valid) & ~np.isnan(found["utilisation"].values).all(axis=0)
-    rows = []
+    rows, (reached, headed) = [], _reached(plan, waves)
     for alternative in chosen_ones:
         good = found["workable_record"].sel(alternative=str(alternative)).values.astype(np.bool_)
-        one = persistence(good, time, step, T_R, valid=valid)
+        one = persistence(good & reached, time, step, T_R, valid=valid)
         rows.append({"alternative": str(alternative)} | one.numbers() | {"months": [m.numbers() for m in one.months]})
     surface = [f"{left}: by the plan's table in closed form"] if left else []
-    notes = [*surface, "limits as each alternative tells them, not as credited; alpha is in them", *waves.of.notes]
+    notes = [*surface, *headed, "limits as each alternative tells them, not as credited; alpha is in them", *waves.of.notes]
     return {
         "plan": plan.name, "file": waves.of.source, "waves": waves.describe(), "start": stamp(time[0]), "end": stamp(time[-1]),
         "step": step, "n_records": len(time), "n_valid": int(np.count_nonzero(valid)), "T_POP": plan.T_POP, "T_R": T_R,
         "table": table.source, "alternatives": rows, "notes": notes,
     }  # fmt: skip
+
+
+def _reached(plan: LiftPlan, waves: Waves) -> tuple[BoolArray, list[str]]:
+    """Whether waves of each record are those that it was judged for, at each heading that a vessel may keep (heading, n), and a note."""
+    assert not isinstance(waves.of, Sea)
+    come_from = np.full(len(waves.of.time), np.nan) if waves.beta is None else np.asarray(waves.of.come_from, dtype=np.float64)
+    if waves.beta is None or not np.isfinite(come_from).any():
+        return np.ones((1, len(come_from)), dtype=np.bool_), []
+    tolerance, side = plan.environment.heading_tolerance, waves.beta
+    off = [np.abs((relative(come_from, float(ship)) - side + math.pi) % FULL - math.pi) for ship in free_headings()]
+    within = f"within {show(tolerance, 'angle', 4)} of {show(side, 'angle', 4)} from the bow"
+    return np.stack(off) <= tolerance + SAME, [f"vessel free to turn: one heading through each operation, waves {within}"]
 
 
 def raised_heights(table: AlphaTable, H: FloatArray, T_POP: float) -> FloatArray:

@@ -165,7 +165,7 @@ def _off(headings: FloatArray, beta: FloatArray) -> FloatArray:
     return np.asarray(np.abs((beta[None] - headings[:, None] + math.pi) % FULL - math.pi))
 
 
-def _worst(by_heading: FloatArray, counts: BoolArray, told: BoolArray) -> FloatArray:
+def worst(by_heading: FloatArray, counts: BoolArray, told: BoolArray) -> FloatArray:
     """The least (n,) of limits (heading, n) over the headings that count (heading, n or 1); 0 where nothing is told (n or 1,)."""
     return np.asarray(np.where(told, np.where(counts, by_heading, np.inf).min(axis=0), 0.0))
 
@@ -183,6 +183,26 @@ def bracketed(headings: FloatArray, tolerance: float, beta: FloatArray) -> tuple
     exact = on.any(axis=0)
     told = exact | (np.isfinite(beta) & (gap > 0.0) & (gap <= 2.0 * tolerance * (1.0 + SAME) + SAME))
     return np.where(exact, on, beside), np.asarray(told)
+
+
+def counted(headings: FloatArray, tolerance: float, beta: FloatArray) -> tuple[BoolArray, BoolArray]:
+    """Which headings of a table count for waves of beta (heading, n): those on either side and those within the tolerance; and whether it
+    tells them (n,). [rad]"""
+    between, told = bracketed(headings, tolerance, beta)
+    return between | _near(headings, tolerance, beta), told
+
+
+def cones(headings: FloatArray, tolerance: float) -> BoolArray:
+    """Which headings count (heading, heading) for a vessel that keeps the second and is off it by the tolerance [rad] at most."""
+    found = _near(headings, tolerance, headings)
+    for end in (-tolerance, tolerance):
+        found |= bracketed(headings, tolerance, headings + end)[0]
+    return found
+
+
+def _near(headings: FloatArray, tolerance: float, beta: FloatArray) -> BoolArray:
+    """Which headings (heading, n) lie within the tolerance of beta (n,)."""
+    return np.asarray(_off(headings, beta) <= tolerance * (1.0 + SAME) + SAME)
 
 
 def kept(headings: FloatArray, tolerance: float) -> BoolArray:
@@ -205,33 +225,19 @@ class LimitTable:
         if self.Hs.shape != (len(self.headings), len(self.periods)):
             raise PlanError(f"limit table of {self.Hs.shape}: not {len(self.headings)} headings by {len(self.periods)} periods.")
 
-    def at(self, Tp: FloatArray, beta: FloatArray | None = None) -> FloatArray:
+    def at(self, Tp: FloatArray, beta: FloatArray) -> FloatArray:
         """Limiting significant wave height [m] of seas of peak period Tp [s] that travel in beta [rad from the bow], (n,).
 
         Between two headings that are no more than twice the tolerance apart the worst of these and of all within the tolerance; at a
-        heading itself the worst of those within the tolerance; elsewhere 0, for no such sea was looked at. Of the periods the worst of the
-        two on either side of Tp (the one row where Tp is a row); below the lowest the first row holds, above the highest the limit is 0.
-        Tp NaN: the worst of all periods. beta None: the vessel turns to the best of the headings that can be kept (`kept`) and is off it
-        by the tolerance at most; NaN: 0, nobody knows. What is not told in the table is 0.
+        heading itself the worst of those within the tolerance; elsewhere 0, for no such sea was looked at, and 0 where beta is NaN. Of the
+        periods see `by_heading`. What is not told in the table is 0. Vessels free to turn: `stillhook.plan.kept_headings`.
         """
-        by_heading = self._by_heading(np.asarray(Tp, dtype=float))
-        if beta is not None:
-            asked = np.asarray(beta, dtype=float)
-            between, told = bracketed(self.headings, self.heading_tolerance, asked)
-            return _worst(by_heading, between | self._near(asked), told)
-        cones = self._near(self.headings)
-        for end in (-self.heading_tolerance, self.heading_tolerance):
-            cones |= bracketed(self.headings, self.heading_tolerance, self.headings + end)[0]
-        keeps = kept(self.headings, self.heading_tolerance)
-        each = [_worst(by_heading, cones[:, [k]], keeps[[k]]) for k in range(len(self.headings))]
-        return np.asarray(np.max(each, axis=0))
+        directions = np.asarray(beta, dtype=float)
+        return worst(self.by_heading(np.asarray(Tp, dtype=float)), *counted(self.headings, self.heading_tolerance, directions))
 
-    def _near(self, beta: FloatArray) -> BoolArray:
-        """Which headings (heading, n) lie within the tolerance of beta (n,)."""
-        return np.asarray(_off(self.headings, beta) <= self.heading_tolerance * (1.0 + SAME) + SAME)
-
-    def _by_heading(self, Tp: FloatArray) -> FloatArray:
-        """Limits (heading, n) of each heading alone."""
+    def by_heading(self, Tp: FloatArray) -> FloatArray:
+        """Limits (heading, n) of each heading alone: the worst of the two periods on either side of Tp (the one row where Tp is a row);
+        below the lowest the first row holds, above the highest the limit is 0. Tp NaN: the worst of all periods."""
         told = np.minimum(np.nan_to_num(self.Hs, nan=0.0, posinf=np.inf), self.Hs_highest)
         slack = SAME * self.periods
         high = np.searchsorted(self.periods + slack, np.nan_to_num(Tp, nan=0.0))

@@ -1,7 +1,8 @@
 """What limits are worth in weather: how often one can work, how long one waits, and what each alternative gains over the others.
 
 The operation needs a window of T_R in which the sea stays under OP_WF, the limit lowered by alpha because forecasts err. A record is
-workable where its height is at most OP_WF of its period and direction (`LimitTable.at`). Below the lowest height of the table of alpha no
+workable where its height is at most OP_WF of its period and direction (`LimitTable.at`); a vessel free to turn keeps one heading through
+the window (`stillhook.plan.kept_headings`). Below the lowest height of the table of alpha no
 factor is told (case by case); so that such limits can be compared at all, the lowest one is taken here, which flatters them.
 """
 
@@ -17,6 +18,7 @@ from numpy.typing import NDArray
 
 from stillhook.errors import PlanError, WeatherError
 from stillhook.plan.alternatives import Alternative
+from stillhook.plan.kept_headings import KeptHeadings
 from stillhook.plan.lift_plan import LiftPlan
 from stillhook.plan.result import CREDITS, Credit
 from stillhook.plan.table import SAME, Axes, Governed, LimitTable, bracketed, kept
@@ -26,6 +28,7 @@ from stillhook.sea.weather import Weather
 from stillhook.units import show
 from stillhook.variables import attributes
 from stillhook.weather.alpha import AlphaTable, alpha_of, alphas, reference_period
+from stillhook.weather.limit_text import FREE_STEP
 from stillhook.weather.persistence import Persistence, persistence, waits, windows_of
 
 if TYPE_CHECKING:
@@ -94,13 +97,15 @@ def weather_value(plan: LiftPlan, axes: Axes, forecast: Forecast, weather: Weath
     Errors: WeatherError where the weather does not tell the height, or no direction though the vessel's heading is fixed.
     """
     seas, notes = seas_of(plan, weather)
+    headings: KeptHeadings | None = None  # the same for every table of a plan
     found: dict[tuple[Credit, Alternative], Persistence] = {}
     waited: dict[tuple[Credit, Alternative], FloatArray] = {}
     for c, credit in enumerate(CREDITS):
         for a, alternative in enumerate(axes.alternatives):
             op_wf = np.nan_to_num(forecast.used[c, a], nan=0.0)
             table = LimitTable(op_wf, np.array(axes.headings), np.array(axes.periods), plan.environment.heading_tolerance, Hs_highest)
-            limit = np.min([table.at(Tp, seas.beta) for Tp in seas.periods], axis=0)
+            headings = headings or KeptHeadings.of(table, len(weather), seas.come_from, seas.ship)
+            limit = headings.limits(table, seas.periods)
             good = np.asarray((seas.Hs <= limit) & (limit > 0.0))
             found[credit, alternative] = persistence(good, weather.time, weather.step, forecast.T_R, valid=np.isfinite(seas.Hs))
             can_start = windows_of(good, weather.time, weather.step).starts(forecast.T_R)
@@ -112,11 +117,13 @@ def weather_value(plan: LiftPlan, axes: Axes, forecast: Forecast, weather: Weath
 
 @dataclass(frozen=True, eq=False)
 class Records:
-    """Records as the tables want them: Hs (n,) [m], one or two readings of the peak period (n,) [s], beta (n,) [rad] or None."""
+    """Records as the tables want them: Hs (n,) [m], one or two readings of the peak period (n,) [s], come_from (n,) [rad from north] or
+    None where the weather tells no direction; ship: where the bow points [rad from north], None where it is free to turn."""
 
     Hs: FloatArray
     periods: tuple[FloatArray, ...]
-    beta: FloatArray | None
+    come_from: FloatArray | None
+    ship: float | None
 
 
 def seas_of(plan: LiftPlan, weather: Weather) -> tuple[Records, tuple[str, ...]]:
@@ -127,52 +134,56 @@ def seas_of(plan: LiftPlan, weather: Weather) -> tuple[Records, tuple[str, ...]]
     if "H_m0" not in weather.columns:
         raise WeatherError(f"{weather.source}: no wave height. Give weather with a column of significant wave height.")
     Hs, ship = weather.columns["H_m0"], None if plan.weather is None else plan.weather.ship
-    notes = []
+    come_from = weather.columns.get("come_from")
     periods, said = _periods(weather, len(Hs))
-    notes += [said] if said else []
-    check_headings(plan, ship)
-    if ship is None:
-        notes.append("vessel free to turn: each record at the best heading of the table")
-        notes += _outside(plan, periods, None)
-        return Records(Hs, periods, None), tuple(notes)
-    if "come_from" not in weather.columns:
+    check_headings(plan, ship, come_from is not None)
+    if ship is not None and come_from is None:
         why = next((f" ({note})" for note in weather.notes if "direction" in note), "")
         raise WeatherError(
             f"{weather.source}: tells no direction of waves{why}, and weather.ship holds the vessel's heading at {show(ship, 'angle', 4)}. "
             "Say what the file's directions mean by weather.sense, or leave weather.ship out."
         )
-    notes.append(f"vessel's heading fixed at {show(ship, 'angle', 4)} from north")
-    beta = relative(weather.columns["come_from"], ship)
-    return Records(Hs, periods, beta), (*notes, *_outside(plan, periods, beta))
+    seas = Records(Hs, periods, come_from, ship)
+    held = free_to_turn(come_from is not None) if ship is None else f"vessel's heading fixed at {show(ship, 'angle', 4)} from north"
+    return seas, (*([said] if said else []), held, *_outside(plan, seas))
 
 
-def _outside(plan: LiftPlan, periods: tuple[FloatArray, ...], beta: FloatArray | None) -> list[str]:
+def free_to_turn(directions: bool) -> str:
+    """What a vessel free to turn does, in words; directions: whether the weather tells those of waves."""
+    if directions:
+        return f"vessel free to turn: one heading through each operation, the best of every {show(FREE_STEP, 'angle', 4)}"
+    return "vessel free to turn, and no direction of waves: they are taken to stay on one side of it through each operation, which flatters"
+
+
+def _outside(plan: LiftPlan, seas: Records) -> list[str]:
     """How many of the records the plan's table does not reach, where its limit is 0 m: that is the table's and not the weather's."""
     words = {
         "above_period": f"lie above {max(plan.environment.Tp):g} s, the highest period of the table",
         "outside_headings": "have waves outside the table's headings",
         "no_direction": "tell no direction",
     }
-    found = outside(plan, periods, beta)
+    found = outside(plan, seas)
     said = [f"{100.0 * found[key]:.3g} % of the records {text}" for key, text in words.items() if found[key] > 0.0]
     return [f"{', '.join(said)}: counted as not workable"] if said else []
 
 
-def outside(plan: LiftPlan, periods: tuple[FloatArray, ...], beta: FloatArray | None) -> dict[str, float]:
-    """Shares of records that the plan's table does not reach: above its highest period (periods (n,) [s], of which one is enough), beside
-    its headings or without a direction (beta (n,) [rad]; None where the vessel turns); outside: any of these."""
+def outside(plan: LiftPlan, seas: Records) -> dict[str, float]:
+    """Shares of records that the plan's table does not reach: above its highest period (of which one reading is enough), beside its
+    headings where the ship holds one, or without a direction; outside: any of these."""
     env = plan.environment
-    high = np.any([period > max(env.Tp) for period in periods], axis=0)
-    aside, blind = np.zeros_like(high), np.zeros_like(high)
-    if beta is not None:
-        blind = np.isnan(beta)
+    high = np.any([period > max(env.Tp) for period in seas.periods], axis=0)
+    blind = np.zeros_like(high) if seas.come_from is None else np.isnan(seas.come_from)
+    aside = np.zeros_like(high)
+    if seas.come_from is not None and seas.ship is not None:
+        beta = np.asarray(relative(seas.come_from, seas.ship))
         aside = ~blind & ~bracketed(np.array(env.headings), env.heading_tolerance, beta)[1]
     parts = {"above_period": high, "outside_headings": aside, "no_direction": blind, "outside": high | aside | blind}
     return {key: float(part.mean()) for key, part in parts.items()}
 
 
-def check_headings(plan: LiftPlan, ship: float | None) -> None:
-    """Refuse headings that tell of no sea from beside them. Errors: PlanError; ship as in `WeatherUse`."""
+def check_headings(plan: LiftPlan, ship: float | None, directions: bool) -> None:
+    """Refuse headings that tell of no sea from beside them; directions: whether the weather tells those of waves. Errors: PlanError; ship
+    as in `WeatherUse`."""
     env = plan.environment
     headings, tolerance = np.array(env.headings), env.heading_tolerance
     there = ", ".join(show(beta, "angle", 4) for beta in env.headings)
@@ -183,10 +194,10 @@ def check_headings(plan: LiftPlan, ship: float | None) -> None:
             "heading_tolerance, or weather.ship."
         )
     apart = np.diff(np.sort(np.append(headings, headings.min() + FULL)))
-    if ship is not None and not (apart <= 2.0 * tolerance * (1.0 + SAME)).any():
+    if directions and not (apart <= 2.0 * tolerance * (1.0 + SAME)).any():
         raise PlanError(
             f"environment.headings {there}: no two are within {show(2.0 * tolerance, 'angle', 4)} (twice heading_tolerance), and nothing "
-            "is told between them. For weather with weather.ship, give neighbours."
+            "is told between them. For weather with directions of waves, give neighbours."
         )
 
 
@@ -240,7 +251,7 @@ def _described(plan: LiftPlan, weather: Weather, forecast: Forecast) -> dict[str
         "source": weather.source, "synthetic": int(synthetic), "first": str(first), "last": str(last), "step": weather.step,
         "window": forecast.T_R, "T_R": forecast.T_R, "T_POP": plan.T_POP, "alpha_table": forecast.table.source,
         "limit": "wave height at most OP_WF of its period and direction", "free": int(ship is None),
-        "ship": math.nan if ship is None else ship, **outside(plan, seas.periods, seas.beta),
+        "ship": math.nan if ship is None else ship, **outside(plan, seas),
     }  # fmt: skip
 
 

@@ -17,6 +17,7 @@ from stillhook.io.fields import Fields, described, no_log_twice, no_name_twice
 from stillhook.io.log_mapping import mapping_from
 from stillhook.io.log_types import Signal
 from stillhook.library import load_crane
+from stillhook.library.kinds import FileKind
 from stillhook.scenario import Mode, Water
 from stillhook.units import came, show
 from stillhook.validate.criteria import Criteria, load_criteria
@@ -108,7 +109,7 @@ def load_campaign(path: str | Path) -> Campaign:
 
     Errors: StillhookError, one line that names file, field, what came and what is allowed.
     """
-    return described(path, _campaign)
+    return described(path, FileKind.CAMPAIGN, _campaign)
 
 
 def _campaign(data: Mapping[str, Any], file: Path) -> Campaign:

@@ -15,6 +15,7 @@ from typing import Any
 from stillhook.errors import StillhookError, ValidateError
 from stillhook.io.fields import Fields
 from stillhook.library.files import nearest, parsed, toml_text
+from stillhook.library.kinds import FileKind
 from stillhook.units import came
 from stillhook.validate.lines import StepNumber
 from stillhook.validate.measures import MEASURES, SETTINGS
@@ -140,7 +141,7 @@ def load_criteria(name_or_path: str | Path) -> Criteria:
 
 
 def _read(text: str, label: str, stem: str) -> Criteria:
-    data = parsed(text, label)
+    data = parsed(text, label, FileKind.CRITERIA)
     try:
         return _criteria(data, label, stem)
     except StillhookError as e:

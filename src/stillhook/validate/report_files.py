@@ -10,6 +10,7 @@ from stillhook.errors import ValidateError
 from stillhook.io.results import save_json
 from stillhook.library import crane_toml
 from stillhook.library.files import parsed, toml_text
+from stillhook.library.kinds import FileKind
 from stillhook.units import came
 from stillhook.validate.campaign import Campaign
 from stillhook.validate.certificate import CERTIFICATE, CRANE, NOT_PASSED, certificate_files
@@ -57,7 +58,7 @@ def _crane_files(crane: Path) -> Iterator[Path]:
     """A crane's file, and those that it builds on."""
     while crane.is_file():
         yield crane
-        base = parsed(toml_text(crane), crane.name).get("base")
+        base = parsed(toml_text(crane), crane.name, FileKind.CRANE).get("base")
         if not isinstance(base, str):
             return
         crane = crane.parent / base

@@ -16,6 +16,7 @@ import numpy as np
 
 from stillhook.errors import StillhookError, WeatherError
 from stillhook.library.files import nearest, parsed, toml_text
+from stillhook.library.kinds import FileKind
 from stillhook.sea.weather import FloatArray
 from stillhook.units import came, parse, show
 
@@ -91,7 +92,7 @@ def load_alpha_table(name_or_path: str = DEFAULT, option: str = "--table") -> Al
         )
     file = _SHELF / f"{name_or_path}.toml" if name_or_path in alpha_tables() else own
     try:
-        return _table(parsed(toml_text(file), file.name, f"Copy {DEFAULT}.toml and change it."), file.stem, file.name)
+        return _table(parsed(toml_text(file), file.name, FileKind.ALPHA, start=f"Copy {DEFAULT}.toml and change it."), file.stem, file.name)
     except StillhookError as e:
         raise WeatherError(str(e)) from None
 

@@ -11,7 +11,7 @@ import numpy as np
 from stillhook.sea.directions import FULL
 from stillhook.sea.weather import HOUR, FloatArray, Weather
 from stillhook.units import number
-from stillhook.weather.limit_text import BETA, KIND, Limit, by_heading, inside
+from stillhook.weather.limit_text import BETA, KIND, Limit, by_heading, inside_by_heading
 from stillhook.weather.persistence import IN_TIME, gaps, persistence, seconds
 from stillhook.weather.thinned import every
 
@@ -26,10 +26,10 @@ def stamp(time: np.datetime64) -> str:
 def persistence_answer(
     weather: Weather, limits: Sequence[Limit], window: float, *, ship: float | None = None, free: bool = False
 ) -> dict[str, Any]:
-    """Persistence of a series under limits, with where it is from [SI]; window [s]; ship, free as in `limit_text.inside`."""
-    workable, valid = inside(limits, weather, ship, free=free)
+    """Persistence of a series under limits, with where it is from [SI]; window [s]; ship, free as in `limit_text.inside_by_heading`."""
+    workable, valid = inside_by_heading(limits, weather, ship, free=free)
     rows, step = every(weather, valid)
-    found = persistence(workable[rows], weather.time[rows], step, window, valid=valid[rows])
+    found = persistence(workable[:, rows], weather.time[rows], step, window, valid=valid[rows])
     part = f"1 of {number(len(weather) / len(rows), 3)} records"
     less = f"limits can be judged on {part} only, {step / 60.0:g} min apart: the answer is about these"
     notes = [*([less] if len(rows) < len(weather) else []), *weather.notes]

@@ -1,8 +1,9 @@
 """Go or no-go from a forecast: may an operation start, now or within some days, if the forecast must stay within alpha times its limits.
 
 An operation may start at a record if, from its time on, T_R is forecast without a gap or a missing value and every record of it is within
-all limits, those on the significant wave height times alpha (OP_WF). Limits on wind, periods, current and directions are taken as they are:
-their uncertainty must be in them already. Alpha follows from the limiting height, its own for each, and from T_POP.
+all limits, those on the significant wave height times alpha (OP_WF), at one heading of the ship for the whole of T_R. Limits on wind,
+periods, current and directions are taken as they are: their uncertainty must be in them already. Alpha follows from the limiting height,
+its own for each, and from T_POP.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from numpy.typing import NDArray
 from stillhook.errors import WeatherError
 from stillhook.sea.weather import FloatArray, Weather
 from stillhook.weather.alpha import Alpha, AlphaTable, alpha_of
-from stillhook.weather.limit_text import KIND, Limit, inside, values
+from stillhook.weather.limit_text import KIND, Limit, inside_by_heading, values
 from stillhook.weather.persistence import SLACK, BoolArray, seconds, windows_of
 
 
@@ -39,8 +40,8 @@ class Start:
 
 @dataclass(frozen=True, eq=False)
 class Bound:
-    """An upper limit as it stands record by record: text as it was written, x what it looks at (n,), allowed (n,) [SI], NaN where it does
-    not count."""
+    """An upper limit as it stands record by record: text as it was written, x what it looks at (n,), allowed (n,), or (heading, n) where it
+    depends on the heading [SI], NaN where it does not count."""
 
     text: str
     x: FloatArray = field(repr=False)
@@ -66,7 +67,7 @@ def check_forecast(
 ) -> Forecast:  # fmt: skip
     """Looks at every record of the forecast from start (its first by default) to horizon [s] later.
 
-    limits: at least one upper limit on H_m0; T_POP, T_C [s]; ship, free as in `limit_text.inside`.
+    limits: at least one upper limit on H_m0; T_POP, T_C [s]; ship, free as in `limit_text.inside_by_heading`.
     Errors: WeatherError where no limit is on the height, alpha is not to be had, or no record lies within the horizon.
     """
     heights = [i for i, limit in enumerate(limits) if limit.range.name == "H_m0" and math.isfinite(limit.range.high)]
@@ -78,7 +79,7 @@ def check_forecast(
             raise WeatherError(f"--limit {limits[i].text}: {factors[i].why}")
     scaled = [limit.scaled(factors[i].alpha or 0.0) if i in factors else limit for i, limit in enumerate(limits)]
     rows, one = rows_of(weather, start, horizon), factors[heights[0]]
-    met, valid = inside(scaled, weather, ship, free=free)
+    met, valid = inside_by_heading(scaled, weather, ship, free=free)
     looked = starts_of(weather, met, valid, () if free else bounds(weather, scaled, ship), rows, one.T_R)
     notes = tuple(f"no alpha on {limit.text}: taken as it is" for i, limit in enumerate(limits) if i not in factors)
     if not one.weather_restricted:
@@ -103,16 +104,18 @@ def rows_of(weather: Weather, start: np.datetime64 | None, horizon: float) -> ND
 def starts_of(
     weather: Weather, met: BoolArray, valid: BoolArray, upper: Sequence[Bound], rows: NDArray[np.intp], T_R: float
 ) -> tuple[Start, ...]:
-    """Every start of rows (k,), judged by which records meet all limits and which are known (n,); upper tells which limit governs."""
-    within, told = (windows_of(mask, weather.time, weather.step).starts(T_R) for mask in (met, valid))
+    """Every start of rows (k,), judged by which records meet all limits at each heading that is kept (heading, n), and which are known
+    (n,); upper tells which limit governs."""
+    windows, told = windows_of(met, weather.time, weather.step), windows_of(valid, weather.time, weather.step).starts(T_R)
+    within = windows.starts(T_R)
     t = seconds(weather.time)
     starts = []
     for i in rows:
         last = int(np.searchsorted(t, t[i] + T_R - SLACK))
         go: bool | None = bool(within[i])
-        if not go and not told[i] and not np.any(valid[i:last] & ~met[i:last]):
+        if not go and not told[i] and not np.any(valid[i:last] & ~met[:, i:last], axis=1).all():
             go = None
-        starts.append(Start(weather.time[i], go, *_governing(upper, slice(int(i), last))))
+        starts.append(Start(weather.time[i], go, *_governing(upper, slice(int(i), last), windows.heading[i] if windows.reach[i] else None)))
     return tuple(starts)
 
 
@@ -129,11 +132,15 @@ def bounds(weather: Weather, limits: Sequence[Limit], ship: float | None) -> tup
     return tuple(found)
 
 
-def _governing(upper: Sequence[Bound], rows: slice) -> tuple[str, float | None, float | None]:
-    """The bound that is used most in these records, its value there and what is allowed."""
+def _governing(upper: Sequence[Bound], rows: slice, heading: np.intp | None) -> tuple[str, float | None, float | None]:
+    """The bound that is used most in these records, its value there and what is allowed; at this heading, or without one at that which
+    allows most at the start."""
     most: tuple[float, str, float, float] | None = None
     for bound in upper:
-        for x, allowed in zip(bound.x[rows], bound.allowed[rows], strict=True):
+        at_heading = bound.allowed
+        if at_heading.ndim > 1:
+            at_heading = at_heading[at_heading[:, rows.start].argmax() if heading is None else heading]
+        for x, allowed in zip(bound.x[rows], at_heading[rows], strict=True):
             used = (x / allowed if allowed > 0.0 else math.inf) if math.isfinite(x) and math.isfinite(allowed) else -math.inf
             if used > -math.inf and (most is None or used > most[0]):
                 most = (used, bound.text, float(x), float(allowed))

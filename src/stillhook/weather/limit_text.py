@@ -1,9 +1,8 @@
 """Limits of weather as text: "Hs <= 1.5 m", "wind <= 10 m/s", "Tp 5..12 s", "Hs <= 3 m for beta 150..210 deg"; both ends are inside.
 
 A limit is a range of one column of the weather, and may hold for a part of the records only ("for ..."). Every limit must hold. beta is
-the direction in which the waves travel, counter-clockwise from the bow, and needs to know where the ship heads; a ship that is free takes,
-in each record, a heading that meets all limits if there is one (every `FREE_STEP` is tried). Ranges of angles run in rising sense, through
-360 deg.
+the direction in which the waves travel, counter-clockwise from the bow, and needs to know where the ship heads; a ship that is free keeps
+one heading through an operation (every `FREE_STEP` is tried). Ranges of angles run in rising sense, through 360 deg.
 """
 
 from __future__ import annotations
@@ -120,28 +119,44 @@ def _value(value: str, name: str, text: str, where: str) -> float:
     return number
 
 
-def inside(
-    limits: Sequence[Limit], weather: Weather, ship: float | None = None, *, free: bool = False
-) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+def inside(limits: Sequence[Limit], weather: Weather, ship: float | None = None) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
     """Which records (n,) meet every limit, and which of them are valid: all that the limits ask for is known. What is not valid is not met.
 
-    ship: where the bow points, clockwise from north [rad]; free: the ship may turn to any heading in each record.
+    ship: where the bow points, clockwise from north [rad].
     Errors: WeatherError where the weather does not know what a limit asks for, or where waves from the bow are asked of no heading.
     """
-    if not any(BETA in limit.columns for limit in limits):
+    if not _of_heading(limits):
         return _inside(limits, weather, None)
-    if ship is None and not free:
+    if ship is None:
         raise WeatherError('--ship: missing: a limit asks for beta. Say where the bow points, "315 deg" from north, or "free".')
-    if not free:
-        return _inside(limits, weather, ship)
-    answers = [_inside(limits, weather, heading) for heading in np.arange(0.0, FULL - SAME, FREE_STEP)]
-    return np.any([met for met, _ in answers], axis=0), np.any([valid for _, valid in answers], axis=0)
+    return _inside(limits, weather, ship)
+
+
+def inside_by_heading(
+    limits: Sequence[Limit], weather: Weather, ship: float | None = None, *, free: bool = False
+) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """`inside` at each heading that the ship may keep (heading, n): one row where it is held, `free_headings` where it is free and a limit
+    asks for beta; and which records are valid (n,), at some heading. Errors: as `inside`."""
+    if not free or not _of_heading(limits):
+        met, valid = inside(limits, weather, ship)
+        return met[None], valid
+    answers = [_inside(limits, weather, float(heading)) for heading in free_headings()]
+    return np.stack([met for met, _ in answers]), np.any([valid for _, valid in answers], axis=0)
+
+
+def free_headings() -> FloatArray:
+    """Headings that a ship free to turn tries [rad from north]."""
+    return np.arange(0.0, FULL - SAME, FREE_STEP)
+
+
+def _of_heading(limits: Sequence[Limit]) -> bool:
+    return any(BETA in limit.columns for limit in limits)
 
 
 def by_heading(limits: Sequence[Limit], weather: Weather) -> list[tuple[float, float]]:
     """Headings that a ship free to turn tries [rad from north], each with the share of valid records inside all limits if it is held."""
     found = []
-    for heading in np.arange(0.0, FULL - SAME, FREE_STEP):
+    for heading in free_headings():
         met, valid = _inside(limits, weather, float(heading))
         n_valid = int(np.count_nonzero(valid))
         found.append((float(heading), float(np.count_nonzero(met) / n_valid) if n_valid else math.nan))

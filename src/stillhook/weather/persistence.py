@@ -4,6 +4,9 @@ A record stands for one step from its time on: a window of n hourly records is n
 step apart; a longer way is a gap (`GAP`), and a gap breaks a window, as does a record of which what a limit asks for is not known. Windows
 that the ends of the series or a gap cut are counted as long as they are seen.
 
+A vessel that is free to turn keeps one heading through an operation: its records are given heading by heading, and a window is a longest
+unbroken time at one of them (windows of two headings may overlap). A record alone is workable if it is so at any heading.
+
 An operation of a given length can start in a record from which at least so much workable time follows without a break, and the wait of a
 record is the time by the clock, gaps included, to the first such record at or after it: 0 where it can start at once. Waits are taken from
 every record, workable or not. Records after the last possible start are censored: their wait is not known, they are counted and left out of
@@ -35,7 +38,8 @@ class Persistence:
     """Counts, shares and times of one series, or of one month of the year in it.
 
     n_hours: hours that the records cover (records times step); n_missing: records of which something that a limit asks for is not known;
-    operability: share of the valid records inside all limits; start_share: share of all records in which the operation can start at once;
+    operability: share of the valid records inside all limits; start_share: share of the possible starts, records that are followed by known
+    ones through a whole window, in which the operation can start at once;
     n_windows, window_mean, window_max: unbroken workable times [s], of a month those that begin in it; n_windows_long_enough: of these, as
     long as the operation or longer; wait_mean, wait_p50, wait_p90, wait_max [s]; n_censored: records without a later start; n_gaps: breaks
     in time. Times and shares are NaN where there is nothing to take them from. month: 1 to 12, of the record or window's begin, all years.
@@ -68,11 +72,13 @@ class Persistence:
 
 @dataclass(frozen=True, eq=False)
 class Windows:
-    """Unbroken workable times: first record (k,) and length (k,) [s]. reach (n,) [s]: workable time without a break from each record on."""
+    """Unbroken workable times: first record (k,) and length (k,) [s]. reach (n,) [s]: workable time without a break from each record on;
+    heading (n,): the row of headings at which it is longest."""
 
     first: NDArray[np.intp]
     length: FloatArray
     reach: FloatArray = field(repr=False)
+    heading: NDArray[np.intp] = field(repr=False)
 
     def starts(self, window: float) -> BoolArray:
         """Whether what takes a window [s] can start in each record (n,)."""
@@ -90,17 +96,26 @@ def gaps(time: NDArray[np.datetime64], step: float) -> BoolArray:
 
 
 def windows_of(workable: BoolArray, time: NDArray[np.datetime64], step: float) -> Windows:
-    """Maximal runs of consecutive workable records."""
-    n = len(workable)
-    t = seconds(time)
-    broken = gaps(time, step)
-    begins = workable & np.concatenate(([True], ~workable[:-1] | broken))
-    ends = workable & np.concatenate((~workable[1:] | broken, [True]))
-    first, last = np.flatnonzero(begins), np.flatnonzero(ends)
-    reach = np.zeros(n)
-    which = np.cumsum(begins) - 1
-    reach[workable] = t[last[which[workable]]] + step - t[workable]
-    return Windows(first, t[last] + step - t[first], reach)
+    """Longest runs of consecutive workable records; workable (n,), or (heading, n) of which one is kept through a run."""
+    t, unbroken = seconds(time), ~gaps(time, step)
+    rows = np.atleast_2d(workable)
+    reach, heading = _reach(rows[0], t, unbroken, step), np.zeros(len(t), dtype=np.intp)
+    for k, row in enumerate(rows[1:], start=1):
+        each = _reach(row, t, unbroken, step)
+        heading[each > reach] = k
+        reach = np.maximum(reach, each)
+    end = t + reach
+    first = np.flatnonzero((reach > 0.0) & np.concatenate(([True], np.diff(end) > SLACK)))
+    return Windows(first, reach[first], reach, heading)
+
+
+def _reach(workable: BoolArray, t: FloatArray, unbroken: BoolArray, step: float) -> FloatArray:
+    """Workable time without a break from each record on (n,) [s]."""
+    ends = workable & np.concatenate((~workable[1:] | ~unbroken, [True]))
+    last = np.flatnonzero(ends)
+    reach = np.zeros(len(t))
+    reach[workable] = t[last[np.searchsorted(last, np.flatnonzero(workable))]] + step - t[workable]
+    return reach
 
 
 def waits(can_start: BoolArray, time: NDArray[np.datetime64]) -> FloatArray:
@@ -115,11 +130,12 @@ def persistence(
 ) -> Persistence:
     """Persistence of a series of workable records, with its months.
 
-    Parameters: workable (n,), whether all limits are met; time (n,) ascending; step [s]: what a record stands for; window: how long the
+    Parameters: workable (n,), whether all limits are met, or (heading, n) for a vessel that keeps one of several
+    headings; time (n,) ascending; step [s]: what a record stands for; window: how long the
     operation takes [s]; valid (n,): whether a record is known (default: all).
     Errors: WeatherError for shapes that differ, times that do not ascend and lengths that are not above 0.
     """
-    n = len(workable)
+    n = np.shape(workable)[-1]
     known = np.ones(n, dtype=np.bool_) if valid is None else np.asarray(valid, dtype=np.bool_)
     if n == 0 or len(time) != n or len(known) != n:
         raise WeatherError(f"weather: {n} records, {len(time)} times and {len(known)} marks. Give as many of each, at least one.")
@@ -127,30 +143,30 @@ def persistence(
         raise WeatherError("weather: times do not ascend. Put the records in order, each time once.")
     if not (0.0 < window < math.inf) or not (0.0 < step < math.inf):
         raise WeatherError(f"weather: a window of {window:g} s in steps of {step:g} s. Give times longer than 0 s.")
-    work = np.asarray(workable, dtype=np.bool_) & known
+    work: BoolArray = np.atleast_2d(np.asarray(workable, dtype=np.bool_)) & known
     found = windows_of(work, time, step)
-    can_start = found.starts(window)
-    parts = (time, step, window, work, known, found, can_start, waits(can_start, time))
+    can_start, could_start = found.starts(window), windows_of(known, time, step).starts(window)
+    parts = (time, step, window, np.any(work, axis=0), known, found, can_start, could_start, waits(can_start, time))
     months = np.asarray(time.astype("datetime64[M]").astype(np.int64) % 12 + 1)
     return _counted(*parts, months=months, tell=(*(m for m in range(1, 13) if np.any(months == m)),))
 
 
 def _counted(
     time: NDArray[np.datetime64], step: float, window: float, work: BoolArray, known: BoolArray, found: Windows, can_start: BoolArray,
-    wait: FloatArray, *, months: NDArray[np.int64], tell: tuple[int, ...], month: int | None = None,
+    could_start: BoolArray, wait: FloatArray, *, months: NDArray[np.int64], tell: tuple[int, ...], month: int | None = None,
 ) -> Persistence:  # fmt: skip
     """Numbers of all records, with those of the months to tell; or of the records of one month."""
     rows = np.ones(len(work), dtype=np.bool_) if month is None else months == month
     lengths = found.length[rows[found.first]]
     known_waits = wait[rows & np.isfinite(wait)]
-    n_valid = int(np.count_nonzero(known & rows))
+    n_valid, n_starts = int(np.count_nonzero(known & rows)), int(np.count_nonzero(could_start & rows))
     p50, p90 = (float(x) for x in np.percentile(known_waits, (50.0, 90.0))) if len(known_waits) else (math.nan, math.nan)
-    parts = (time, step, window, work, known, found, can_start, wait)
+    parts = (time, step, window, work, known, found, can_start, could_start, wait)
     return Persistence(
         n_hours=int(np.count_nonzero(rows)) * step / HOUR,
         n_missing=int(np.count_nonzero(~known & rows)),
         operability=float(np.count_nonzero(work & rows) / n_valid) if n_valid else math.nan,
-        start_share=float(np.count_nonzero(can_start & rows) / np.count_nonzero(rows)),
+        start_share=float(np.count_nonzero(can_start & rows) / n_starts) if n_starts else math.nan,
         n_windows=len(lengths),
         window_mean=float(lengths.mean()) if len(lengths) else math.nan,
         window_max=float(lengths.max()) if len(lengths) else math.nan,

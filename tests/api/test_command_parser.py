@@ -1,0 +1,183 @@
+"""What every command does with its command line: repeated options, brackets in help, errors of Stillhook itself."""
+
+import os
+import re
+import subprocess
+import sys
+from collections.abc import Iterator
+
+import pytest
+import typer
+
+from stillhook.cli import app, run
+from stillhook.cli.parser import Command
+
+PROGRAM = typer.main.get_command(app)
+
+
+def commands(group: object = PROGRAM, path: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], Command]]:
+    """Every command with the words that call it."""
+    for name, command in group.commands.items():
+        if hasattr(command, "commands"):
+            yield from commands(command, (*path, name))
+        else:
+            yield (*path, name), command
+
+
+EVERY = list(commands())
+PLACES = [" ".join(path) for path, _ in EVERY]
+
+
+def options(command: Command) -> list[object]:
+    return [p for p in command.params if p.param_type_name == "option"]
+
+
+def refusal(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
+    assert run(list(arguments)) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert err.count("\n") == 1
+    return err
+
+
+class TestRepeatedOptions:
+    def test_every_command_is_held_to_it(self):
+        assert len(EVERY) > 40
+        assert all(isinstance(command, Command) for _, command in EVERY)
+
+    @pytest.mark.parametrize("path", PLACES)
+    def test_no_command_lets_the_last_of_repeated_values_win(self, capsys, path):
+        command = dict(zip(PLACES, (c for _, c in EVERY), strict=True))[path]
+        one_value = [o for o in options(command) if not (o.multiple or o.is_flag)]
+        for option in one_value:
+            said = refusal(capsys, *path.split(), option.opts[0], "1", option.opts[0], "2")
+            assert said.startswith(f"error: {option.opts[0]} appears 2 times and takes one value. Give it once"), path
+
+    def test_repeated_modes_do_not_drop_the_first(self, capsys):
+        said = refusal(capsys, "compare", "--modes", "ns", "--modes", "ssc")
+        assert "with commas between the values" in said
+
+    def test_the_same_option_with_an_equals_sign_counts_too(self, capsys):
+        assert "--modes appears 3 times" in refusal(capsys, "compare", "--modes=ns", "--modes", "hs", "--modes=ssc")
+
+    def test_values_of_options_that_may_be_repeated_all_count(self, capsys):
+        assert run(["envelope", "nov-250t", "--load", "100 t", "--load", "150 t", "--json"]) == 0
+        out = capsys.readouterr().out
+        assert '"load":100000.0' in re.sub(r"\s", "", out)
+        assert '"load":150000.0' in re.sub(r"\s", "", out)
+
+    def test_two_headings_for_one_column_are_refused(self, capsys):
+        said = refusal(capsys, "weather", "show", "SYNTHETIC-norwegian-sea", "--column", "Hs=a (m)", "--column", "H_s=b (m)")
+        assert 'H_m0 already has the heading "a (m)". Name each column once.' in said
+
+    def test_two_limits_on_one_number_are_refused(self, capsys):
+        said = refusal(capsys, "tune", "nov-250t", "--limit", "p_max <= 200 bar", "--limit", "p_max <= 300 bar")
+        assert "p_max has a limit already. Write each limit once." in said
+
+    def test_two_friction_sets_for_one_crane_are_refused(self, capsys, tmp_path):
+        said = refusal(capsys, "identify", "example-campaign", "L4593", str(tmp_path / "out"), "--truth", "crane-1", "--truth", "crane-2")
+        assert 'Sets "crane-1" and "crane-2" replace the same numbers of' in said
+
+
+class TestHelp:
+    @pytest.mark.parametrize("path", PLACES)
+    def test_help_shows_every_bracket_that_is_written_in_it(self, capsys, monkeypatch, path):
+        monkeypatch.setenv("COLUMNS", "100")
+        assert run([*path.split(), "--help"]) == 0
+        shown = squeezed(capsys.readouterr().out)
+        callback = dict(zip(PLACES, (c for _, c in EVERY), strict=True))[path].callback
+        texts = [callback.__doc__, *(p.help for p in written(callback))]
+        for text in texts:
+            for bracket in re.findall(r"\[[^\]]*\]", text or ""):
+                assert squeezed(bracket) in shown, (path, bracket)
+
+    def test_the_case_file_of_run_has_a_scenario(self, capsys):
+        assert run(["run", "--help"]) == 0
+        assert "Casefile:craneand[scenario];" in squeezed(capsys.readouterr().out)
+
+    def test_printed_names_and_values_keep_their_brackets(self, capsys):
+        from stillhook.cli.show import print_table, print_values
+
+        print_values({"[bold]": "a [red] value"})
+        print_table(["name [m]", "[x]"], [["[dim]row", "[1]"]], title="a [title]")
+        shown = capsys.readouterr().out
+        for text in ("[bold]", "a [red] value", "name [m]", "[x]", "[dim]row", "[1]", "a [title]"):
+            assert text in shown
+
+    def test_a_progress_bar_keeps_the_brackets_of_a_file_name(self, monkeypatch, capsys):
+        from rich.console import Console
+
+        from stillhook.cli.show import progress_bar
+
+        monkeypatch.setattr(Console, "is_terminal", property(lambda self: True))
+        with progress_bar("lift[red]") as bar:
+            bar(0.5)
+        assert "lift[red]" in capsys.readouterr().err
+
+
+class TestInternalErrors:
+    def broken(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        import stillhook.library
+
+        def cranes() -> list[str]:
+            return [{}["nov-250t"]]
+
+        monkeypatch.setattr(stillhook.library, "cranes", cranes)
+
+    def test_an_internal_error_is_3_and_one_line_that_says_where_to_report_it(self, capsys, monkeypatch):
+        monkeypatch.delenv("STILLHOOK_DEBUG", raising=False)
+        self.broken(monkeypatch)
+        assert run(["cranes"]) == 3
+        out, err = capsys.readouterr()
+        assert out == ""
+        assert err.count("\n") == 1
+        assert err.startswith("error: Internal error of Stillhook ")
+        assert "KeyError \"'nov-250t'\" in test_command_parser.py, line " in err
+        assert 'Report it with the command and its files (CONTRIBUTING.md, "Report a finding"); STILLHOOK_DEBUG=1 shows the traceback.' in err
+
+    def test_the_page_that_the_line_names_has_that_heading(self):
+        page = (os.path.dirname(__file__), "..", "..", "CONTRIBUTING.md")
+        with open(os.path.join(*page), encoding="utf-8") as text:
+            assert "\n## Report a finding\n" in text.read()
+
+    def test_the_traceback_is_shown_on_request(self, capsys, monkeypatch):
+        monkeypatch.setenv("STILLHOOK_DEBUG", "1")
+        self.broken(monkeypatch)
+        assert run(["cranes"]) == 3
+        err = capsys.readouterr().err
+        assert "Traceback (most recent call last)" in err
+        assert "in list_cranes" in err
+        assert err.splitlines()[-1].startswith("error: Internal error of Stillhook ")
+
+    def test_a_message_of_many_lines_stays_one(self, capsys, monkeypatch):
+        import stillhook.library
+
+        def cranes() -> list[str]:
+            raise ValueError("first\nsecond\x1b[31m" + 500 * "x")
+
+        monkeypatch.setattr(stillhook.library, "cranes", cranes)
+        monkeypatch.delenv("STILLHOOK_DEBUG", raising=False)
+        assert run(["cranes"]) == 3
+        err = capsys.readouterr().err
+        assert err.count("\n") == 1
+        assert "\x1b" not in err
+
+    def test_the_process_itself_ends_with_3(self):
+        code = "import stillhook.library as l, sys; l.cranes = lambda: 1 / 0; from stillhook.cli import main; sys.argv = ['stillhook', 'cranes']; main()"
+        done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+        assert done.returncode == 3
+        assert "Traceback" not in done.stderr
+        assert "ZeroDivisionError" in done.stderr
+
+
+def written(callback: object) -> list[object]:
+    """What a command's function says of its parameters, as typed."""
+    import typing
+
+    hints = typing.get_type_hints(callback, include_extras=True)
+    return [info for hint in hints.values() for info in getattr(hint, "__metadata__", ()) if getattr(info, "help", None)]
+
+
+def squeezed(text: str) -> str:
+    """Without spaces and frames: help is folded."""
+    return re.sub(r"[\s│]", "", text)

@@ -1,0 +1,81 @@
+"""README's command lines as a reader types them, one after the other in a fresh clone: each parses, and names only files that are there."""
+
+import re
+import shlex
+from pathlib import Path
+
+import pytest
+import typer
+
+from stillhook.cli import app, run
+
+ROOT = Path(__file__).resolve().parents[2]
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+PROGRAM = typer.main.get_command(app)
+FILE = re.compile(r"[\w./-]+\.(?:toml|csv|txt|json|nc|re1|gz|pdf|log)")
+WRITES = {
+    "identify example-campaign": ("campaign.toml",), "identify friction": ("friction.toml",), "certificate example-campaign": ("campaign.toml",),
+    "validate": ("certificate.json",), "plan example": ("template-to-1500m.toml",), "tip": ("tip.json",),
+}  # fmt: skip
+"""What a command leaves in the folder that it is given."""
+
+
+def lines() -> list[list[str]]:
+    """Words of every command line of README, in order: blocks, and commands in running text."""
+    found = []
+    for block, inline in re.findall(r"^```\w*\n(.*?)^```$|`(stillhook [^`\n]+)`", README, re.MULTILINE | re.DOTALL):
+        found += [shlex.split(line, comments=True)[1:] for line in (block or inline).splitlines() if line.startswith("stillhook ")]
+    return found
+
+
+LINES = lines()
+
+
+def resolved(words):
+    """The command of a line, its name, and its arguments."""
+    command, name = PROGRAM, []
+    while hasattr(command, "commands"):
+        name, command, words = [*name, words[0]], command.commands[words[0]], words[1:]
+    return command, " ".join(name), words
+
+
+def test_readme_has_its_command_lines():
+    assert len(LINES) > 20
+    assert ["stability", "nov-250t"] in [words[:2] for words in LINES]
+
+
+@pytest.mark.parametrize("words", LINES, ids=lambda words: " ".join(words[:3]))
+def test_every_command_line_is_one_that_the_program_takes(words):
+    command, name, arguments = resolved(words)
+    if arguments or name == "cranes":  # "stillhook identify motor" in running text names a command
+        command.make_context(name, list(arguments))
+
+
+def test_every_file_that_is_named_ships_or_is_written_by_an_earlier_line():
+    there: set[str] = set()
+    for words in LINES:
+        _, name, arguments = resolved(words)
+        example = name in ("identify example-campaign", "certificate example-campaign", "identify example-map") or words[:2] == ["plan", "example"]
+        out = arguments[arguments.index("--out") + 1] if "--out" in arguments else arguments[-1] if example else None
+        read = [word for word in arguments if FILE.fullmatch(word) and word != out]
+        for path in read:
+            assert path in there or (ROOT / path).is_file(), f"README: stillhook {' '.join(words)}: {path} is not there"
+        if out is not None:
+            key = " ".join(words[:2]) if " ".join(words[:2]) in WRITES else name
+            there |= {out} | {f"{out}/{file}" for file in WRITES.get(key, ())}
+
+
+def test_no_folder_is_written_by_two_lines():
+    written = [arguments[-1] for words in LINES for _, name, arguments in [resolved(words)] if "example-campaign" in name]
+    written += [words[words.index("--out") + 1] for words in LINES if "--out" in words]
+    assert len(written) == len(set(written))
+
+
+def test_the_first_lines_run_as_printed(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    for start in (["tip"], ["compare"], ["plan", "example"], ["sea"], ["vessel", "check"], ["weather", "alpha"], ["identify", "example-map"]):
+        words = next(words for words in LINES if words[: len(start)] == start)
+        assert run(words) == 0, words
+        capsys.readouterr()
+    for folder, file in (("tip", "tip.json"), ("my-lift", "template-to-1500m.toml"), ("results", "summary.json")):
+        assert (tmp_path / folder / file).is_file()
