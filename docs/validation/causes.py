@@ -1,0 +1,118 @@
+"""The block of causes of a page: what every uncertain factor and every open setting does to the page's figures, alone and in pairs."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+from blocks import table
+
+from stillhook import Crane, Scenario
+from stillhook.analysis.attribution import MATTERS, Alternative, Attribution, Effect, Evaluate, Figure, Pair, Runs, Verdict, attribute, listed
+from stillhook.library import changed
+
+SHORT = {
+    Verdict.CLOSES: "**closes**",
+    Verdict.NARROWS: "narrows",
+    Verdict.WIDENS: "widens",
+    Verdict.NONE: "–",
+    Verdict.BREAKS: "**breaks**",
+    Verdict.KEEPS: "keeps",
+}
+QUIET = (Verdict.NONE, Verdict.KEEPS)
+SHOWN = 8
+"""Pairs that are shown."""
+RULE = (
+    "Every factor of the [table](uncertainty.md#what-is-drawn) that changes something here is set to both ends of its 95 % range (wider where its "
+    "range does not hold at the working point), every setting that is not printed to its alternatives, one at a time and then every two of them "
+    "together. Numbers are the figure at the lower and the upper end; \"closes\" or \"narrows\" the gap to the print, \"breaks\" or \"keeps\" what "
+    "is as printed; – changes less than a tenth of the gap. Largest effect first. `friction` is that of gears, bearings, sheaves and wire; that of the "
+    "motors is `motor_loss`."
+)
+
+
+def block(found: Attribution, rule: str = RULE) -> str:
+    """The ranking as a table, the nearest pairs, and what both say in sentences."""
+    parts = [rule, ranking(found)]
+    if found.pairs and any(f.gap(x) > 0.0 for f, x in zip(found.figures, found.base, strict=True)):
+        parts.append("Nearest to print, one change or two:")
+        parts.append(nearest(found))
+    parts.append("\n".join(f"- {line}" for line in found.words()))
+    return "\n\n".join(parts)
+
+
+def ranking(found: Attribution) -> str:
+    head = ("cause", "from, to", *map(_head, found.figures))
+    first = ("**as described**", "", *(f"**{f.show(x)}**" for f, x in zip(found.figures, found.base, strict=True)))
+    rows, quiet = [first], []
+    for row in found.ranking():
+        if row.moves < MATTERS and all(v in QUIET for v in row.verdicts):
+            quiet.append(row.cause)
+            continue
+        ends = " … ".join(e.changes[0].end for e in row.effects if e.changes[0].end)
+        cells = []
+        for k, (f, v) in enumerate(zip(found.figures, row.verdicts, strict=True)):
+            values = " … ".join(f.show(e.values[k]) for e in row.effects)
+            cells.append(f"{values}, {SHORT[v]}")
+        rows.append((f"`{row.cause}`" if ends else row.cause, ends, *cells))
+    out = table(head, rows)
+    return f"{out}\n\nNo effect on any of these figures: {listed([f'`{x}`' for x in quiet])}." if quiet else out
+
+
+def _head(f: Figure) -> str:
+    unit = f", {f.unit}" if f.unit else ""
+    return f"{f.name}{unit}" + (f" ({f.printed})" if f.printed else "")
+
+
+def nearest(found: Attribution) -> str:
+    def cell(k: int, e: Effect) -> str:
+        f = found.figures[k]
+        return f.show(e.values[k]) + (" ✓" if f.gap(e.values[k]) == 0.0 else "")
+
+    rows = [(str(e), *(cell(k, e) for k in range(len(found.figures)))) for e in found.nearest(SHOWN)]
+    return table(("changes", *map(_head, found.figures)), rows)
+
+
+def notes(runs: Mapping[str, Any]) -> str:
+    """What was foreseen of the runs, by name, as a list; a note of several runs once."""
+    by_note: dict[str, list[str]] = {}
+    for name, run in runs.items():
+        for note in filter(None, str(run["notes"].values).split("; ")):
+            by_note.setdefault(note, []).append(name.upper())
+    return "\n".join(f"- {', '.join(names)}: {note}." for note, names in by_note.items()) or "Nothing."
+
+
+def of(
+    runs: Runs, figures: Sequence[Figure], alternatives: Sequence[Alternative] = (), *, pairs: bool = True, evaluate: Evaluate | None = None
+) -> Attribution:
+    """`attribute`; evaluate: numbers of each run, default its summary."""
+    return attribute(runs, figures, alternatives, pairs=pairs, **({} if evaluate is None else {"evaluate": evaluate}))
+
+
+def on_crane(label: str, tables: Mapping[str, Any], *names: str, group: str = "") -> Alternative:
+    """Another crane file for the runs of these names, all unless named."""
+
+    def change(runs: Runs) -> dict[str, Pair]:
+        return {n: (changed(crane, tables), case) if not names or n in names else (crane, case) for n, (crane, case) in runs.items()}
+
+    return Alternative(label, change, group)
+
+
+def on_case(label: str, of_case: Callable[[Crane, Scenario], Mapping[str, Any]], *, group: str = "") -> Alternative:
+    """Another scenario for every run; of_case: the fields that change."""
+
+    def change(runs: Runs) -> dict[str, Pair]:
+        return {n: (crane, case.model_copy(update=dict(of_case(crane, case)))) for n, (crane, case) in runs.items()}
+
+    return Alternative(label, change, group)
+
+
+def lower(a: str, b: str, name: str, label: str, printed: str = "", *, percent: float = 0.0) -> Figure:
+    """By how many per cent a number of run a is below that of run b; printed as at least `percent`."""
+
+    def value(r: Mapping[str, Mapping[str, Any]]) -> float:
+        there = float(r[b][name])
+        return 100.0 * (1.0 - float(r[a][name]) / there) if there > 0.0 else math.nan
+
+    return Figure(label, value, least=percent, unit="%", digits=0, printed=printed or f"{percent:g} % at least")
