@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from blocks import table
 
 from stillhook import Crane, Scenario
 from stillhook.analysis.attribution import MATTERS, Alternative, Attribution, Effect, Evaluate, Figure, Pair, Runs, Verdict, attribute, listed
+from stillhook.analysis.factors import FACTORS
 from stillhook.library import changed
+from stillhook.sea.motion import Motion
 
 SHORT = {
     Verdict.CLOSES: "**closes**",
@@ -24,18 +26,16 @@ QUIET = (Verdict.NONE, Verdict.KEEPS)
 SHOWN = 8
 """Pairs that are shown."""
 RULE = (
-    "Every factor of the [table](uncertainty.md#what-is-drawn) that changes something here is set to both ends of its 95 % range (wider where its "
-    "range does not hold at the working point), every setting that is not printed to its alternatives, one at a time and then every two of them "
-    "together. Numbers are the figure at the lower and the upper end; \"closes\" or \"narrows\" the gap to the print, \"breaks\" or \"keeps\" what "
-    "is as printed; – changes less than a tenth of the gap. Largest effect first. `friction` is that of gears, bearings, sheaves and wire; that of the "
-    "motors is `motor_loss`."
+    "What each [factor](uncertainty.md#what-is-drawn) and each setting that is not printed does to these figures, alone and two together: the figure at the "
+    "lower and the upper end, largest effect first ([how to read it](../how-to/how-sure-is-it.md#5-what-could-be-the-cause)). `friction` is that of gears, "
+    "bearings, sheaves and wire; that of the motors is `motor_loss`."
 )
 
 
 def block(found: Attribution, rule: str = RULE) -> str:
     """The ranking as a table, the nearest pairs, and what both say in sentences."""
     parts = [rule, ranking(found)]
-    if found.pairs and any(f.gap(x) > 0.0 for f, x in zip(found.figures, found.base, strict=True)):
+    if len(found.figures) > 1 and found.pairs and any(f.gap(x) > 0.0 for f, x in zip(found.figures, found.base, strict=True)):
         parts.append("Nearest to print, one change or two:")
         parts.append(nearest(found))
     parts.append("\n".join(f"- {line}" for line in found.words()))
@@ -55,9 +55,13 @@ def ranking(found: Attribution) -> str:
         for k, (f, v) in enumerate(zip(found.figures, row.verdicts, strict=True)):
             values = " … ".join(f.show(e.values[k]) for e in row.effects)
             cells.append(f"{values}, {SHORT[v]}")
-        rows.append((f"`{row.cause}`" if ends else row.cause, ends, *cells))
+        rows.append((_cause(row.cause), ends, *cells))
     out = table(head, rows)
-    return f"{out}\n\nNo effect on any of these figures: {listed([f'`{x}`' for x in quiet])}." if quiet else out
+    return f"{out}\n\nNo effect on any of these figures: {listed(list(map(_cause, quiet)))}." if quiet else out
+
+
+def _cause(name: str) -> str:
+    return f"`{name}`" if name in FACTORS else name
 
 
 def _head(f: Figure) -> str:
@@ -90,20 +94,28 @@ def of(
     return attribute(runs, figures, alternatives, pairs=pairs, **({} if evaluate is None else {"evaluate": evaluate}))
 
 
-def on_crane(label: str, tables: Mapping[str, Any], *names: str, group: str = "") -> Alternative:
-    """Another crane file for the runs of these names, all unless named."""
+def varied(
+    label: str,
+    tables: Mapping[str, Any] | None = None,
+    *,
+    only: Sequence[str] = (),
+    tip: Motion | None = None,
+    more: Mapping[str, Any] | None = None,
+    group: str = "",
+) -> Alternative:
+    """Another crane file (for the runs named in only, all unless named), another tip, and fields of the scenario as texts."""
+    read = Scenario(load="0 t", s_w="0 m", duration="60 s", **more) if more else None
+    fields = {name: getattr(read, name) for name in more or ()} | ({} if tip is None else {"tip": tip})
 
     def change(runs: Runs) -> dict[str, Pair]:
-        return {n: (changed(crane, tables), case) if not names or n in names else (crane, case) for n, (crane, case) in runs.items()}
-
-    return Alternative(label, change, group)
-
-
-def on_case(label: str, of_case: Callable[[Crane, Scenario], Mapping[str, Any]], *, group: str = "") -> Alternative:
-    """Another scenario for every run; of_case: the fields that change."""
-
-    def change(runs: Runs) -> dict[str, Pair]:
-        return {n: (crane, case.model_copy(update=dict(of_case(crane, case)))) for n, (crane, case) in runs.items()}
+        made: dict[int, Crane] = {}
+        for name, (crane, _) in runs.items():
+            if tables and (not only or name in only) and id(crane) not in made:
+                made[id(crane)] = changed(crane, tables)
+        return {
+            name: (made.get(id(crane), crane) if not only or name in only else crane, case.model_copy(update=fields))
+            for name, (crane, case) in runs.items()
+        }
 
     return Alternative(label, change, group)
 
@@ -115,4 +127,4 @@ def lower(a: str, b: str, name: str, label: str, printed: str = "", *, percent: 
         there = float(r[b][name])
         return 100.0 * (1.0 - float(r[a][name]) / there) if there > 0.0 else math.nan
 
-    return Figure(label, value, least=percent, unit="%", digits=0, printed=printed or f"{percent:g} % at least")
+    return Figure(label, value, least=percent, unit="%", digits=0, printed=printed or (f"{percent:g} % at least" if percent else "lower"))

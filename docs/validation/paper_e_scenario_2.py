@@ -29,6 +29,8 @@ OPEN_LOOP_10 = {"active": {"motor": {"variant": "open-loop-feedback", "offset": 
 THREE_TIMES_THE_LEAK = {"active": {"motor": {"C_1": "0.10 L/min/bar", "C_2": "2.6e-5 L/min/bar/(rev/min)"}}}
 HS_BY_RULE = 0.48  # 60 % of NS: "30 % of 60 % of the SWL" at the pressure at which NS holds 30 % of it
 
+HS_TABLES = {"control": {"alpha_hs": HS_BY_RULE}, "active": {"motor": {"alpha_min": HS_BY_RULE}}}
+
 
 class Row(NamedTuple):
     """One variant: what is changed in the crane, the period [s], HS setting if it is not the library's, sensors."""
@@ -113,7 +115,7 @@ def open_loop(runs: causes.Runs) -> causes.Runs:
 
 
 ALTERNATIVES = (
-    causes.on_crane(f"HS {HS_BY_RULE:g}", {"control": {"alpha_hs": HS_BY_RULE}, "active": {"motor": {"alpha_min": HS_BY_RULE}}}, "hs"),
+    causes.varied(f"HS {HS_BY_RULE:g}", HS_TABLES, only=("hs",)),
     Alternative("period 8 s", lambda runs: at(runs, 8.0), "period"),
     Alternative("period 6 s", lambda runs: at(runs, 6.0), "period"),
     Alternative("motors in open loop with feedback", open_loop),

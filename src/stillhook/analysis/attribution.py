@@ -28,6 +28,8 @@ Evaluate = Callable[[Sequence[Pair]], Sequence[Numbers]]
 
 SHARE = 0.95
 """Share of a factor's distribution between its two ends."""
+NAMED = 3
+"""Pairs that are named in a sentence."""
 MATTERS = 0.1
 """Part of a gap, or of the distance to a limit, from which a change of a figure is an effect."""
 
@@ -148,6 +150,13 @@ class Attribution:
                 done.append(effect)
         return done
 
+    def breaking(self, figure: str) -> list[Effect]:
+        """The pairs that take a figure away from what is printed where neither of their changes does it alone."""
+        k = [f.name for f in self.figures].index(figure)
+        f = self.figures[k]
+        alone = {e.changes[0] for e in self.singles if f.gap(e.values[k]) > 0.0}
+        return [e for e in self.pairs if f.gap(e.values[k]) > 0.0 and not alone & set(e.changes)]
+
     def nearest(self, n: int) -> list[Effect]:
         """The n single changes or pairs that leave least of all gaps; a pair has to leave less than each of its changes does."""
         alone = {e.changes[0]: self.missed(e) for e in self.singles}
@@ -187,22 +196,31 @@ class Attribution:
             now = f"{f.name}: {f.show(self.base[k])} {f.unit}".rstrip()
             now += f" (printed: {f.printed})" if f.printed else ""
             if f.gap(self.base[k]) == 0.0:
-                broken = doing[Verdict.BREAKS]
-                out.append(f"{now}, as printed. " + (f"Broken by {listed(broken)}." if broken else "No factor breaks it."))
+                broken, pairs = doing[Verdict.BREAKS], self.breaking(f.name)
+                text = f"Broken by {listed(broken)}." if broken else "Nothing breaks it alone."
+                if self.pairs:
+                    text += f" {_some(pairs)} break it only together." if pairs else " No other pair breaks it."
+                out.append(f"{now}, as printed. {text}")
                 continue
             parts = [f"{v.value.split(' ')[0]} it: {listed(doing[v])}" for v in (Verdict.CLOSES, Verdict.NARROWS) if doing[v]]
             if not doing[Verdict.CLOSES]:
                 parts.insert(0, "nothing closes the gap alone")
                 found = [e for e in self.closing(f.name) if len(e.changes) == 2]
                 if self.pairs:
-                    some = sorted(found, key=self.missed)[:3]
-                    parts.append(f"{len(found)} pairs close it" + (f", such as {'; '.join(map(str, some))}" if found else ""))
+                    parts.append(f"{_some(sorted(found, key=self.missed))} close it" if found else "no pair closes it")
             out.append(f"{now}. {'. '.join(p[0].upper() + p[1:] for p in parts)}.")
-        if len(self.figures) > 1:
+        if len(self.figures) > 1 and any(f.gap(x) > 0.0 for f, x in zip(self.figures, self.base, strict=True)):
             found = sorted(self.closing(), key=lambda e: len(e.changes))
             some = "; ".join(str(e) for e in found[:5])
             out.append(f"All figures at once: {some}." if found else "All figures at once: no single change and no pair of changes.")
         return out
+
+
+def _some(effects: Sequence[Effect]) -> str:
+    """How many pairs, and the first of them."""
+    if len(effects) <= NAMED:
+        return "; ".join(map(str, effects))
+    return f"{len(effects)} pairs (such as {'; '.join(map(str, effects[:NAMED]))})"
 
 
 def listed(names: Sequence[str]) -> str:
@@ -244,7 +262,8 @@ def attribute(
     wanted = [(), *((o,) for o in options)]
     if pairs:
         wanted += [(a, b) for a, b in itertools.combinations(options, 2) if a[0] != b[0] and (a[0], b[0]) not in EXCLUSIVE]
-    made = [_changed(runs, [o[1:] for o in some]) for some in wanted]
+    kept: dict[tuple[str, ...], Runs] = {}
+    made = [_changed(runs, [o[1:] for o in some], kept) for some in wanted]
     found = evaluate([pair for one in made for pair in one.values()])
     rows = [
         tuple(f.value(dict(zip(one, found[i * len(runs) : (i + 1) * len(runs)], strict=True))) for f in figures) for i, one in enumerate(made)
@@ -283,14 +302,14 @@ def _shown(x: float, kind: str) -> str:
     return f"{number(in_display(x, kind), 3)} {KINDS[kind].display}" if kind else f"× {number(x, 3)}"
 
 
-def _changed(runs: Runs, changes: Sequence[tuple[Change, Alternative | None]]) -> dict[str, Pair]:
-    """The runs with some changes: alternatives first, then factors on what they made."""
-    made = dict(runs)
-    for _, alternative in changes:
-        if alternative is not None:
-            made = dict(alternative.change(made))
+def _changed(runs: Runs, changes: Sequence[tuple[Change, Alternative | None]], kept: dict[tuple[str, ...], Runs]) -> Runs:
+    """The runs with some changes: alternatives first, then factors on what they made; kept: what alternatives made before, by their labels."""
+    others = [alternative for _, alternative in changes if alternative is not None]
+    key = tuple(a.label for a in others)
+    if key not in kept:
+        kept[key] = others[-1].change(_changed(runs, [(c, a) for c, a in changes if a is not None and a is not others[-1]], kept)) if others else runs
     drawn = [c for c, alternative in changes if alternative is None]
-    if drawn:
-        values = np.array([[c.value for c in drawn]])
-        made = {name: next(Drawing(*pair, [c.cause for c in drawn]).pairs(values)) for name, pair in made.items()}
-    return made
+    if not drawn:
+        return kept[key]
+    values, names = np.array([[c.value for c in drawn]]), [c.cause for c in drawn]
+    return {name: next(Drawing(*pair, names).pairs(values)) for name, pair in kept[key].items()}
