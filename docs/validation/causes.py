@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
+import xarray
 from blocks import table
 
-from stillhook import Crane, Scenario
-from stillhook.analysis.attribution import MATTERS, Alternative, Attribution, Effect, Evaluate, Figure, Pair, Runs, Verdict, attribute, listed
+from stillhook import Crane, Scenario, simulate
+from stillhook.analysis.attribution import MATTERS, Alternative, Attribution, Effect, Evaluate, Figure, Numbers, Pair, Runs, Verdict, attribute
 from stillhook.analysis.factors import FACTORS
 from stillhook.library import changed
 from stillhook.sea.motion import Motion
@@ -23,6 +24,8 @@ SHORT = {
     Verdict.KEEPS: "keeps",
 }
 QUIET = (Verdict.NONE, Verdict.KEEPS)
+AT_ONCE = 32
+"""Runs with series that are held in memory."""
 SHOWN = 8
 """Pairs that are shown."""
 RULE = (
@@ -57,7 +60,7 @@ def ranking(found: Attribution) -> str:
             cells.append(f"{values}, {SHORT[v]}")
         rows.append((_cause(row.cause), ends, *cells))
     out = table(head, rows)
-    return f"{out}\n\nNo effect on any of these figures: {listed(list(map(_cause, quiet)))}." if quiet else out
+    return f"{out}\n\nNo effect on any of these figures: {'; '.join(map(_cause, quiet))}." if quiet else out
 
 
 def _cause(name: str) -> str:
@@ -94,6 +97,20 @@ def of(
     return attribute(runs, figures, alternatives, pairs=pairs, **({} if evaluate is None else {"evaluate": evaluate}))
 
 
+def from_series(read: Callable[[xarray.Dataset], Numbers], every: str) -> Evaluate:
+    """Numbers that are read off the series of every run, stored with this spacing."""
+
+    def evaluate(pairs: Sequence[Pair]) -> list[Numbers]:
+        out: list[Numbers] = []
+        for k in range(0, len(pairs), AT_ONCE):
+            some = pairs[k : k + AT_ONCE]
+            run = simulate([c for c, _ in some], [s for _, s in some], series=True, every=every)
+            out += [read(run.isel(case=i).sel(time=slice(None, case.duration))) for i, (_, case) in enumerate(some)]
+        return out
+
+    return evaluate
+
+
 def varied(
     label: str,
     tables: Mapping[str, Any] | None = None,
@@ -103,28 +120,28 @@ def varied(
     more: Mapping[str, Any] | None = None,
     group: str = "",
 ) -> Alternative:
-    """Another crane file (for the runs named in only, all unless named), another tip, and fields of the scenario as texts."""
-    read = Scenario(load="0 t", s_w="0 m", duration="60 s", **more) if more else None
+    """Another crane file, another tip, and fields of the scenario as texts, for the runs named in only, all unless named."""
+    read = Scenario(**{"load": "200 t", "s_w": "0 m", "duration": "60 s", **more}) if more else None
     fields = {name: getattr(read, name) for name in more or ()} | ({} if tip is None else {"tip": tip})
 
     def change(runs: Runs) -> dict[str, Pair]:
         made: dict[int, Crane] = {}
-        for name, (crane, _) in runs.items():
-            if tables and (not only or name in only) and id(crane) not in made:
-                made[id(crane)] = changed(crane, tables)
-        return {
-            name: (made.get(id(crane), crane) if not only or name in only else crane, case.model_copy(update=fields))
-            for name, (crane, case) in runs.items()
-        }
+        out = dict(runs)
+        for name in only or runs:
+            crane, case = runs[name]
+            if id(crane) not in made:
+                made[id(crane)] = changed(crane, tables) if tables else crane
+            out[name] = made[id(crane)], case.model_copy(update=fields)
+        return out
 
     return Alternative(label, change, group)
 
 
-def lower(a: str, b: str, name: str, label: str, printed: str = "", *, percent: float = 0.0) -> Figure:
-    """By how many per cent a number of run a is below that of run b; printed as at least `percent`."""
+def lower(a: str, b: str, name: str, label: str, printed: str = "", *, percent: float = 0.0, most: float = math.inf) -> Figure:
+    """By how many per cent a number of run a is below that of run b; printed as at least `percent`, and at most `most`."""
 
     def value(r: Mapping[str, Mapping[str, Any]]) -> float:
         there = float(r[b][name])
         return 100.0 * (1.0 - float(r[a][name]) / there) if there > 0.0 else math.nan
 
-    return Figure(label, value, least=percent, unit="%", digits=0, printed=printed or (f"{percent:g} % at least" if percent else "lower"))
+    return Figure(label, value, least=percent, most=most, unit="%", digits=0, printed=printed or (f"{percent:g} % at least" if percent else "lower"))

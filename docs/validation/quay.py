@@ -18,7 +18,6 @@ from stillhook.units import in_display
 CRANE = load_crane("nov-250t")
 WARM = 40.0  # s
 RING = 0.5  # Hz: above the waves (up to 0.17 Hz), below the circuit's eigenfrequency in any mode (1 to 2 Hz)
-AT_ONCE = 32  # runs with series that are held in memory
 OPEN_LOOP = {"active": {"motor": {"variant": "open-loop-feedback"}}}
 OPEN_LOOP_10 = {"active": {"motor": {"variant": "open-loop-feedback", "offset": 0.1, "hysteresis": 0.06}}}
 OPEN_LOOP_BLIND = {"active": {"motor": {"variant": "open-loop"}}}
@@ -127,15 +126,12 @@ def runs_of(tip: Motion, modes: Sequence[str], duration: float) -> dict[str, cau
     return {m: (CRANE, _case(tip, m, duration, {})) for m in modes}
 
 
-def oscillations(pairs: Sequence[causes.Pair]) -> list[dict[str, float]]:
-    """Oscillation above 0.5 Hz of speed and pressure of every run, rms [m/s, Pa]."""
-    out = []
-    for k in range(0, len(pairs), AT_ONCE):
-        some = pairs[k : k + AT_ONCE]
-        run = simulate([c for c, _ in some], [s for _, s in some], series=True, every="0.02 s")
-        one = [run.isel(case=i) for i in range(len(some))]
-        out += [{name: rms_above(r, name, frequency=RING, start=WARM) for name in ("v_w", "p_a")} for r in one]
-    return out
+def _oscillation(run: xarray.Dataset) -> dict[str, float]:
+    return {name: rms_above(run, name, frequency=RING, start=WARM) for name in ("v_w", "p_a")}
+
+
+oscillations = causes.from_series(_oscillation, "0.02 s")
+"""Oscillation above 0.5 Hz of speed and pressure of every run, rms [m/s, Pa]."""
 
 
 HEAD = ("", "`v_w` above 0.5 Hz, rms", "`p_a` above 0.5 Hz, rms", "error p-p", "highest `p_a`", "pumps", "least `alpha_m`")

@@ -28,6 +28,8 @@ Evaluate = Callable[[Sequence[Pair]], Sequence[Numbers]]
 
 SHARE = 0.95
 """Share of a factor's distribution between its two ends."""
+LISTED = 8
+"""Causes that are named in a sentence; a ranking has them all."""
 NAMED = 3
 """Pairs that are named in a sentence."""
 MATTERS = 0.1
@@ -199,7 +201,7 @@ class Attribution:
                 broken, pairs = doing[Verdict.BREAKS], self.breaking(f.name)
                 text = f"Broken by {listed(broken)}." if broken else "Nothing breaks it alone."
                 if self.pairs:
-                    text += f" {_some(pairs)} break it only together." if pairs else " No other pair breaks it."
+                    text += f" Only together: {_some(pairs)}." if pairs else " No other pair does."
                 out.append(f"{now}, as printed. {text}")
                 continue
             parts = [f"{v.value.split(' ')[0]} it: {listed(doing[v])}" for v in (Verdict.CLOSES, Verdict.NARROWS) if doing[v]]
@@ -207,7 +209,7 @@ class Attribution:
                 parts.insert(0, "nothing closes the gap alone")
                 found = [e for e in self.closing(f.name) if len(e.changes) == 2]
                 if self.pairs:
-                    parts.append(f"{_some(sorted(found, key=self.missed))} close it" if found else "no pair closes it")
+                    parts.append(f"pairs that close it: {_some(sorted(found, key=self.missed))}" if found else "no pair closes it")
             out.append(f"{now}. {'. '.join(p[0].upper() + p[1:] for p in parts)}.")
         if len(self.figures) > 1 and any(f.gap(x) > 0.0 for f, x in zip(self.figures, self.base, strict=True)):
             found = sorted(self.closing(), key=lambda e: len(e.changes))
@@ -220,12 +222,12 @@ def _some(effects: Sequence[Effect]) -> str:
     """How many pairs, and the first of them."""
     if len(effects) <= NAMED:
         return "; ".join(map(str, effects))
-    return f"{len(effects)} pairs (such as {'; '.join(map(str, effects[:NAMED]))})"
+    return f"{'; '.join(map(str, effects[:NAMED]))} and {len(effects) - NAMED} more"
 
 
 def listed(names: Sequence[str]) -> str:
-    """Names in a sentence: "a, b and c"."""
-    return " and ".join(names) if len(names) < 3 else f"{', '.join(names[:-1])} and {names[-1]}"
+    """Names in a sentence, which may hold commas themselves: "a; b; c and 4 more"."""
+    return "; ".join(names) if len(names) <= LISTED else f"{'; '.join(names[:LISTED])} and {len(names) - LISTED} more"
 
 
 def attribute(
@@ -244,7 +246,8 @@ def attribute(
     runs: crane and scenario by name; one change holds for all of them. figures: numbers of these runs with what is printed of each.
     alternatives: other settings that the print allows. uncertainty: default every factor of the table that changes something in one of the
     runs, also those that are not drawn by default unless they count a thing twice. A factor's ends hold 95 % of its distribution; where
-    its distribution does not hold at the working point of a run, they are wider (`Factor.outside`). pairs: False leaves the pairs out.
+    its distribution does not hold at the working point of a run, they are wider (`Factor.outside`). pairs: False leaves the pairs out; two
+    alternatives that make no crane together are no pair.
     evaluate: numbers of each run, default its summary.
 
     Errors: SpecError, ScenarioError of one line.
@@ -263,12 +266,20 @@ def attribute(
     if pairs:
         wanted += [(a, b) for a, b in itertools.combinations(options, 2) if a[0] != b[0] and (a[0], b[0]) not in EXCLUSIVE]
     kept: dict[tuple[str, ...], Runs] = {}
-    made = [_changed(runs, [o[1:] for o in some], kept) for some in wanted]
+    made, possible = [], []
+    for some in wanted:
+        try:
+            made.append(_changed(runs, [o[1:] for o in some], kept))
+        except SpecError:
+            if len(some) < 2:
+                raise
+            continue
+        possible.append(some)
     found = evaluate([pair for one in made for pair in one.values()])
     rows = [
         tuple(f.value(dict(zip(one, found[i * len(runs) : (i + 1) * len(runs)], strict=True))) for f in figures) for i, one in enumerate(made)
     ]
-    effects = [Effect(tuple(o[1] for o in some), values) for some, values in zip(wanted, rows, strict=True)]
+    effects = [Effect(tuple(o[1] for o in some), values) for some, values in zip(possible, rows, strict=True)]
     n = len(options)
     return Attribution(tuple(figures), rows[0], tuple(effects[1 : n + 1]), tuple(effects[n + 1 :]))
 
