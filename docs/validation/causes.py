@@ -29,15 +29,15 @@ AT_ONCE = 32
 SHOWN = 8
 """Pairs that are shown."""
 RULE = (
-    "What each [factor](uncertainty.md#what-is-drawn) and each setting that is not printed does to these figures, alone and two together: the figure at the "
-    "lower and the upper end, largest effect first ([how to read it](../how-to/how-sure-is-it.md#5-what-could-be-the-cause)). `friction` is that of gears, "
-    "bearings, sheaves and wire; that of the motors is `motor_loss`."
+    "What each [factor](uncertainty.md#what-is-drawn) and each setting that is not printed does to these figures{pairs}: the figure at the lower and the upper "
+    "end, largest effect first ([how to read it](../how-to/how-sure-is-it.md#5-what-could-be-the-cause)). `friction` is that of gears, bearings, sheaves and "
+    "wire; that of the motors is `motor_loss`."
 )
 
 
 def block(found: Attribution, rule: str = RULE) -> str:
     """The ranking as a table, the nearest pairs, and what both say in sentences."""
-    parts = [rule, ranking(found)]
+    parts = [rule.format(pairs=", alone and two together" if found.pairs else ", one at a time"), ranking(found)]
     if len(found.figures) > 1 and found.pairs and any(f.gap(x) > 0.0 for f, x in zip(found.figures, found.base, strict=True)):
         parts.append("Nearest to print, one change or two:")
         parts.append(nearest(found))
@@ -86,7 +86,7 @@ def notes(runs: Mapping[str, Any]) -> str:
     by_note: dict[str, list[str]] = {}
     for name, run in runs.items():
         for note in filter(None, str(run["notes"].values).split("; ")):
-            by_note.setdefault(note, []).append(name.upper())
+            by_note.setdefault(note, []).append(name)
     return "\n".join(f"- {', '.join(names)}: {note}." for note, names in by_note.items()) or "Nothing."
 
 

@@ -109,7 +109,7 @@ def compute() -> tuple[dict[str, str], dict[str, tuple[str, str, str]], dict[str
             ),
             "The same for the oscillations, one change at a time.",
         ),
-        "notes": causes.notes({m: f.run for m, f in base.items()}),
+        "notes": causes.notes({m.upper(): f.run for m, f in base.items()}),
         "claims": claims_table(said),
         "frequencies": f"The circuit's eigenfrequency: {rings}.",
         "numbers": table(HEAD, [numbers(m, f) for m, f in base.items()]),

@@ -199,7 +199,7 @@ def compute() -> tuple[dict[str, str], dict[str, tuple[str, str, str]], dict[str
     blocks = {
         "claims": claims_table(found),
         "causes": causes.block(attribution()),
-        "notes": causes.notes(runs),
+        "notes": causes.notes({m.upper(): one for m, one in runs.items()}),
         "peak": f"Tip: {60.0 * v:.1f} m/min at most, {v * PERIOD / (2.0 * math.pi):.3f} m of amplitude, {PERIOD:g} s.",
         "numbers": table(head, numbers),
         "sensitivity": table(wide, [variant(r) for r in ROWS]),

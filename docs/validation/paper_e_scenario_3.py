@@ -99,7 +99,7 @@ def compute() -> tuple[dict[str, str], dict[str, tuple[str, str, str]], dict[str
             causes.of(runs, figures({"v_w": "`v_w` above 0.5 Hz", "p_a": "`p_a` above 0.5 Hz"}), other, pairs=False, evaluate=oscillations),
             "The same for the oscillations, one change at a time.",
         ),
-        "notes": causes.notes({m: f.run for m, f in base.items()}),
+        "notes": causes.notes({m.upper(): f.run for m, f in base.items()}),
         "claims": claims_table(said),
         "tip": f"Tip: {fastest(TIP):.1f} m/min at most; {fastest(sea(0.5)):.1f} m/min if the printed amplitudes are heights.",
         "numbers": table(HEAD, [numbers(m, f) for m, f in base.items()]),

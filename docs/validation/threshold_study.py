@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
+import causes
 import numpy as np
 from batch import Numbers, side_by_side, sine
 from blocks import claims_table, percent, save, table, verdict
@@ -109,6 +110,36 @@ def variant(row: Row) -> tuple[object, ...]:
     return (row.label, *(f"{e:.1f}" for e in (*slow, *usual, *fast, *worst)))
 
 
+def setting(row: Row) -> causes.Alternative:
+    """A row as a setting that may be otherwise."""
+    more = {} if row.load == LOADS[0] else {"load": row.load[0], "s_w": row.load[1]}
+    more |= {} if row.mode == "ssc" else {"mode": row.mode}
+    group = next((g for g in ("motors at", "`K_2`") if row.label.startswith(g)), "load" if "load" in more else "")
+    return causes.varied(row.label, row.changes, more=more, group=group)
+
+
+def attribution() -> causes.Attribution:
+    """What the comparison of thresholds depends on, one change at a time."""
+    cranes = {u: at(CRANE, u) for u in FEW_THRESHOLDS}
+    keys = [(u, v, T) for u in FEW_THRESHOLDS for v in FEW_SPEEDS for T in FEW_PERIODS]
+    runs = {f"{u} {v:g} {T:g}": (cranes[u], case(*LOADS[0], v, T)) for u, v, T in keys}
+
+    def change(new: float, old: float, speeds: Sequence[float]) -> Any:
+        def mean(r: Mapping[str, Numbers], u: float) -> float:
+            return float(np.mean([r[f"{u} {v:g} {T:g}"]["e_c_pp"] for v in speeds for T in FEW_PERIODS]))
+
+        return lambda r: 100.0 * (mean(r, new) / mean(r, old) - 1.0)
+
+    low, usual, high = FEW_THRESHOLDS
+    v = FEW_SPEEDS[-1]
+    figures = [
+        causes.Figure(f"error, {usual} over {low}", change(usual, low, FEW_SPEEDS), most=0.0, unit="%", printed="better"),
+        causes.Figure(f"the same at {v:g} m/min", change(usual, low, (v,)), most=0.0, unit="%", printed="better"),
+        causes.Figure(f"error, {high} over {usual}, {v:g} m/min", change(high, usual, (v,)), 0.0, unit="%", printed="not examined; here worse"),
+    ]
+    return causes.of(runs, figures, [setting(r) for r in ROWS[1:]], pairs=False)
+
+
 def saturated(g: Grid, u_thr: float) -> float:
     """Part of the time with full pumps in the worst case [-]."""
     one = g.runs[u_thr, V_WORST, T_WORST]
@@ -202,6 +233,7 @@ def compute() -> tuple[dict[str, str], dict[str, tuple[str, str, str]], dict[str
     )  # fmt: skip
     head_varied = ("variant", *(f"{v:g}: {u}" for v in FEW_SPEEDS for u in FEW_THRESHOLDS), *(f"6 s, 100: {u}" for u in FEW_THRESHOLDS))
     blocks = {
+        "causes": causes.block(attribution()),
         "claims": claims_table(told),
         "times": table(head_times, times(loaded)),
         "errors": table(("`u_thr`", *(f"100 t: {v}" for v in speeds), *(f"empty: {v}" for v in speeds)), errors(found)),

@@ -67,7 +67,7 @@ def test_every_set_of_the_library_is_read_with_its_sources_and_written_back_alik
     item = load_set(name)
     assert isinstance(item, FrictionSet if name in frictions() else LossSet)
     spec = item.system if isinstance(item, FrictionSet) else item.motor
-    assert all(place in item.sources for place in type(spec).model_fields if place != "loss")
+    assert all(place in item.sources for place in type(spec).model_fields if place != "loss" and getattr(spec, place) is not None)
     again = load_set(save_set(item, tmp_path / f"{name}.toml"))
     assert again == item
 
