@@ -25,6 +25,7 @@ PERIODS = (6.0, 8.0, 10.0, 12.0, 14.0)  # s
 LOADS = (("100 t", "100 m"), ("0 t", "100 m"))  # load, wire out
 V_WORST, T_WORST = 110.0, 6.0  # m/min, s: paper E's worst case, and the shortest period that the crane was to handle
 TRIED, PREFERRED = 0.4, 0.6
+BETTER = 2.0  # %: from which one threshold is called better than another
 K_2 = gains(CRANE).K_2
 FloatArray = NDArray[np.float64]
 
@@ -133,8 +134,8 @@ def attribution() -> causes.Attribution:
     low, usual, high = FEW_THRESHOLDS
     v = FEW_SPEEDS[-1]
     figures = [
-        causes.Figure(f"error, {usual} over {low}", change(usual, low, FEW_SPEEDS), most=0.0, unit="%", printed="better"),
-        causes.Figure(f"the same at {v:g} m/min", change(usual, low, (v,)), most=0.0, unit="%", printed="better"),
+        causes.Figure(f"error, {usual} over {low}", change(usual, low, FEW_SPEEDS), most=-BETTER, unit="%", printed="better: by 2 at least"),
+        causes.Figure(f"the same at {v:g} m/min", change(usual, low, (v,)), most=-BETTER, unit="%", printed="the same"),
         causes.Figure(f"error, {high} over {usual}, {v:g} m/min", change(high, usual, (v,)), 0.0, unit="%", printed="not examined; here worse"),
     ]
     return causes.of(runs, figures, [setting(r) for r in ROWS[1:]], pairs=False)
@@ -205,7 +206,7 @@ def claims(loaded: Grid, empty: Grid) -> dict[str, tuple[str, str, str]]:
             "yes, no number",
             f"error {percent(change[0], sign=True)} with 100 t, {percent(change[1], sign=True)} with none; "
             f"with 100 t {percent(slow, sign=True)} at 50 m/min and {percent(worst, sign=True)} at 110 m/min and 6 s",
-            verdict(max(change) < -0.02, "at low speed and in the worst case only"),
+            verdict(max(change) < -0.01 * BETTER, "at low speed and in the worst case only"),
         ),
         "the largest `u_thr` need the fastest motors": (
             "yes",

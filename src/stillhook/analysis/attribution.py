@@ -214,7 +214,8 @@ class Attribution:
         if len(self.figures) > 1 and any(f.gap(x) > 0.0 for f, x in zip(self.figures, self.base, strict=True)):
             found = sorted(self.closing(), key=lambda e: len(e.changes))
             some = "; ".join(str(e) for e in found[:5])
-            out.append(f"All figures at once: {some}." if found else "All figures at once: no single change and no pair of changes.")
+            none = f"no single change{' and no pair of changes' if self.pairs else ''}"
+            out.append(f"All figures at once: {some if found else none}.")
         return out
 
 
