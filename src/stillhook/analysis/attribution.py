@@ -259,10 +259,7 @@ def attribute(
     ends = list(_ends(known, runs))
     options: list[tuple[str, Change, Alternative | None]] = [(c.cause, c, None) for c in ends]
     options += [(a.group or a.label, Change(a.label, "", math.nan), a) for a in alternatives]
-    for crane, case in runs.values():
-        for name in {c.cause: None for c in ends}:
-            values = np.array([[c.value] for c in ends if c.cause == name])
-            Drawing(crane, case, [name]).check_ends(values)
+    _check_ends(ends, runs)
     wanted = [(), *((o,) for o in options)]
     if pairs:
         wanted += [(a, b) for a, b in itertools.combinations(options, 2) if a[0] != b[0] and (a[0], b[0]) not in EXCLUSIVE]
@@ -307,6 +304,16 @@ def _ends(known: Uncertainty, runs: Runs) -> Iterator[Change]:
             low, high = min(low, outside[0]), max(high, outside[1])
         for x in (low, high):
             yield Change(name, _shown(x, f.kind), x)
+
+
+def _check_ends(ends: Sequence[Change], runs: Runs) -> None:
+    """Refuse a factor one of whose ends makes no crane or no scenario, by its name; a crane of several runs is looked at once."""
+    seen: set[int] = set()
+    for crane, case in runs.values():
+        for name in dict.fromkeys(c.cause for c in ends):
+            values = np.array([[c.value] for c in ends if c.cause == name])
+            Drawing(crane, case, [name]).check_ends(values, crane=id(crane) not in seen)
+        seen.add(id(crane))
 
 
 def _shown(x: float, kind: str) -> str:
