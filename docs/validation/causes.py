@@ -10,7 +10,18 @@ import xarray
 from blocks import table
 
 from stillhook import Crane, Scenario, simulate
-from stillhook.analysis.attribution import MATTERS, Alternative, Attribution, Effect, Evaluate, Figure, Numbers, Pair, Runs, Verdict, attribute
+from stillhook.analysis.attribution import (
+    MATTERS,
+    Alternative,
+    Attribution,
+    Effect,
+    Evaluate,
+    Figure,
+    Numbers,
+    Pair,
+    Runs,
+    Verdict,
+)
 from stillhook.analysis.factors import FACTORS
 from stillhook.library import changed
 from stillhook.sea.motion import Motion
@@ -29,9 +40,9 @@ AT_ONCE = 32
 SHOWN = 8
 """Pairs that are shown."""
 RULE = (
-    "What each [factor](uncertainty.md#what-is-drawn) and each setting that is not printed does to these figures{pairs}: the figure at the lower and the upper "
-    "end, largest effect first ([how to read it](../how-to/how-sure-is-it.md#5-what-could-be-the-cause)). `friction` is that of gears, bearings, sheaves and "
-    "wire; that of the motors is `motor_loss`."
+    "What each [factor](uncertainty.md#what-is-drawn) and each setting that is not printed does to these figures{pairs}: the figure at the "
+    "lower and the upper end, largest effect first ([how to read it](../how-to/how-sure-is-it.md#5-what-could-be-the-cause)). `friction` "
+    "is that of gears, bearings, sheaves and wire; that of the motors is `motor_loss`."
 )
 
 
@@ -90,13 +101,6 @@ def notes(runs: Mapping[str, Any]) -> str:
     return "\n".join(f"- {', '.join(names)}: {note}." for note, names in by_note.items()) or "Nothing."
 
 
-def of(
-    runs: Runs, figures: Sequence[Figure], alternatives: Sequence[Alternative] = (), *, pairs: bool = True, evaluate: Evaluate | None = None
-) -> Attribution:
-    """`attribute`; evaluate: numbers of each run, default its summary."""
-    return attribute(runs, figures, alternatives, pairs=pairs, **({} if evaluate is None else {"evaluate": evaluate}))
-
-
 def from_series(read: Callable[[xarray.Dataset], Numbers], every: str) -> Evaluate:
     """Numbers that are read off the series of every run, stored with this spacing."""
 
@@ -144,4 +148,6 @@ def lower(a: str, b: str, name: str, label: str, printed: str = "", *, percent: 
         there = float(r[b][name])
         return 100.0 * (1.0 - float(r[a][name]) / there) if there > 0.0 else math.nan
 
-    return Figure(label, value, least=percent, most=most, unit="%", digits=0, printed=printed or (f"{percent:g} % at least" if percent else "lower"))
+    return Figure(
+        label, value, least=percent, most=most, unit="%", digits=0, printed=printed or (f"{percent:g} % at least" if percent else "lower")
+    )

@@ -174,7 +174,7 @@ def attribution() -> causes.Attribution:
         causes.varied("lines of 160 L instead of 80 L", {"active": {"line": {"V": "160 L"}}}),
         causes.varied("motion signal 0.1 s late", more={"sensors": {"delay": "0.1 s"}}, group="delay"),
     ]
-    return causes.of(runs, figures, settings, pairs=False)
+    return causes.attribute(runs, figures, settings, pairs=False)
 
 
 def compute() -> tuple[dict[str, str], dict[str, tuple[str, str, str]], Any]:

@@ -108,7 +108,7 @@ LEADS = (0.5, 1.0, 1.5, 2.0, 2.5)  # K_2 of the derived
 
 
 def setting(row: Row) -> causes.Alternative:
-    """A row as a setting that may be otherwise; the gains stay those of the run, and speed and load those of the measurement where there is one."""
+    """A row as a setting that may be otherwise; gains stay those of the run, speed and load those of the measurement, if there is one."""
     tip = sine(row.speed / 60.0, row.period) if (row.speed, row.period) != (SPEED, PERIOD) else None
     sensors = {"sensors": {"delay": f"{row.delay} s"}} if row.delay else {}
     load = {"load": row.load, "s_w": row.s_w} if row.load != "100 t" else {}
@@ -133,17 +133,28 @@ def attribution() -> causes.Attribution:
     def at(k_1: float, k_2: float) -> causes.Pair:
         return changed(CRANE, {"control": {"K_1": f"{k_1 * IDEAL.K_1!r} s/m", "K_2": f"{k_2 * IDEAL.K_2!r} s^2/m"}}), case
 
-    runs = {"printed": (at(PRINTED / IDEAL.K_1, 1.0)[0], measured)} | {f"K_1 {k:g}": at(k, 1.0) for k in LOOKED_AT} | {f"K_2 {k:g}": at(1.025, k) for k in LEADS}
+    runs = (
+        {"printed": (at(PRINTED / IDEAL.K_1, 1.0)[0], measured)}
+        | {f"K_1 {k:g}": at(k, 1.0) for k in LOOKED_AT}
+        | {f"K_2 {k:g}": at(1.025, k) for k in LEADS}
+    )
 
     def least(name: str, ks: tuple[float, ...]) -> Any:
         return lambda r: min(ks, key=lambda k: float(r[f"{name} {k:g}"]["e_c_pp"]))
 
     figures = [
-        causes.Figure(f"error with {PRINTED} s/m, scenario 2", lambda r: CM * r["printed"]["e_c_pp"], most=MEASURED, unit="cm", digits=0, printed="20 at most"),
+        causes.Figure(
+            f"error with {PRINTED} s/m, scenario 2",
+            lambda r: CM * r["printed"]["e_c_pp"],
+            most=MEASURED,
+            unit="cm",
+            digits=0,
+            printed="20 at most",
+        ),
         causes.Figure("best `K_1` over the derived", least("K_1", LOOKED_AT), 0.95, 1.05, digits=3, printed="within 5 %"),
         causes.Figure("best `K_2` over the derived", least("K_2", LEADS), 1.0, printed="the derived or more"),
     ]
-    return causes.of(runs, figures, [setting(r) for r in ROWS[1:] if r.label != "the same, 6 s"], pairs=False)
+    return causes.attribute(runs, figures, [setting(r) for r in ROWS[1:] if r.label != "the same, 6 s"], pairs=False)
 
 
 def lag_asked(delay: float) -> float:

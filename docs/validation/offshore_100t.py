@@ -235,7 +235,9 @@ def off(r: Mapping[str, Numbers]) -> float:
 
 
 FIGURES = (
-    causes.Figure("off the motors at 0.3", lambda r: D_M * (1.0 - r["ssc"]["alpha_m_min"]), 90.0, 110.0, unit="cm³/rev", digits=0, printed="about 100"),
+    causes.Figure(
+        "off the motors at 0.3", lambda r: D_M * (1.0 - r["ssc"]["alpha_m_min"]), 90.0, 110.0, unit="cm³/rev", digits=0, printed="about 100"
+    ),
     causes.Figure("off at 0.6", lambda r: D_M * (1.0 - r["usual"]["alpha_m_min"]), most=1.0, unit="cm³/rev", digits=0, printed="none"),
     causes.Figure("pressure above boost, SSC below NS", off, 0.0, unit="%", digits=0, printed="lower"),
     causes.lower("ssc", "ns", "e_c_pp", "error, SSC below NS", "lower"),
@@ -246,7 +248,7 @@ def attribution(v: float) -> causes.Attribution:
     """What the figures depend on, at the tip's peak speed [m/s] with which SSC takes 100 cm^3/rev off the motors."""
     tip = BASE.tip(v)
     runs = {"ns": (BASE.crane(), case(tip, "ns")), "usual": (BASE.crane(), case(tip, "ssc")), "ssc": (BASE.crane(U_THR), case(tip, "ssc"))}
-    return causes.of(runs, FIGURES, alternatives(v))
+    return causes.attribute(runs, FIGURES, alternatives(v))
 
 
 def compute() -> tuple[dict[str, str], dict[str, tuple[str, str, str]], dict[str, xarray.Dataset]]:

@@ -176,7 +176,9 @@ def geared_alternative(i_hD: float) -> causes.Alternative:
 
 def less(name: str, label: str, printed: float, within: float) -> causes.Figure:
     """How far below classic the new controller is, in per cent; printed as about so much."""
-    return causes.lower("new", "hs", name, label, f"about {100.0 * printed:.0f}", percent=100.0 * (printed - within), most=100.0 * (printed + within))
+    return causes.lower(
+        "new", "hs", name, label, f"about {100.0 * printed:.0f}", percent=100.0 * (printed - within), most=100.0 * (printed + within)
+    )
 
 
 FIGURES = (
@@ -190,7 +192,7 @@ FIGURES = (
 def attribution() -> causes.Attribution:
     """What brings the printed figures about; one beat of the wave."""
     runs = {name: (CRANE, case(mode, BASE, duration="108 s")) for name, mode in (("hs", "hs"), ("new", "ssc-cubic"))}
-    return causes.of(runs, FIGURES, alternatives())
+    return causes.attribute(runs, FIGURES, alternatives())
 
 
 def cm(one: xarray.Dataset, name: str) -> str:

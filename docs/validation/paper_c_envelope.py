@@ -119,7 +119,7 @@ def claims_c() -> dict[str, tuple[str, str, str]]:
         "C fig. 4: HS reaches 90 m/min with 90 t": (
             "90 m/min",
             f"{mpm(hs)} m/min; {mpm(on_wire)} without leakage, {mpm(ideal_hs)} on the outer diameter",
-            f"{percent(1.0 - 60.0 * hs / PRINTED_HS)} less: leakage",
+            f"{percent(1.0 - 60.0 * hs / PRINTED_HS)} less",
         ),
         "C fig. 4: the winch can go substantially faster than NS": (
             "yes", f"{mpm(any_)} against {mpm(ns)} m/min", verdict(any_ > 1.15 * ns, "not reproduced")
@@ -127,7 +127,7 @@ def claims_c() -> dict[str, tuple[str, str, str]]:
         "C: loads above 90 t get up to 30 % more speed": (
             "+30 %",
             f"{percent(most, sign=True)} (cubic SSC), machine {percent(machine, sign=True)}; {percent(ideal, sign=True)} without leakage",
-            verdict(most > 0.29, "less: leakage"),
+            verdict(most > 0.29, "less than printed"),
         ),
         "C fig. 4: the range is that of NS and a triangle": (
             "meets NS at the SWL",
@@ -216,7 +216,7 @@ def attribution() -> causes.Attribution:
     groups = ("NS", "HS", "least", "motors and pumps")
     settings = [causes.varied(r.label, r.changes, group=next((g for g in groups if r.label.startswith(g)), "")) for r in ROWS[1:]]
     runs = {"crane": (C150, Scenario(load="90 t", s_w="100 m", duration="60 s"))}
-    return causes.of(runs, figures, settings, pairs=False, evaluate=speeds)
+    return causes.attribute(runs, figures, settings, pairs=False, evaluate=speeds)
 
 
 def compute() -> tuple[dict[str, str], dict[str, tuple[str, str, str]], dict[str, Any]]:

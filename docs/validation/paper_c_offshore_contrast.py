@@ -167,7 +167,9 @@ def oscillation(run: xarray.Dataset) -> dict[str, float]:
 def attribution() -> causes.Attribution:
     """What the contrast depends on; one beat of the sea."""
     figures = [
-        causes.Figure(label, lambda r, n=name: 100.0 * (r["low"][n] / r["high"][n] - 1.0), 100.0 * MORE, unit="%", digits=0, printed=printed)
+        causes.Figure(
+            label, lambda r, n=name: 100.0 * (r["low"][n] / r["high"][n] - 1.0), 100.0 * MORE, unit="%", digits=0, printed=printed
+        )
         for name, label, printed in (
             ("p_a", "`p_a` above 0.5 Hz, low over high", "significantly: 25 at least"),
             ("p_b", "`p_b` above 0.5 Hz", "the same"),
@@ -176,7 +178,7 @@ def attribution() -> causes.Attribution:
     ]
     rows = [causes.varied(r.label, r.changes, tip=r.tip, more=r.more, group="tip" if r.tip else "") for r in ROWS[1:]]
     runs = {"low": (CRANE, case(ROWS[0], LOW, 1.0)), "high": (CRANE, case(ROWS[0], HIGH, 1.0))}
-    return causes.of(runs, figures, rows, pairs=False, evaluate=causes.from_series(oscillation, "0.02 s"))
+    return causes.attribute(runs, figures, rows, pairs=False, evaluate=causes.from_series(oscillation, "0.02 s"))
 
 
 def variant(row: Row) -> tuple[object, ...]:

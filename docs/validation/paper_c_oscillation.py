@@ -317,11 +317,14 @@ def attribution() -> causes.Attribution:
     ]
     large, small = max(THEIRS), min(THEIRS)
     ratio = causes.Figure(
-        f"decay, {large} over {small}", lambda r: r[f"thrown {large}"]["decay"] / r[f"thrown {small}"]["decay"], 1.0, printed="falls: above 1"
+        f"decay, {large} over {small}",
+        lambda r: r[f"thrown {large}"]["decay"] / r[f"thrown {small}"]["decay"],
+        1.0,
+        printed="falls: above 1",
     )
     runs = {name: (CRANE, case) for name, case in both(ROWS[0]).items()}
     evaluate = causes.from_series(read, "0.01 s")
-    return causes.of(runs, [*figures, ratio], [alternative(r) for r in ROWS[1:]], pairs=False, evaluate=evaluate)
+    return causes.attribute(runs, [*figures, ratio], [alternative(r) for r in ROWS[1:]], pairs=False, evaluate=evaluate)
 
 
 def variant(row: Row) -> tuple[object, ...]:

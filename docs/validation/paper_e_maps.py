@@ -260,7 +260,9 @@ def settings(rows: Sequence[Row]) -> list[causes.Alternative]:
     """Rows that change the crane, as settings that may be otherwise."""
     groups = ("friction", "NS", "`K_")
     return [
-        causes.varied(r.label, r.changes, group=next((g for g in groups if r.label.startswith(g)), "")) for r in rows if r.changes and not r.asked
+        causes.varied(r.label, r.changes, group=next((g for g in groups if r.label.startswith(g)), ""))
+        for r in rows
+        if r.changes and not r.asked
     ]
 
 
@@ -278,7 +280,7 @@ def attribution() -> causes.Attribution:
     ]
     figures.append(causes.Figure("map that SSC covers", lambda r: medians(r)["covered"], 100.0, unit="%", digits=0, printed="all"))
     runs = {str(i): pair for i, pair in enumerate(zip(CELLS.cranes, CELLS.cases, strict=True))}
-    return causes.of(runs, figures, [*(of_period(T) for T in (6.0, 8.0, 16.0)), *settings(MAP_ROWS)], pairs=False)
+    return causes.attribute(runs, figures, [*(of_period(T) for T in (6.0, 8.0, 16.0)), *settings(MAP_ROWS)], pairs=False)
 
 
 def settled(pairs: Sequence[causes.Pair]) -> list[dict[str, float]]:
@@ -298,7 +300,7 @@ def settling_attribution() -> causes.Attribution:
         causes.Figure("around 80 m/min", lambda r: r["crane"]["around"], most=0.0, unit="%", digits=0, printed="better"),
     ]
     run = {"crane": (CRANE, Scenario(load="150 t", s_w="149 m", mode="ssc", duration="60 s"))}
-    return causes.of(run, figures, settings(STEP_ROWS), pairs=False, evaluate=settled)
+    return causes.attribute(run, figures, settings(STEP_ROWS), pairs=False, evaluate=settled)
 
 
 def compute() -> tuple[dict[str, str], dict[str, tuple[str, str, str]], dict[str, Map]]:

@@ -141,13 +141,27 @@ def attribution() -> causes.Attribution:
     figures = []
     for T, _ in PATTERNS:
         figures += [
-            causes.Figure(f"error, open loop over closed, {T:g} s", off("open", "closed", T), most=AFFECTED / 5.0, unit="%", digits=0, printed="not affected"),
-            causes.Figure(f"without feedback over with, {T:g} s", off("blind", "open", T), AFFECTED, unit="%", digits=0, printed="affected"),
             causes.Figure(
-                f"pumps, {T:g} s", lambda r, T=T: 100.0 * r[f"open {T:g}"]["alpha_p_max"], most=100.0 * EASILY, unit="%", digits=0, printed="easily met"
+                f"error, open loop over closed, {T:g} s",
+                off("open", "closed", T),
+                most=AFFECTED / 5.0,
+                unit="%",
+                digits=0,
+                printed="not affected",
+            ),
+            causes.Figure(
+                f"without feedback over with, {T:g} s", off("blind", "open", T), AFFECTED, unit="%", digits=0, printed="affected"
+            ),
+            causes.Figure(
+                f"pumps, {T:g} s",
+                lambda r, T=T: 100.0 * r[f"open {T:g}"]["alpha_p_max"],
+                most=100.0 * EASILY,
+                unit="%",
+                digits=0,
+                printed="easily met",
             ),
         ]
-    return causes.of(runs, figures, [setting(v) for v in ROWS[1:]])
+    return causes.attribute(runs, figures, [setting(v) for v in ROWS[1:]])
 
 
 class Followed(NamedTuple):

@@ -88,7 +88,11 @@ def claims(f: Mapping[str, Found]) -> dict[str, tuple[str, str, str]]:
 
 def figures(names: Mapping[str, str], least: float, printed: str) -> list[Figure]:
     """SSC below NS and below HS, in per cent; names: number of the summary -> what it is."""
-    return [causes.lower("ssc", other, name, f"{label}: SSC below {other.upper()}", printed, percent=least) for name, label in names.items() for other in ("ns", "hs")]
+    return [
+        causes.lower("ssc", other, name, f"{label}: SSC below {other.upper()}", printed, percent=least)
+        for name, label in names.items()
+        for other in ("ns", "hs")
+    ]
 
 
 def compute() -> tuple[dict[str, str], dict[str, tuple[str, str, str]], dict[str, xarray.Dataset]]:
@@ -102,10 +106,14 @@ def compute() -> tuple[dict[str, str], dict[str, tuple[str, str, str]], dict[str
     wide = ("variant: NS / HS / SSC", "`v_w` above 0.5 Hz, m/min", "`p_a` above 0.5 Hz, bar", "error p-p, cm", "highest `p_a`, bar")
     runs, other = runs_of(TIP, MODES, DURATION), alternatives((*OWN[1:], *ROWS))
     blocks = {
-        "causes": causes.block(causes.of(runs, figures({"p_a_max": "highest `p_a`", "e_c_pp": "error"}, 0.0, "lower"), other)),
+        "causes": causes.block(causes.attribute(runs, figures({"p_a_max": "highest `p_a`", "e_c_pp": "error"}, 0.0, "lower"), other)),
         "causes-oscillation": causes.block(
-            causes.of(
-                runs, figures({"v_w": "`v_w` above 0.5 Hz", "p_a": "`p_a` above 0.5 Hz"}, 100.0 * MARKED, "clearly: a quarter at least"), other, pairs=False, evaluate=oscillations
+            causes.attribute(
+                runs,
+                figures({"v_w": "`v_w` above 0.5 Hz", "p_a": "`p_a` above 0.5 Hz"}, 100.0 * MARKED, "clearly: a quarter at least"),
+                other,
+                pairs=False,
+                evaluate=oscillations,
             ),
             "The same for the oscillations, one change at a time.",
         ),

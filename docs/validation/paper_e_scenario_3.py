@@ -94,9 +94,11 @@ def compute() -> tuple[dict[str, str], dict[str, tuple[str, str, str]], dict[str
         rows.append((row.label, *beside([*both.values()]), percent(both["ssc"].alpha_p)))
     runs, other = runs_of(TIP, COMPARED, BEAT), alternatives((*OWN[1:], *(r for r in ROWS if not r.label.startswith("NS"))))
     blocks = {
-        "causes": causes.block(causes.of(runs, figures({"p_a_max": "highest `p_a`", "e_c_pp": "error"}), other)),
+        "causes": causes.block(causes.attribute(runs, figures({"p_a_max": "highest `p_a`", "e_c_pp": "error"}), other)),
         "causes-oscillation": causes.block(
-            causes.of(runs, figures({"v_w": "`v_w` above 0.5 Hz", "p_a": "`p_a` above 0.5 Hz"}), other, pairs=False, evaluate=oscillations),
+            causes.attribute(
+                runs, figures({"v_w": "`v_w` above 0.5 Hz", "p_a": "`p_a` above 0.5 Hz"}), other, pairs=False, evaluate=oscillations
+            ),
             "The same for the oscillations, one change at a time.",
         ),
         "notes": causes.notes({m.upper(): f.run for m, f in base.items()}),

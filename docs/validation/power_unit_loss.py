@@ -151,7 +151,16 @@ def sensitivity() -> list[tuple[object, ...]]:
 
 
 GOES_ON = 10.0  # cm: by how much the largest error may grow where compensation is said to go on
-GROUPS = {"known": "detection", "never": "detection", "flow": "run-down", "6 s": "period", "8 s": "period", "empty": "load", "200 t": "load", "`K_2`": "K_2"}
+GROUPS = {
+    "known": "detection",
+    "never": "detection",
+    "flow": "run-down",
+    "6 s": "period",
+    "8 s": "period",
+    "empty": "load",
+    "200 t": "load",
+    "`K_2`": "K_2",
+}
 
 
 def setting(row: Row) -> causes.Alternative:
@@ -187,16 +196,23 @@ def attribution() -> causes.Attribution:
 
     def grows(m: str) -> causes.Figure:
         return causes.Figure(
-            f"{m.upper()}, error grows by", lambda r: worst(r, "loss", m) - CM * r[f"quiet {m}"]["e_c_max"], most=GOES_ON, unit="cm", printed="goes on"
+            f"{m.upper()}, error grows by",
+            lambda r: worst(r, "loss", m) - CM * r[f"quiet {m}"]["e_c_max"],
+            most=GOES_ON,
+            unit="cm",
+            printed="goes on",
         )
 
     def needed(m: str) -> causes.Figure:
         return causes.Figure(
-            f"{m.upper()}, error without reconfiguration over that with", lambda r: worst(r, "never", m) / worst(r, "loss", m), 2.0, printed="reconfigured"
+            f"{m.upper()}, error without reconfiguration over that with",
+            lambda r: worst(r, "never", m) / worst(r, "loss", m),
+            2.0,
+            printed="reconfigured",
         )
 
     figures = [f(m) for m in MODES[1:] for f in (grows, needed)]
-    return causes.of(runs, figures, [setting(row) for row in ROWS[1:]], pairs=False)
+    return causes.attribute(runs, figures, [setting(row) for row in ROWS[1:]], pairs=False)
 
 
 def passive() -> list[tuple[object, ...]]:

@@ -134,11 +134,15 @@ def attribution() -> causes.Attribution:
     low, usual, high = FEW_THRESHOLDS
     v = FEW_SPEEDS[-1]
     figures = [
-        causes.Figure(f"error, {usual} over {low}", change(usual, low, FEW_SPEEDS), most=-BETTER, unit="%", printed="better: by 2 at least"),
+        causes.Figure(
+            f"error, {usual} over {low}", change(usual, low, FEW_SPEEDS), most=-BETTER, unit="%", printed="better: by 2 at least"
+        ),
         causes.Figure(f"the same at {v:g} m/min", change(usual, low, (v,)), most=-BETTER, unit="%", printed="the same"),
-        causes.Figure(f"error, {high} over {usual}, {v:g} m/min", change(high, usual, (v,)), 0.0, unit="%", printed="not examined; here worse"),
+        causes.Figure(
+            f"error, {high} over {usual}, {v:g} m/min", change(high, usual, (v,)), 0.0, unit="%", printed="not examined; here worse"
+        ),
     ]
-    return causes.of(runs, figures, [setting(r) for r in ROWS[1:]], pairs=False)
+    return causes.attribute(runs, figures, [setting(r) for r in ROWS[1:]], pairs=False)
 
 
 def saturated(g: Grid, u_thr: float) -> float:

@@ -137,8 +137,9 @@ class Attribution:
         return next(row.verdicts[k] for row in self.ranking() if row.cause == cause)
 
     def missed(self, effect: Effect) -> float:
-        """Parts of the gaps that are left, added up over the figures; a figure that was as printed and is no more counts by the same scale."""
-        return sum(f.gap(x) / self._scale(k) for k, (f, x) in enumerate(zip(self.figures, effect.values, strict=True)) if f.gap(x) > 0.0)
+        """Parts of the gaps that are left, added up; a figure that was as printed and is no more counts by its distance to the limit."""
+        gaps = [f.gap(x) for f, x in zip(self.figures, effect.values, strict=True)]
+        return sum(gap / self._scale(k) for k, gap in enumerate(gaps))
 
     def closing(self, figure: str | None = None, effects: Sequence[Effect] | None = None) -> list[Effect]:
         """The changes that bring a figure (None: all of them at once) to what is printed; default: single ones and pairs.
@@ -148,7 +149,8 @@ class Attribution:
         ks = [k for k, f in enumerate(self.figures) if figure in (None, f.name)]
         done: list[Effect] = []
         for effect in (*self.singles, *self.pairs) if effects is None else effects:
-            if all(self.figures[k].gap(effect.values[k]) == 0.0 for k in ks) and not any(set(e.changes) < set(effect.changes) for e in done):
+            there = all(self.figures[k].gap(effect.values[k]) == 0.0 for k in ks)
+            if there and not any(set(e.changes) < set(effect.changes) for e in done):
                 done.append(effect)
         return done
 
@@ -188,6 +190,29 @@ class Attribution:
         if min(after) < (1.0 - MATTERS) * before:
             return Verdict.NARROWS
         return Verdict.WIDENS if max(after) > (1.0 + MATTERS) * before else Verdict.NONE
+
+    def to_dict(self) -> dict[str, Any]:
+        """Everything as plain data, figures in the units that they are shown in."""
+        names = [f.name for f in self.figures]
+
+        def values(e: Effect) -> dict[str, Any]:
+            return {"changes": [str(c) for c in e.changes], "figures": dict(zip(names, e.values, strict=True))}
+
+        return {
+            "as_described": dict(zip(names, self.base, strict=True)),
+            "ranking": [
+                {
+                    "cause": row.cause,
+                    "ends": [values(e) for e in row.effects],
+                    "verdicts": dict(zip(names, map(str, row.verdicts), strict=True)),
+                }
+                for row in self.ranking()
+            ],
+            "closing": {
+                f.name: [str(e) for e in self.closing(f.name)] for f, x in zip(self.figures, self.base, strict=True) if f.gap(x) > 0.0
+            },
+            "statements": self.words(),
+        }
 
     def words(self) -> list[str]:
         """What the ranking says of each figure, a sentence each, and of all of them at once."""
@@ -238,7 +263,7 @@ def attribute(
     uncertainty: Uncertainty | None = None,
     *,
     pairs: bool = True,
-    evaluate: Evaluate = lambda some: summaries([crane for crane, _ in some], [case for _, case in some]),
+    evaluate: Evaluate | None = None,
 ) -> Attribution:
     """Every factor at both ends, one at a time, every alternative, and every two of these together, with what they do to the figures.
 
@@ -273,13 +298,18 @@ def attribute(
                 raise
             continue
         possible.append(some)
-    found = evaluate([pair for one in made for pair in one.values()])
+    found = (evaluate or _summaries)([pair for one in made for pair in one.values()])
     rows = [
-        tuple(f.value(dict(zip(one, found[i * len(runs) : (i + 1) * len(runs)], strict=True))) for f in figures) for i, one in enumerate(made)
+        tuple(f.value(dict(zip(one, found[i * len(runs) : (i + 1) * len(runs)], strict=True))) for f in figures)
+        for i, one in enumerate(made)
     ]
     effects = [Effect(tuple(o[1] for o in some), values) for some, values in zip(possible, rows, strict=True)]
     n = len(options)
     return Attribution(tuple(figures), rows[0], tuple(effects[1 : n + 1]), tuple(effects[n + 1 :]))
+
+
+def _summaries(pairs: Sequence[Pair]) -> Sequence[Numbers]:
+    return summaries([crane for crane, _ in pairs], [case for _, case in pairs])
 
 
 def _everything(runs: Runs) -> Uncertainty:
@@ -322,11 +352,12 @@ def _shown(x: float, kind: str) -> str:
 
 
 def _changed(runs: Runs, changes: Sequence[tuple[Change, Alternative | None]], kept: dict[tuple[str, ...], Runs]) -> Runs:
-    """The runs with some changes: alternatives first, then factors on what they made; kept: what alternatives made before, by their labels."""
+    """The runs with some changes: alternatives first, then factors on what they made; kept: what alternatives made before, by labels."""
     others = [alternative for _, alternative in changes if alternative is not None]
     key = tuple(a.label for a in others)
     if key not in kept:
-        kept[key] = others[-1].change(_changed(runs, [(c, a) for c, a in changes if a is not None and a is not others[-1]], kept)) if others else runs
+        before = [(c, a) for c, a in changes if a is not None and a is not others[-1]]
+        kept[key] = others[-1].change(_changed(runs, before, kept)) if others else runs
     drawn = [c for c, alternative in changes if alternative is None]
     if not drawn:
         return kept[key]

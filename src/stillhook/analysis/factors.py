@@ -200,7 +200,7 @@ _TABLE = (
     Factor("load", "mass of the payload", _scaled(f"{CASE}load"), _triangular(0.97, 1.03), "assumed: weighed to 3 %"),
     Factor(
         PASSIVE_LOSS,
-        "torque loss of passive motors that work outside the range of their fit, as those of an empty hook at a few per cent of displacement; "
+        "torque loss of passive motors that work outside the range of their fit, as with an empty hook at a few per cent of displacement; "
         "beside motor_loss, which holds for all motors",
         _scaled(*(f"passive.motor.loss.{X}" for X in LOSSES)),
         _triangular(0.3, 2.0),

@@ -195,7 +195,7 @@ def friction_parts(crane: Crane, W: float, d: float, v: float, alpha: float) -> 
 
 
 def case_friction(crane: Crane, case: Scenario, asked: Asked | None = None) -> list[FrictionPart]:
-    """`friction_parts` at the highest speed that tip and operator ask for in a run, with the smallest displacement that its first mode takes."""
+    """`friction_parts` at the highest speed that tip and operator ask for, with the smallest displacement that the first mode takes."""
     v = (Drive(crane, case).asked() if asked is None else asked).v_max
     d = layer_diameter_at(crane, case.s_w)
     K_wire = crane.drum.d_max / d

@@ -69,7 +69,8 @@ def second_loop_sets(result: Friction) -> tuple[LossSet, FrictionSet]:
     said = list(loop.statements)
     about = _ranges(seen)
     motor_ranges = {k: v for k, v in about.items() if k != "T_d"}
-    motor = Motor.model_construct(None, **{n: getattr(campaign.motor, n) for n in Motor.model_fields} | {"loss": loop.loss, **dict.fromkeys(LOSS_RANGE)})
+    plain = {n: getattr(campaign.motor, n) for n in Motor.model_fields if n not in LOSS_RANGE}
+    motor = Motor.model_construct(None, **plain | {"loss": loop.loss})
     kept = {path: s for path, s in campaign.motor_sources.items() if path not in LOSS_RANGE}
     sources = kept | {f"loss.{n}": fitted for n in X_NAMES}
     of_motor = Evidence.fitted(names, matrix, dof=float(len(seen) - len(names)), data=text, ranges=motor_ranges, statements=said)

@@ -116,7 +116,7 @@ def known_losses(name: str, where: str, folder: Path) -> Tree:
 
 
 def loss_range(evidence: Evidence | None) -> dict[str, str]:
-    """Ends of the data that a motor's loss was fitted to, as the fields of a motor name them; those that the evidence does not know are left out."""
+    """Ends of the data that a motor's loss was fitted to, as the fields of a motor name them, where the evidence knows them."""
     if evidence is None:
         return {}
     ends: dict[str, str] = {}
