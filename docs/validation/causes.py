@@ -21,10 +21,13 @@ from stillhook.analysis.attribution import (
     Pair,
     Runs,
     Verdict,
+    attribute,
 )
 from stillhook.analysis.factors import FACTORS
 from stillhook.library import changed
 from stillhook.sea.motion import Motion
+
+__all__ = ["Alternative", "Attribution", "Figure", "Pair", "Runs", "attribute", "block", "from_series", "lower", "notes", "varied"]
 
 SHORT = {
     Verdict.CLOSES: "**closes**",

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from stillhook.crane import Crane
+from stillhook.engine.checks import friction_parts, layer_diameter_at, loss_notes
 from stillhook.engine.lift_checks import tip_capacity
 from stillhook.engine.lift_run import LiftResult, StageResult
 from stillhook.engine.run import Ending
@@ -186,7 +187,16 @@ def lift_summary(crane: Crane, case: Lowering, result: LiftResult) -> tuple[dict
     }
     if result.ending is Ending.DIVERGED:
         numbers = dict.fromkeys(numbers, math.nan)
-    return {"status": status(result, r, crane), **numbers, "notes": notes(case, result)}, rows
+    return {"status": status(result, r, crane), **numbers, "notes": [*notes(case, result), *_loss_notes(crane, result, r)]}, rows
+
+
+def _loss_notes(crane: Crane, result: LiftResult, r: StageResult) -> list[str]:
+    """Motors that work outside the fit of their loss, with the weight that hangs on the winch at the start."""
+    if result.ending is Ending.DIVERGED:
+        return []
+    packed = result.packed.winch
+    W, d = packed.params.hoist.load.W, layer_diameter_at(crane, packed.s_w)
+    return loss_notes(friction_parts(crane, W, d, r.stats.v_w_max, r.stats.alpha_m_min))
 
 
 def notes(case: Lowering, result: LiftResult) -> list[str]:
