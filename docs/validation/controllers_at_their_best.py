@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
+import causes
 from blocks import claims_table, percent, save, table, verdict
 
 from stillhook import Crane, Scenario, load_crane, simulate
@@ -147,6 +148,35 @@ def advantage(ssc: Score, classic: Sequence[Score]) -> tuple[float, float]:
     return errors - 1.0, pressures - 1.0
 
 
+def attribution() -> causes.Attribution:
+    """What SSC's lead over the best classic controller depends on, as published and with all of them tuned, one change at a time."""
+    which = {k.name: k for k in (*(controller(n) for n in ("ns", "hs", "ssc")), *map(best, ("ns", "hs", "ssc")))}
+    machines = {name: k.on(CRANE) for name, k in which.items()}
+    runs = {f"{name} {i}": (machines[name], one.with_mode(k.mode)) for name, k in which.items() for i, one in enumerate(CASES)}
+
+    def lead(end: str, quantity: str) -> Any:
+        def value(r: Mapping[str, Any]) -> float:
+            total = 0.0
+            for i in range(len(CASES)):
+                classic = min((r[f"{n}{end} {i}"] for n in CLASSIC), key=lambda one: float(one["e_c_pp"]))
+                total += float(r[f"ssc{end} {i}"][quantity]) / float(classic[quantity])
+            return 100.0 * (total / len(CASES) - 1.0)
+
+        return value
+
+    figures = [
+        causes.Figure(f"{label}, {how}", lead(end, quantity), most=0.0, unit="%", digits=0, printed=printed)
+        for end, how in (("", "as published"), ("-tuned", "tuned"))
+        for quantity, label, printed in (("e_c_pp", "error", "−30; lower"), ("p_max", "pressure", "−20; lower"))
+    ]
+    settings = [
+        causes.varied("motors in open loop with feedback", {"active": {"motor": {"variant": "open-loop-feedback"}}}),
+        causes.varied("lines of 160 L instead of 80 L", {"active": {"line": {"V": "160 L"}}}),
+        causes.varied("motion signal 0.1 s late", more={"sensors": {"delay": "0.1 s"}}, group="delay"),
+    ]
+    return causes.attribute(runs, figures, settings, pairs=False)
+
+
 def compute() -> tuple[dict[str, str], dict[str, tuple[str, str, str]], Any]:
     strong = strong_ssc(CRANE)
     names = list(TUNED)
@@ -179,6 +209,7 @@ def compute() -> tuple[dict[str, str], dict[str, tuple[str, str, str]], Any]:
         "smaller": smaller(),
         "variations": varied([controller("ssc"), strong, best("ns"), best("ssc")]),
     }
+    blocks["causes"] = causes.block(attribution())
     claims = claimed(versus, before)
     blocks["claims"] = claims_table(claims)
     return blocks, claims, (by, fronts())

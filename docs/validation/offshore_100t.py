@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
+import causes
 import numpy as np
 import xarray
 from batch import SWELL_AND_ROLL, Numbers, side_by_side, sine, wave
@@ -210,6 +211,46 @@ def claims(base: Compared, open_loop: Compared) -> dict[str, tuple[str, str, str
     }
 
 
+GROUPS = {
+    "motors in open loop": "motor control", "NS at": "NS", "friction of": "friction", "`K_2`": "K_2",
+    "500 m": "depth", "1500 m": "depth", "steel": "depth",
+}  # fmt: skip
+
+
+def alternatives(v: float) -> list[causes.Alternative]:
+    """Every row as a setting that may be otherwise, with a tip as fast as the first row's [m/s]."""
+    out = []
+    for row in ROWS[1:]:
+        if row.parts != BASE.parts and not row.changes:
+            out.append(causes.varied(f"tip: {row.label}", tip=row.tip(v), group="tip"))
+        elif row.parts == BASE.parts:
+            group = next((g for begin, g in GROUPS.items() if row.label.startswith(begin)), "")
+            out.append(causes.varied(row.label, row.changes, more=row.more, group=group))
+    return out
+
+
+def off(r: Mapping[str, Numbers]) -> float:
+    """How far SSC with 0.3 is below NS, above boost [%]."""
+    return 100.0 * (1.0 - above_boost(r["ssc"]) / above_boost(r["ns"]))
+
+
+FIGURES = (
+    causes.Figure(
+        "off the motors at 0.3", lambda r: D_M * (1.0 - r["ssc"]["alpha_m_min"]), 90.0, 110.0, unit="cm³/rev", digits=0, printed="about 100"
+    ),
+    causes.Figure("off at 0.6", lambda r: D_M * (1.0 - r["usual"]["alpha_m_min"]), most=1.0, unit="cm³/rev", digits=0, printed="none"),
+    causes.Figure("pressure above boost, SSC below NS", off, 0.0, unit="%", digits=0, printed="lower"),
+    causes.lower("ssc", "ns", "e_c_pp", "error, SSC below NS", "lower"),
+)
+
+
+def attribution(v: float) -> causes.Attribution:
+    """What the figures depend on, at the tip's peak speed [m/s] with which SSC takes 100 cm^3/rev off the motors."""
+    tip = BASE.tip(v)
+    runs = {"ns": (BASE.crane(), case(tip, "ns")), "usual": (BASE.crane(), case(tip, "ssc")), "ssc": (BASE.crane(U_THR), case(tip, "ssc"))}
+    return causes.attribute(runs, FIGURES, alternatives(v))
+
+
 def compute() -> tuple[dict[str, str], dict[str, tuple[str, str, str]], dict[str, xarray.Dataset]]:
     """Blocks of the page, its claims, and the runs of the picture."""
     found = compared(ROWS, speeds_found(ROWS))
@@ -234,6 +275,7 @@ def compute() -> tuple[dict[str, str], dict[str, tuple[str, str, str]], dict[str
         "`p_a` NS, bar", "SSC, bar", "SSC/NS above boost", "`alpha_NS − 1`",
     )  # fmt: skip
     blocks = {
+        "causes": causes.block(attribution(found[0].v)),
         "claims": claims_table(told),
         "readings": table(("figure 2.33 read as", "command", "motors", "tip's highest speed", "`u_thr` 0.6 shows at"), readings),
         "bound": f"If motors follow their command, both can only be with a smallest displacement of SSC below {largest_alpha_min():.2f}.",
@@ -247,6 +289,7 @@ def compute() -> tuple[dict[str, str], dict[str, tuple[str, str, str]], dict[str
         "SSC 0.6": simulate(CRANE, case(tip, "ssc"), every="0.02 s"),
         "SSC 0.3": simulate(at(CRANE, U_THR), case(tip, "ssc"), every="0.02 s"),
     }
+    blocks["notes"] = causes.notes(runs)
     return blocks, told, runs
 
 

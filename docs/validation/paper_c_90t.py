@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from itertools import pairwise
 from typing import Any, NamedTuple
 
+import causes
 import numpy as np
 import xarray
 from batch import SWELL_AND_ROLL, Numbers, side_by_side, sine, wave
@@ -151,6 +152,49 @@ def variants() -> list[tuple[tuple[object, ...], Numbers, Numbers]]:
     return [(compared(label, old, new), old, new) for (label, *_), (old, new) in zip(asked, pairs, strict=True)]
 
 
+GROUPS = {"wave": "wave", "HS at": "HS", "smallest displacement": "alpha_min", "`K_2`": "K_2", "friction of": "friction"}
+
+
+def alternatives() -> list[causes.Alternative]:
+    """Every row, and every gear, as settings that may be otherwise."""
+    out = []
+    for row in ROWS[1:-3]:  # the layer is printed
+        group = next((g for begin, g in GROUPS.items() if row.label.startswith(begin)), "")
+        if row.new == "ssc-cubic":
+            out.append(causes.varied(row.label, row.changes, tip=row.tip, more=row.more, group=group))
+        else:
+            out.append(causes.varied(row.label, more={"mode": row.new}, only=("new",)))
+    return [*out, *(geared_alternative(i_hD) for i_hD in I_HD if i_hD != CRANE.i_hD)]
+
+
+def geared_alternative(i_hD: float) -> causes.Alternative:
+    """Another gear, with HS set so that it needs full pumps at 90 m/min again."""
+    crane = geared(i_hD)
+    label = f"`i_hD` {i_hD:g}, HS {crane.control.alpha_hs:.2f}"
+    return causes.Alternative(label, lambda runs: {name: (crane, one) for name, (_, one) in runs.items()}, "gear")
+
+
+def less(name: str, label: str, printed: float, within: float) -> causes.Figure:
+    """How far below classic the new controller is, in per cent; printed as about so much."""
+    return causes.lower(
+        "new", "hs", name, label, f"about {100.0 * printed:.0f}", percent=100.0 * (printed - within), most=100.0 * (printed + within)
+    )
+
+
+FIGURES = (
+    causes.Figure("pumps, HS", lambda r: 100.0 * r["hs"]["alpha_p_max"], 99.5, unit="%", digits=0, printed="100"),
+    causes.Figure("pumps, new", lambda r: 100.0 * r["new"]["alpha_p_max"], 88.0, 92.0, unit="%", digits=0, printed="90"),
+    less("e_c_pp", "error, new below HS", 0.3, 0.05),
+    less("p_max", "peak pressure, new below HS", 0.2, 0.025),
+)
+
+
+def attribution() -> causes.Attribution:
+    """What brings the printed figures about; one beat of the wave."""
+    runs = {name: (CRANE, case(mode, BASE, duration="108 s")) for name, mode in (("hs", "hs"), ("new", "ssc-cubic"))}
+    return causes.attribute(runs, FIGURES, alternatives())
+
+
 def cm(one: xarray.Dataset, name: str) -> str:
     return f"{100.0 * float(one[name]):.1f} cm"
 
@@ -235,6 +279,8 @@ def compute() -> tuple[dict[str, str], dict[str, tuple[str, str, str]], dict[str
     ]
     head = ("", "error p-p", "largest", "highest `p_a`", "`p_b`", "pumps", "least `alpha_m`", "wire speed", "ringing < 10 bar after")
     blocks = {
+        "causes": causes.block(attribution()),
+        "notes": causes.notes({"NS": ns, "HS": hs, "SSC": new}),
         "claims": claims_table(found),
         "numbers": table(head, numbers),
         "gears": table(("`i_hD`", *HEAD), [cells for cells, *_ in rows[len(ROWS) :]]),

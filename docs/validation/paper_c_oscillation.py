@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from typing import Any, NamedTuple
 
+import causes
 import numpy as np
 import xarray
 from blocks import claims_table, percent, save, table, verdict
@@ -128,10 +129,13 @@ ROWS = (
 
 def ramp(crane: Crane, D: int, row: Row) -> xarray.Dataset:
     """The winch ramped up at a fixed displacement D [cm^3/rev]."""
+    return simulate(crane, ramped(D, row), every="0.01 s")
+
+
+def ramped(D: int, row: Row) -> Scenario:
     profile = ((f"{START:g} s", "0 m/min"), (f"{START + row.ramp:g} s", f"{row.speed:g} m/min"))
     stick = Operator(profile=profile, alpha_m=D / D_MAX)
-    case = Scenario(load=f"{row.load:g} t", s_w="15 m", mode="manual", operator=stick, duration=f"{row.ramp + 22:g} s", warm_up="1 s")
-    return simulate(crane, case, every="0.01 s")
+    return Scenario(load=f"{row.load:g} t", s_w="15 m", mode="manual", operator=stick, duration=f"{row.ramp + 22:g} s", warm_up="1 s")
 
 
 class Found(NamedTuple):
@@ -271,6 +275,58 @@ def _falls(values: Sequence[float]) -> bool:
     return all(b < a for a, b in pairwise(values))
 
 
+def both(row: Row) -> dict[str, Scenario]:
+    """The ramp at every displacement, and the same thrown over."""
+    return {f"{how} {D}": ramped(D, r) for D in THEIRS for how, r in (("ramp", row), ("thrown", row._replace(ramp=THROWN)))}
+
+
+def read(run: xarray.Dataset) -> dict[str, float]:
+    """Period of the first swing [s], decay after a stick thrown over [1/s], swing of the speed [-]."""
+    end = float(run["time"][-1])
+    return {
+        "period": ringing(run, "p_a", start=START, least=LEAST).period,
+        "decay": ringing(run, "p_a", start=START, least=LEAST, free=START + THROWN).decay,
+        "swing": swing(run, end - 2.0),
+    }
+
+
+def alternative(row: Row) -> causes.Alternative:
+    """A row as a setting that may be otherwise."""
+    if (row.ramp, row.speed, row.load) == (RAMP, SPEED, 0.0):
+        return causes.varied(row.label, row.changes, group=next((g for g in ("friction", "low side", "leakage") if g in row.label), ""))
+    return causes.Alternative(row.label, lambda runs: {name: (runs[name][0], case) for name, case in both(row).items()}, "operator")
+
+
+def attribution() -> causes.Attribution:
+    """What the printed figures depend on, one change at a time."""
+    figures = [
+        causes.Figure(f"period at {D}", lambda r, D=D: r[f"ramp {D}"]["period"], T - ROUNDING, T + ROUNDING, "s", 2, f"{T:.1f}")
+        for D, (T, _) in THEIRS.items()
+    ]
+    figures += [
+        causes.Figure(
+            f"swing at {D}",
+            lambda r, D=D: 100.0 * r[f"ramp {D}"]["swing"],
+            100.0 * SEEN if seen == "yes" else -math.inf,
+            math.inf if seen == "yes" else 100.0 * SEEN,
+            "%",
+            0,
+            f"effect: {seen}",
+        )
+        for D, (_, seen) in THEIRS.items()
+    ]
+    large, small = max(THEIRS), min(THEIRS)
+    ratio = causes.Figure(
+        f"decay, {large} over {small}",
+        lambda r: r[f"thrown {large}"]["decay"] / r[f"thrown {small}"]["decay"],
+        1.0,
+        printed="falls: above 1",
+    )
+    runs = {name: (CRANE, case) for name, case in both(ROWS[0]).items()}
+    evaluate = causes.from_series(read, "0.01 s")
+    return causes.attribute(runs, [*figures, ratio], [alternative(r) for r in ROWS[1:]], pairs=False, evaluate=evaluate)
+
+
 def variant(row: Row) -> tuple[object, ...]:
     f = found(row)
     return (
@@ -299,6 +355,8 @@ def compute() -> tuple[dict[str, str], dict[str, tuple[str, str, str]], dict[int
     wide = ("variant", *(f"{D}: linear / full, s" for D in THEIRS), "decay, 1/s", "swing of the speed, %")
     inertia, line = CRANE.inertia, CRANE.active.line
     blocks = {
+        "causes": causes.block(attribution()),
+        "notes": causes.notes({f"{D} cm³/rev": f.run for D, f in base.items()}),
         "claims": claims_table(said),
         "constant": f"Period times displacement may lie between {least:.0f} and {most:.0f} s cm³/rev for all four to round as printed. "
         f"The crane takes the middle: line volume {in_display(line.V, 'volume'):.0f} L, inertia {inertia.J_m_eff:.2f} kg m².",

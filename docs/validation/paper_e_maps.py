@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
+import causes
 import numpy as np
 from blocks import claims_table, percent, save, table, verdict
 from numpy.typing import NDArray
 
-from stillhook import Crane, load_crane
+from stillhook import Crane, Scenario, load_crane
+from stillhook.analysis.applicable import cause_of
 from stillhook.analysis.map_figures import change_figure, value_figure
 from stillhook.analysis.map_result import BEST_CLASSIC, Map
-from stillhook.analysis.maps import map_of
+from stillhook.analysis.maps import cells_of, map_of
 from stillhook.analysis.settling import settling_of
 from stillhook.library import changed
 from stillhook.sea.text import parse_motion
@@ -22,6 +25,8 @@ CRANE = load_crane("nov-250t")
 SCENARIO_3 = parse_motion("sine 2 m 13 s + sine 0.5 m 6 s")
 FEWER = "20 % to 100 % by 20 %"
 """Loads of the sensitivity tables."""
+SMALL = 10.0
+"""Change of pressure up to which a difference is called small here [%]."""
 SWITCH = 81.0
 """Speed that parts slow from fast [m/min]: "velocities above 80 m/min"."""
 LOW, AROUND_80 = (0.0, 51.0), (69.0, 81.0)
@@ -57,7 +62,7 @@ MAP_ROWS = (
     NS_09,
     Row("NS 0.70, SSC as it was", {"control": {"alpha_ns": 0.7, "alpha_swl": 0.8}}),
     Row("SSC may go to 0.60 at the SWL", {"control": {"alpha_swl": 0.6}}),
-    Row("the same, and to 0.55 at all", {"control": {"alpha_swl": 0.6}, "active": {"motor": {"alpha_min": 0.55}}}),
+    Row("SSC may go to 0.60 at the SWL, and to 0.55 at all", {"control": {"alpha_swl": 0.6}, "active": {"motor": {"alpha_min": 0.55}}}),
     Row("friction of the load 30 % less", friction(0.7)),
     Row("friction of the load 30 % more", friction(1.3)),
     Row("`K_2` = 0", {"control": {"K_2": "0 s^2/m"}}),
@@ -219,6 +224,85 @@ def corner(found: Map) -> str:
     )
 
 
+CELLS = cells_of(CRANE, ("ns", "hs", "ssc"), loads=FEWER)
+
+
+def medians(r: Mapping[str, Mapping[str, Any]]) -> dict[str, float]:
+    """Median change of SSC against the better classic mode, error and pressure, up to 80 m/min and above, and the share of the map that SSC
+    covers [%]."""
+    n = len(CELLS.cases) // len(CELLS.controllers)
+    v = 60.0 * np.array([CELLS.axes.speeds[i % len(CELLS.axes.speeds)] for i in range(n)])
+    found = [r[str(i)] for i in range(len(CELLS.cases))]
+    applies = np.array([not cause_of(s, c.mode, c.load / CRANE.SWL) for s, c in zip(found, CELLS.cases, strict=True)]).reshape(3, n)
+    e, p = (np.array([float(s[name]) for s in found]).reshape(3, n) for name in ("e_c_pp", "p_max"))
+    classic = np.where(applies[:2], e[:2], np.inf).argmin(axis=0)
+    both = applies[2] & applies[:2].any(axis=0)
+    out = {"covered": 100.0 * float(applies[2].mean())}
+    for name, x in (("error", e), ("pressure", p)):
+        change = x[2] / x[classic, np.arange(n)] - 1.0
+        for end, inside in (("slow", v < SWITCH), ("fast", v > SWITCH)):
+            cells = change[both & inside]
+            out[f"{name} {end}"] = 100.0 * float(np.median(cells)) if cells.size else math.nan
+    return out
+
+
+def of_period(T: float) -> causes.Alternative:
+    """Sines of another period with the same speeds."""
+
+    def change(runs: causes.Runs) -> causes.Runs:
+        axes = cells_of(CRANE, ("ns", "hs", "ssc"), loads=FEWER, period=f"{T:g} s").cases
+        return {name: (crane, case.model_copy(update={"tip": axes[int(name)].tip})) for name, (crane, case) in runs.items()}
+
+    return causes.Alternative(f"sine of {T:g} s", change, "motion")
+
+
+def settings(rows: Sequence[Row]) -> list[causes.Alternative]:
+    """Rows that change the crane, as settings that may be otherwise."""
+    groups = ("friction", "NS", "`K_")
+    return [
+        causes.varied(r.label, r.changes, group=next((g for g in groups if r.label.startswith(g)), ""))
+        for r in rows
+        if r.changes and not r.asked
+    ]
+
+
+def attribution() -> causes.Attribution:
+    """What the maps of error and pressure depend on, one change at a time."""
+    names = {
+        "error slow": ("error up to 80 m/min", "lower"),
+        "error fast": ("error above", "lower"),
+        "pressure slow": ("pressure up to 80 m/min", "small, in favour of SSC: above −10"),
+        "pressure fast": ("pressure above", "lower"),
+    }
+    figures = [
+        causes.Figure(label, lambda r, n=name: medians(r)[n], -SMALL if "small" in printed else -math.inf, 0.0, "%", 0, printed)
+        for name, (label, printed) in names.items()
+    ]
+    figures.append(causes.Figure("map that SSC covers", lambda r: medians(r)["covered"], 100.0, unit="%", digits=0, printed="all"))
+    runs = {str(i): pair for i, pair in enumerate(zip(CELLS.cranes, CELLS.cases, strict=True))}
+    return causes.attribute(runs, figures, [*(of_period(T) for T in (6.0, 8.0, 16.0)), *settings(MAP_ROWS)], pairs=False)
+
+
+def settled(pairs: Sequence[causes.Pair]) -> list[dict[str, float]]:
+    """Median change of the settling time by SSC on every crane, at low speed and around 80 m/min [%]."""
+    out = []
+    for crane, _ in pairs:
+        found = settling_of(crane, loads="20 % to 100 % by 40 %")
+        parts = {"low": change(found, "settling_time", *LOW), "around": change(found, "settling_time", *AROUND_80)}
+        out.append({name: 100.0 * float(np.median(a)) if a.size else math.nan for name, a in parts.items()})
+    return out
+
+
+def settling_attribution() -> causes.Attribution:
+    """What the settling times depend on, one change at a time; the tip rests, and load and speed are the map's."""
+    figures = [
+        causes.Figure("settling time up to 50 m/min", lambda r: r["crane"]["low"], most=0.0, unit="%", digits=0, printed="improves"),
+        causes.Figure("around 80 m/min", lambda r: r["crane"]["around"], most=0.0, unit="%", digits=0, printed="better"),
+    ]
+    run = {"crane": (CRANE, Scenario(load="150 t", s_w="149 m", mode="ssc", duration="60 s"))}
+    return causes.attribute(run, figures, settings(STEP_ROWS), pairs=False, evaluate=settled)
+
+
 def compute() -> tuple[dict[str, str], dict[str, tuple[str, str, str]], dict[str, Map]]:
     """Blocks of the page, its claims, and the maps of the pictures."""
     waves, steps = map_of(CRANE), settling_of(CRANE)
@@ -228,6 +312,8 @@ def compute() -> tuple[dict[str, str], dict[str, tuple[str, str, str]], dict[str
     head = ("variant", "error up to 80", "above", "pressure up to 80", "above", "NS", "HS", "SSC", "best classic")
     wide = ("variant", "NS up to 50", "HS", "SSC", "change up to 50", "70 and 80", "above 80")
     blocks = {
+        "causes": causes.block(attribution()),
+        "causes-settling": causes.block(settling_attribution(), "The same for the settling times."),
         "claims": claims_table(found),
         "corner": corner(waves),
         "sensitivity": table(head, rows),

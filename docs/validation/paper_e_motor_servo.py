@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
+import causes
 import numpy as np
 import xarray
 from batch import side_by_side
@@ -116,6 +117,51 @@ def found(v: Variant, period: float, amplitude: float) -> Found:
         pumps_full=float(run["saturation_time"]) / DURATION,
         motors_full=float((run["alpha_m"] > 0.999).mean()),
     )
+
+
+AFFECTED = 50.0  # %: by how much an error must be larger to be called affected here, and within a fifth of it to be called not affected
+
+
+def setting(v: Variant) -> causes.Alternative:
+    """A row as a setting of every run; how the motors are controlled stays that of the run."""
+    active = v.changes.get("active", {})
+    motor = {k: x for k, x in active.get("motor", {}).items() if k != "variant"}
+    tables = {k: x for k, x in v.changes.items() if k != "active"} | ({"active": {"motor": motor}} if motor else {})
+    return causes.varied(v.label, tables, group="motors" if motor else "u_thr" if "u_thr" in v.label else "")
+
+
+def attribution() -> causes.Attribution:
+    """What the printed comparison depends on, both patterns read as amplitudes."""
+    named = {"closed": CLOSED, "open": OPEN, "blind": BLIND}
+    runs = {f"{name} {T:g}": (crane_of(v), case(A, T)) for name, v in named.items() for T, A in PATTERNS}
+
+    def off(a: str, b: str, T: float) -> Any:
+        return lambda r: 100.0 * (r[f"{a} {T:g}"]["e_c_pp"] / r[f"{b} {T:g}"]["e_c_pp"] - 1.0)
+
+    figures = []
+    for T, _ in PATTERNS:
+        figures += [
+            causes.Figure(
+                f"error, open loop over closed, {T:g} s",
+                off("open", "closed", T),
+                most=AFFECTED / 5.0,
+                unit="%",
+                digits=0,
+                printed="not affected",
+            ),
+            causes.Figure(
+                f"without feedback over with, {T:g} s", off("blind", "open", T), AFFECTED, unit="%", digits=0, printed="affected"
+            ),
+            causes.Figure(
+                f"pumps, {T:g} s",
+                lambda r, T=T: 100.0 * r[f"open {T:g}"]["alpha_p_max"],
+                most=100.0 * EASILY,
+                unit="%",
+                digits=0,
+                printed="easily met",
+            ),
+        ]
+    return causes.attribute(runs, figures, [setting(v) for v in ROWS[1:]])
 
 
 class Followed(NamedTuple):
@@ -298,6 +344,7 @@ def compute() -> tuple[dict[str, str], dict[str, tuple[str, str, str]], dict[tup
     )
     limits = [(name, f"{x.tip:.0f} m/min", f"{x.wire:.0f} m/min", f"{x.most:.0f} m/min") for name, x in limit.items()]
     blocks = {
+        "causes": causes.block(attribution()),
         "claims": claims_table(said),
         "patterns": table(head, pattern_rows(runs)),
         "limits": table(("motors (12 s)", "fastest tip without full pumps", "wire then", "fastest wire at all"), limits),

@@ -5,11 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
+import causes
 import xarray
 from blocks import claims_table, percent, save, table, verdict
-from quay import CRANE, HEAD, ROWS, WARM, Found, Row, beside, found, less, numbers
+from quay import CRANE, HEAD, ROWS, WARM, Found, Row, alternatives, beside, found, less, numbers, oscillations, runs_of
 
 from stillhook import Sine
+from stillhook.analysis.attribution import Figure
 from stillhook.analysis.linear import eigenfrequency
 from stillhook.io.figures import four_panels
 from stillhook.units import in_display
@@ -84,6 +86,15 @@ def claims(f: Mapping[str, Found]) -> dict[str, tuple[str, str, str]]:
     }
 
 
+def figures(names: Mapping[str, str], least: float, printed: str) -> list[Figure]:
+    """SSC below NS and below HS, in per cent; names: number of the summary -> what it is."""
+    return [
+        causes.lower("ssc", other, name, f"{label}: SSC below {other.upper()}", printed, percent=least)
+        for name, label in names.items()
+        for other in ("ns", "hs")
+    ]
+
+
 def compute() -> tuple[dict[str, str], dict[str, tuple[str, str, str]], dict[str, xarray.Dataset]]:
     """Blocks of the page, its claims, and the runs of the picture."""
     base = three(OWN[0])
@@ -93,7 +104,20 @@ def compute() -> tuple[dict[str, str], dict[str, tuple[str, str, str]], dict[str
         for m, alpha in (("ns", CRANE.control.alpha_ns), ("hs", CRANE.control.alpha_hs), ("ssc", 1.0))
     )
     wide = ("variant: NS / HS / SSC", "`v_w` above 0.5 Hz, m/min", "`p_a` above 0.5 Hz, bar", "error p-p, cm", "highest `p_a`, bar")
+    runs, other = runs_of(TIP, MODES, DURATION), alternatives((*OWN[1:], *ROWS))
     blocks = {
+        "causes": causes.block(causes.attribute(runs, figures({"p_a_max": "highest `p_a`", "e_c_pp": "error"}, 0.0, "lower"), other)),
+        "causes-oscillation": causes.block(
+            causes.attribute(
+                runs,
+                figures({"v_w": "`v_w` above 0.5 Hz", "p_a": "`p_a` above 0.5 Hz"}, 100.0 * MARKED, "clearly: a quarter at least"),
+                other,
+                pairs=False,
+                evaluate=oscillations,
+            ),
+            "The same for the oscillations, one change at a time.",
+        ),
+        "notes": causes.notes({m.upper(): f.run for m, f in base.items()}),
         "claims": claims_table(said),
         "frequencies": f"The circuit's eigenfrequency: {rings}.",
         "numbers": table(HEAD, [numbers(m, f) for m, f in base.items()]),

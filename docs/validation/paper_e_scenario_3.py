@@ -5,12 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
+import causes
 import numpy as np
 import xarray
 from blocks import claims_table, percent, save, table, verdict
-from quay import HEAD, ROWS, WARM, Found, Row, beside, found, hs_at, less, numbers
+from quay import HEAD, ROWS, WARM, Found, Row, alternatives, beside, found, hs_at, less, numbers, oscillations, runs_of
 
 from stillhook import Sine
+from stillhook.analysis.attribution import Figure
 from stillhook.io.figures import four_panels
 from stillhook.sea.motion import Motion, Sum
 
@@ -37,7 +39,7 @@ OWN = (
 )
 
 
-def runs_of(row: Row, modes: tuple[str, ...] = COMPARED) -> dict[str, Found]:
+def both_of(row: Row, modes: tuple[str, ...] = COMPARED) -> dict[str, Found]:
     return {m: found(row, TIP, m, BEAT) for m in modes}
 
 
@@ -69,10 +71,15 @@ def claims(f: Mapping[str, Found], halved: Mapping[str, Found]) -> dict[str, tup
     }
 
 
+def figures(names: Mapping[str, str]) -> list[Figure]:
+    """SSC below HS, in per cent; names: number of the summary -> what it is."""
+    return [causes.lower("ssc", "hs", name, f"{label}: SSC below HS", "lower") for name, label in names.items()]
+
+
 def compute() -> tuple[dict[str, str], dict[str, tuple[str, str, str]], dict[str, xarray.Dataset]]:
     """Blocks of the page, its claims, and the runs of the picture."""
-    base = runs_of(OWN[0], MODES)
-    said = claims(base, runs_of(OWN[1]))
+    base = both_of(OWN[0], MODES)
+    said = claims(base, both_of(OWN[1]))
     wide = (
         "variant: HS / SSC",
         "`v_w` above 0.5 Hz, m/min",
@@ -83,9 +90,18 @@ def compute() -> tuple[dict[str, str], dict[str, tuple[str, str, str]], dict[str
     )
     rows = []
     for row in (*OWN, *(r for r in ROWS if not r.label.startswith("NS"))):
-        both = runs_of(row)
+        both = both_of(row)
         rows.append((row.label, *beside([*both.values()]), percent(both["ssc"].alpha_p)))
+    runs, other = runs_of(TIP, COMPARED, BEAT), alternatives((*OWN[1:], *(r for r in ROWS if not r.label.startswith("NS"))))
     blocks = {
+        "causes": causes.block(causes.attribute(runs, figures({"p_a_max": "highest `p_a`", "e_c_pp": "error"}), other)),
+        "causes-oscillation": causes.block(
+            causes.attribute(
+                runs, figures({"v_w": "`v_w` above 0.5 Hz", "p_a": "`p_a` above 0.5 Hz"}), other, pairs=False, evaluate=oscillations
+            ),
+            "The same for the oscillations, one change at a time.",
+        ),
+        "notes": causes.notes({m.upper(): f.run for m, f in base.items()}),
         "claims": claims_table(said),
         "tip": f"Tip: {fastest(TIP):.1f} m/min at most; {fastest(sea(0.5)):.1f} m/min if the printed amplitudes are heights.",
         "numbers": table(HEAD, [numbers(m, f) for m, f in base.items()]),

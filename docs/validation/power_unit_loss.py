@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
+import causes
 import numpy as np
 import xarray
 from batch import Numbers, side_by_side, sine
@@ -149,6 +150,71 @@ def sensitivity() -> list[tuple[object, ...]]:
     return rows
 
 
+GOES_ON = 10.0  # cm: by how much the largest error may grow where compensation is said to go on
+GROUPS = {
+    "known": "detection",
+    "never": "detection",
+    "flow": "run-down",
+    "6 s": "period",
+    "8 s": "period",
+    "empty": "load",
+    "200 t": "load",
+    "`K_2`": "K_2",
+}
+
+
+def setting(row: Row) -> causes.Alternative:
+    """A row as a setting that may be otherwise; what the loss is like, for the runs in which the PLC learns of it."""
+    group = next((g for begin, g in GROUPS.items() if row.label.startswith(begin)), "")
+    if row.period != PERIOD:
+        return causes.varied(row.label, tip=sine(V_VARIED / 60.0, row.period), group=group)
+    if not row.loss:
+        return causes.varied(row.label, row.changes, more=row.more, group=group)
+
+    def change(runs: causes.Runs) -> causes.Runs:
+        out = dict(runs)
+        for name, (crane, one) in runs.items():
+            if name.startswith("loss") and one.power_loss is not None:
+                loss = case(V_VARIED, "ns", {"time": f"{one.power_loss.time!r} s", "unit": one.power_loss.unit, **row.loss}).power_loss
+                out[name] = crane, one.model_copy(update={"power_loss": loss})
+        return out
+
+    return causes.Alternative(row.label, change, group)
+
+
+def attribution() -> causes.Attribution:
+    """What the figures of unit 2 at 65 m/min depend on, one change at a time."""
+    runs: dict[str, causes.Pair] = {}
+    for m in MODES[1:]:
+        quiet, *some = losses(2)
+        runs[f"quiet {m}"] = CRANE, case(V_VARIED, m, quiet)
+        runs |= {f"loss {m} {i}": (CRANE, case(V_VARIED, m, loss)) for i, loss in enumerate(some)}
+        runs |= {f"never {m} {i}": (CRANE, case(V_VARIED, m, loss)) for i, loss in enumerate(losses(2, detection=NEVER)[1:])}
+
+    def worst(r: Mapping[str, Numbers], what: str, m: str) -> float:
+        return max(CM * r[f"{what} {m} {i}"]["e_c_max"] for i in range(MOMENTS))
+
+    def grows(m: str) -> causes.Figure:
+        return causes.Figure(
+            f"{m.upper()}, error grows by",
+            lambda r: worst(r, "loss", m) - CM * r[f"quiet {m}"]["e_c_max"],
+            most=GOES_ON,
+            unit="cm",
+            printed="goes on",
+        )
+
+    def needed(m: str) -> causes.Figure:
+        return causes.Figure(
+            f"{m.upper()}, error without reconfiguration over that with",
+            lambda r: worst(r, "never", m) / worst(r, "loss", m),
+            2.0,
+            printed="reconfigured",
+        )
+
+    figures = [f(m) for m in MODES[1:] for f in (grows, needed)]
+    return causes.attribute(runs, figures, [setting(row) for row in ROWS[1:]], pairs=False)
+
+
 def passive() -> list[tuple[object, ...]]:
     """How hard the passive pumps work while a unit is missing."""
     rows = []
@@ -219,6 +285,7 @@ def compute() -> tuple[dict[str, str], dict[str, tuple[str, str, str]], dict[str
         for unit, D in zip((0, *UNITS), (0.0, *CRANE.active.pump.D), strict=True)
     ]
     blocks = {
+        "causes": causes.block(attribution()),
         "claims": claims_table(told),
         "speeds": table(("unit lost", "active pumps left", *(f"{m.upper()}, m/min" for m in MODES)), speeds),
         "transients": table(head, [transient_row(u, v, known, never) for u in UNITS[:2] for v in SPEEDS]),

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
+import causes
 import xarray
 from blocks import percent
 
@@ -46,7 +47,7 @@ def heavier(part: float) -> dict[str, Any]:
 
 ROWS = (
     Row("motors in open loop with feedback", OPEN_LOOP),
-    Row("the same, 10 % offset and 6 % hysteresis", OPEN_LOOP_10),
+    Row("open loop with feedback, 10 % offset and 6 % hysteresis", OPEN_LOOP_10),
     Row("motors in open loop without feedback", OPEN_LOOP_BLIND),
     Row("NS 0.70", {"control": {"alpha_ns": 0.7}}),
     Row("NS 0.90", {"control": {"alpha_ns": 0.9}}),
@@ -77,10 +78,14 @@ class Found(NamedTuple):
     alpha_m: float
 
 
+def _case(tip: Motion, mode: str, duration: float, more: Mapping[str, Any]) -> Scenario:
+    asked: dict[str, Any] = {"load": "0 t", "s_w": "15 m", "warm_up": f"{WARM:g} s", "duration": f"{WARM + duration:g} s", **more}
+    return Scenario(tip=tip, mode=mode, **asked)
+
+
 def found(row: Row, tip: Motion, mode: str, duration: float) -> Found:
     crane = changed(CRANE, row.changes) if row.changes and row.only in ("", mode) else CRANE
-    asked: dict[str, Any] = {"load": "0 t", "s_w": "15 m", "warm_up": f"{WARM:g} s", "duration": f"{WARM + duration:g} s", **row.more}
-    run = simulate(crane, Scenario(tip=row.tip or tip, mode=mode, **asked), every="0.02 s")
+    run = simulate(crane, _case(row.tip or tip, mode, duration, row.more), every="0.02 s")
     return Found(
         run=run,
         v_w=in_display(rms_above(run, "v_w", frequency=RING, start=WARM), "speed"),
@@ -90,6 +95,43 @@ def found(row: Row, tip: Motion, mode: str, duration: float) -> Found:
         alpha_p=float(run["alpha_p_max"]),
         alpha_m=float(run["alpha_m_min"]),
     )
+
+
+GROUPS = {
+    "motors in open loop with feedback": "motor control",
+    "open loop with feedback, 10 % offset and 6 % hysteresis": "motor control",
+    "motors in open loop without feedback": "motor control",
+    "NS 0.70": "NS",
+    "NS 0.90": "NS",
+    "HS 0.70": "HS",
+    "HS 0.48, 60 % of NS as in paper C": "HS",
+    "friction of crane 1": "friction",
+    "friction of L4593, the largest set": "friction",
+}
+"""Rows that exclude each other."""
+
+
+def alternatives(rows: Sequence[Row], group: str = "tip") -> list[causes.Alternative]:
+    """Rows as settings that may be otherwise; those with another tip exclude each other."""
+    return [
+        causes.varied(
+            r.label, r.changes, only=(r.only,) if r.only else (), tip=r.tip, more=r.more, group=GROUPS.get(r.label, group if r.tip else "")
+        )
+        for r in rows
+    ]
+
+
+def runs_of(tip: Motion, modes: Sequence[str], duration: float) -> dict[str, causes.Pair]:
+    """Crane and scenario of each mode."""
+    return {m: (CRANE, _case(tip, m, duration, {})) for m in modes}
+
+
+def _oscillation(run: xarray.Dataset) -> dict[str, float]:
+    return {name: rms_above(run, name, frequency=RING, start=WARM) for name in ("v_w", "p_a")}
+
+
+oscillations = causes.from_series(_oscillation, "0.02 s")
+"""Oscillation above 0.5 Hz of speed and pressure of every run, rms [m/s, Pa]."""
 
 
 HEAD = ("", "`v_w` above 0.5 Hz, rms", "`p_a` above 0.5 Hz, rms", "error p-p", "highest `p_a`", "pumps", "least `alpha_m`")

@@ -113,6 +113,9 @@ class Motor(Spec):
     loss: TorqueLoss
     C_1: u.Leakage = Field(ge=0, description="total leak of one motor at standstill")
     C_2: u.LeakagePerSpeed = Field(ge=0, description="rise of that leak with shaft speed")
+    D_loss_min: u.Displacement | None = Field(default=None, ge=0, description="least displacement at which the loss was fitted")
+    n_loss_max: u.Rotation | None = Field(default=None, gt=0, description="highest shaft speed at which the loss was fitted")
+    dp_loss_max: u.Pressure | None = Field(default=None, gt=0, description="largest pressure difference at which the loss was fitted")
 
     @model_validator(mode="after")
     def _speeds_in_order(self) -> Self:

@@ -255,6 +255,7 @@ ANSWERS = (
     _v("relative", "", "1", "", "higher positive", "a number of one case over that of the other, less 1, draw by draw"),
     _v("lower", "", "1", "", "", "share of the draws in which a number of one case is below that of the other"),
     _v("sensitivity", "", "", "", "", "variance-based indices by case and output"),
+    _v("causes", "", "", "", "", "what brings a limit about or breaks it: every uncertain factor at both ends, alone and in pairs"),
     _v("indices", "", "", "", "", "factor to its indices, each with its 95 % interval"),
     _v("first", "S_i", "1", "", "", "share of the variance that a factor explains alone (first order)", "Saltelli et al. 2010"),
     _v("total", "S_Ti", "1", "", "", "share of the variance that a factor explains with all that it does together with others", "Jansen 1999"),

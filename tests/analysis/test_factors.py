@@ -176,3 +176,39 @@ def test_bad_factors_are_refused_in_one_line(table, error, words):
         Uncertainty.of(table, "my.toml")
     assert "\n" not in str(caught.value)
     assert "my.toml" in str(caught.value)
+
+
+EMPTY = Scenario(load="0 t", s_w="15 m", tip="sine 2 m 12 s", duration="60 s")
+HEAVY = Scenario(load="150 t", s_w="15 m", tip="sine 2 m 12 s", duration="60 s")
+
+
+def test_passive_motors_inside_their_fit_have_no_uncertainty_of_being_outside():
+    crane, factor = load_crane("nov-250t"), FACTORS["passive_motor_loss"]
+    assert factor.absent(crane, EMPTY) == ""
+    assert "work where their loss was fitted" in factor.absent(crane, HEAVY)
+    drawn, _ = next(Drawing(crane, HEAVY, ["passive_motor_loss"]).pairs(np.array([[2.0]])))
+    assert drawn.passive.motor.loss == crane.passive.motor.loss  # in a batch with an empty hook it is left alone as well
+
+
+def test_losses_of_passive_motors_carry_both_factors():
+    crane = load_crane("nov-250t")
+    drawn, _ = next(Drawing(crane, EMPTY, ["motor_loss", "passive_motor_loss"]).pairs(np.array([[1.1, 2.0]])))
+    assert drawn.active.motor.loss.X_4 == pytest.approx(1.1 * crane.active.motor.loss.X_4)
+    assert drawn.passive.motor.loss.X_4 == pytest.approx(2.2 * crane.passive.motor.loss.X_4)
+
+
+def test_a_drawn_set_of_motor_losses_is_scaled_where_passive_motors_are_outside_their_fit():
+    crane = load_crane("nov-250t")
+    columns = [*(f"motor_loss.X_{i}" for i in range(1, 6)), "passive_motor_loss"]
+    losses = np.array([[5e-3, 4e10, 0.006, 15.0, 1.2e-14, 0.5]])
+    drawn, _ = next(Drawing(crane, EMPTY, columns).pairs(losses))
+    assert drawn.active.motor.loss.X_4 == 15.0
+    assert drawn.passive.motor.loss.X_4 == pytest.approx(7.5)
+
+
+def test_the_wider_ends_of_motor_loss_are_for_motors_outside_their_fit():
+    crane = load_crane("nov-250t")
+    slow = HEAVY.model_copy(update={"tip": EMPTY.tip.__class__.from_si(0.3, 12.0)})
+    assert FACTORS["motor_loss"].strained(crane, EMPTY)
+    assert not FACTORS["motor_loss"].strained(crane, slow)
+    assert not FACTORS["friction"].strained(crane, EMPTY)

@@ -94,6 +94,26 @@ def test_bad_input_is_refused_in_one_line(arguments, words, capsys):
     assert "\n" not in error
 
 
+def test_a_limit_is_attributed_to_factors_and_pairs_of_them(tmp_path, capsys):
+    (tmp_path / "factors.toml").write_text('[factors]\nleakage = { uniform = [1.0, 3.0] }\nboost = "default"\n')
+    given = ["uncertainty", *SHORT, "--modes", "ssc", "--factors", str(tmp_path / "factors.toml"), "--limit", "e_c_pp >= 15 cm", "--attribute"]
+    command(given)
+    out = capsys.readouterr().out
+    assert "closes the gap" in out.split("leakage")[-2] + out.split("leakage")[-1]
+    command([*given, "--json"])
+    data = json.loads(capsys.readouterr().out)
+    assert set(data) <= set(BY_NAME)
+    (name,) = data["causes"]["as_described"]
+    assert [row["cause"] for row in data["causes"]["ranking"]] == ["leakage", "boost"]
+    assert data["causes"]["ranking"][0]["verdicts"][name] == "closes the gap"
+    assert data["causes"]["closing"][name] == ["leakage × 2.95"]
+
+
+def test_an_attribution_without_a_limit_is_refused(capsys):
+    assert command(["uncertainty", "--attribute"]) == 2
+    assert "Give it as a --limit" in capsys.readouterr().err
+
+
 def test_help_shows_an_example(capsys):
     assert command(["uncertainty", "--help"]) == 0
     assert "Example: stillhook uncertainty" in " ".join(capsys.readouterr().out.split())

@@ -67,7 +67,7 @@ def test_every_set_of_the_library_is_read_with_its_sources_and_written_back_alik
     item = load_set(name)
     assert isinstance(item, FrictionSet if name in frictions() else LossSet)
     spec = item.system if isinstance(item, FrictionSet) else item.motor
-    assert all(place in item.sources for place in type(spec).model_fields if place != "loss")
+    assert all(place in item.sources for place in type(spec).model_fields if place != "loss" and getattr(spec, place) is not None)
     again = load_set(save_set(item, tmp_path / f"{name}.toml"))
     assert again == item
 
@@ -214,3 +214,17 @@ def test_a_covariance_of_parameters_that_were_held_may_be_zero():
 def test_nothing_is_written_where_a_folder_is_in_the_way(tmp_path):
     assert re.search("cannot be written", refusal(lambda: save_set(load_friction("crane-1"), tmp_path)))
     assert set_toml(load_friction("crane-1")).startswith('title = "System friction of crane 1')
+
+
+def test_a_motor_of_a_set_brings_the_range_in_which_its_loss_was_fitted(tmp_path):
+    """Where the set has evidence, its ranges say it, and no longer those of the motor that lent the rest."""
+    plain = set_toml(load_losses("A6VM215"))
+    known = '\n[evidence]\nnames = ["X_4"]\ncovariance = [[0.01]]\ndof = 9\ndata = "a bench"\nD_m = ["110 cm^3/rev", "215 cm^3/rev"]\n'
+    written(tmp_path, plain + known + 'dp_m = ["-250 bar", "200 bar"]\n', "ours.toml")
+    crane = written(tmp_path, 'base = "nov-150t"\n[active.motor]\ntype = "ours.toml"\n', "our-crane.toml")
+    motor = load_crane(crane).active.motor
+    assert motor.D_loss_min * 2e6 * np.pi == pytest.approx(110.0)
+    assert motor.dp_loss_max == pytest.approx(250e5)
+    assert motor.n_loss_max == load_losses("A6VM215").motor.n_loss_max
+    again = crane_from_toml(crane_toml(load_crane(crane)), "stored")
+    assert again.active.motor == motor

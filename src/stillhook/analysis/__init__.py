@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 from stillhook._lazy import attached
 
 if TYPE_CHECKING:
+    from stillhook.analysis.attribution import Alternative, Attribution, Figure, attribute
     from stillhook.analysis.controllers import Controller, controller
     from stillhook.analysis.linear import eigenfrequency, gain_limit
     from stillhook.analysis.linearisation import linearise
@@ -36,12 +37,16 @@ if TYPE_CHECKING:
     from stillhook.analysis.uncertainty import Uncertainty, load_uncertainty
 
 _HOMES = {
+    "Alternative": "analysis.attribution",
+    "Attribution": "analysis.attribution",
     "Controller": "analysis.controllers",
+    "Figure": "analysis.attribution",
     "Map": "analysis.map_result",
     "OperatingPoint": "analysis.operation",
     "Stability": "analysis.loop_stability",
     "Tuned": "analysis.tuning",
     "Uncertainty": "analysis.uncertainty",
+    "attribute": "analysis.attribution",
     "controller": "analysis.controllers",
     "eigenfrequency": "analysis.linear",
     "envelope": "analysis.load_speed",
@@ -64,12 +69,16 @@ _HOMES = {
     "tune": "analysis.tuning",
 }
 __all__ = [
+    "Alternative",
+    "Attribution",
     "Controller",
+    "Figure",
     "Map",
     "OperatingPoint",
     "Stability",
     "Tuned",
     "Uncertainty",
+    "attribute",
     "controller",
     "eigenfrequency",
     "envelope",

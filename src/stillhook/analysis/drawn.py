@@ -33,7 +33,8 @@ HELD = ("pump_servo", "pump_zeta")
 class Drawing:
     """How the columns of a table of draws change one crane and scenario.
 
-    columns: names of factors, or "friction.Y_1" and so on for the parameters of a set. The crane must hold the set's own values.
+    columns: names of factors, or "friction.Y_1" and so on for the parameters of a set. The crane must hold the set's own values. A factor
+    that changes nothing here (`Factor.absent`) is left out; one that scales a parameter of a set scales what is drawn of it.
     """
 
     def __init__(self, crane: Crane, case: Scenario, columns: Sequence[str]) -> None:
@@ -49,6 +50,8 @@ class Drawing:
     def _take(self, name: str, k: int) -> None:
         if "." in name:
             self._take_parameter(name, k)
+            return
+        if FACTORS[name].absent(self.crane, self.case):
             return
         for path, share in FACTORS[name].targets:
             if missing(self.crane, path):
@@ -69,12 +72,13 @@ class Drawing:
     def values(self, draws: FloatArray) -> dict[str, FloatArray]:
         """Path -> value in every draw [SI], shape (n,); draws has shape (n, columns)."""
         out = {path: np.full(len(draws), x) for path, x in self._held.items()}
+        out |= {path: draws[:, k] for path, k in self._set.items()}
         for path, parts in self._scales.items():
-            x = np.full(len(draws), self._base(path))
+            x = out[path] if path in out else np.full(len(draws), self._base(path))
             for k, share in parts:
                 x = x * (draws[:, k] if share == 1.0 else 1.0 + share * (draws[:, k] - 1.0))
             out[path] = x
-        return out | {path: draws[:, k] for path, k in self._set.items()}
+        return out
 
     def _base(self, path: str) -> float:
         root: Any = self.case if path.startswith(CASE) else self.crane

@@ -10,6 +10,8 @@ from typing import NamedTuple
 
 from stillhook.analysis.distribution import Distribution, Law
 from stillhook.crane import Crane, ServoVariant, beside_wire, damping_range
+from stillhook.engine.checks import case_friction, friction_parts, layer_diameter_at, loss_notes
+from stillhook.engine.pack import load_record
 from stillhook.scenario import Scenario
 
 CASE = "case."
@@ -34,6 +36,17 @@ class Target(NamedTuple):
     share: Callable[[Crane], float] | None
 
 
+def passive_outside_fit(crane: Crane, case: Scenario) -> bool:
+    """Whether the passive motors carry this load where their loss was not fitted."""
+    d = layer_diameter_at(crane, case.s_w)
+    return any(p.circuit == "passive" and p.beyond for p in friction_parts(crane, load_record(crane, case).W, d, 0.0, 1.0))
+
+
+def motors_outside_fit(crane: Crane, case: Scenario) -> bool:
+    """Whether losses of motors that work outside their fit are a considerable part of this run's friction."""
+    return bool(loss_notes(case_friction(crane, case)))
+
+
 def _all(crane: Crane) -> float:
     return 1.0
 
@@ -48,7 +61,8 @@ class Factor:
 
     kind of quantity ("": a pure number); default distribution with the reason of its width; whether it is among those drawn by default;
     least, most what it may be [SI]; targets what it changes, those that a crane does not have left out; of: the distribution where a
-    crane file says how wide it is, in place of the default.
+    crane file says how wide it is, in place of the default; outside: its ends where the default distribution does not hold at the working
+    point (`strained`).
     """
 
     name: str
@@ -61,6 +75,11 @@ class Factor:
     least: float = 0.0
     most: float = math.inf
     of: Callable[[Crane], Distribution] | None = None
+    outside: tuple[float, float] | None = None
+
+    def strained(self, crane: Crane, case: Scenario) -> bool:
+        """Whether its default distribution does not hold at the working point of this run, where `outside` does."""
+        return self.name == "motor_loss" and motors_outside_fit(crane, case)
 
     def absent(self, crane: Crane, case: Scenario) -> str:
         """Why it changes nothing here; "" where it does."""
@@ -70,6 +89,8 @@ class Factor:
             return f'"{crane.name}" has no passive circuit. Leave it out.'
         if all(missing(crane, t.path) for t in self.targets):
             return f'"{crane.name}" does not give {self.targets[0].path}. Give it, or leave it out.'
+        if self.name == PASSIVE_LOSS and not passive_outside_fit(crane, case):
+            return f'the passive motors of "{crane.name}" work where their loss was fitted. Leave it out.'
         if self.name == "load" and case.load == 0.0:
             return "nothing but the hook hangs on the wire. Leave it out."
         return ""
@@ -93,6 +114,7 @@ def between(low: float, high: float) -> Distribution:
     return Distribution(Law.LOGNORMAL, (math.sqrt(low * high), (high / low) ** (0.5 / NORMAL_95)))
 
 
+PASSIVE_LOSS = "passive_motor_loss"
 LOSSES = ("X_1", "X_2", "X_3", "X_4", "X_5")
 DRY_AND_VISCOUS = ("Y_1", "Y_2", "Y_3", "Y_5", "Y_6")
 BOTH = ("active", "passive")
@@ -125,7 +147,8 @@ _TABLE = (
         "torque loss of all motors: X_1 to X_5 together",
         _scaled(*(f"{c}.motor.loss.{X}" for c in BOTH for X in LOSSES)),
         _normal(0.1),
-        "paper D: friction of motors in place lies within 10 % of its average over displacements",
+        "paper D: friction of motors in place lies within 10 % of its average over displacements; 0.5 to 1.5 outside the fit is assumed",
+        outside=(0.5, 1.5),
     ),
     Factor(
         "leakage",
@@ -233,6 +256,14 @@ _TABLE = (
     ),
     Factor("wire_stiffness", "elastic modulus of the wire", _scaled("wire.E"), _normal(0.1), "assumed, as the wire's fill is"),
     Factor("load", "mass of the payload", _scaled(f"{CASE}load"), _triangular(0.97, 1.03), "assumed: weighed to 3 %"),
+    Factor(
+        PASSIVE_LOSS,
+        "torque loss of passive motors that work outside the range of their fit, as with an empty hook at a few per cent of displacement; "
+        "beside motor_loss, which holds for all motors",
+        _scaled(*(f"passive.motor.loss.{X}" for X in LOSSES)),
+        _triangular(0.3, 2.0),
+        "assumed: paper A finds the accuracy drastically reduced below 120 cm^3/rev, and near zero stroke the pistons rub less, or stick",
+    ),
 )
 
 FACTORS: Mapping[str, Factor] = {f.name: f for f in _TABLE}

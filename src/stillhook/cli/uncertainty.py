@@ -14,6 +14,7 @@ from stillhook.cli.runs import MOTION_HELP, cell, motion_of
 from stillhook.cli.show import print_implausible, print_json, print_table, print_twin, progress_bar, started
 
 if TYPE_CHECKING:
+    from stillhook.analysis.attribution import Attribution
     from stillhook.analysis.bands import Limit
     from stillhook.analysis.sobol import Sensitivity
     from stillhook.analysis.uncertainty import Uncertainty
@@ -58,6 +59,9 @@ def uncertainty(
     draws: Annotated[int, typer.Option(help="Draws; a power of two fills the space best.")] = 256,
     seed: Annotated[int, typer.Option(help="Same seed, same draws.")] = 0,
     sobol: Annotated[bool, typer.Option("--sobol", help="Also which factors the spread comes from (about 8 times the runs).")] = False,
+    attribute: Annotated[
+        bool, typer.Option("--attribute", help="Also which factors, alone or two together, bring each --limit about or break it.")
+    ] = False,
     limit: Annotated[list[str] | None, typer.Option(help='Bound on a result, such as "e_c_pp <= 10 cm"; repeat it for several.')] = None,
     at_most: Annotated[float, typer.Option("--at-most", min=0.0, max=1.0, help="Chance of going beyond a limit that is tolerated.")] = 0.05,
     step: Annotated[str | None, typer.Option(help="Integration step (default 5 ms).")] = None,
@@ -77,8 +81,11 @@ def uncertainty(
     from stillhook.analysis.many_draws import monte_carlo
     from stillhook.analysis.uncertainty_report import report
     from stillhook.engine.checks import notes_of
+    from stillhook.errors import SpecError
 
     limits = [Limit.of(text) for text in limit or ()]
+    if attribute and not limits:
+        raise SpecError('--attribute: what is to be brought about is missing. Give it as a --limit, such as "e_c_pp <= 10 cm".')
     _check_out(out, sobol)
     given = {"crane": crane, "load": load, "s_w": s_w, "motion": motion, "duration": duration, "warm_up": warm_up}
     asked = _asked(case_file, {k: v for k, v in given.items() if v is not None}, modes, factors)
@@ -89,10 +96,15 @@ def uncertainty(
             run = monte_carlo(asked.cranes, asked.cases, asked.known, n=draws, progress=started(asked.cranes[0], bar), **how)
         indices = _indices(asked, run, pairs, how) if sobol else []
     data = report(run, limits, at_most, pairs, indices) | {"notes": notes_of(asked.cranes, asked.cases)}
+    causes = _causes(asked, limits, None if factors is None else asked.known) if attribute else None
+    if causes is not None:
+        data["causes"] = causes.to_dict()
     if json:
         print_json(data)
     else:
         _print(asked, data, indices)
+        if causes is not None:
+            _print_causes(causes)
     if out is not None:
         _write(out, run, data, limits, indices, quiet=json)
     cases = data["cases"].values()
@@ -145,6 +157,38 @@ def _indices(asked: _Asked, run: Any, pairs: list[tuple[str, str]], how: dict[st
     with progress_bar("sensitivity") as bar:
         found = sensitivity(asked.cranes, asked.cases, asked.known, n=rows, against=against, progress=bar, **how)
     return [s for s in found if s.case in asked.labels or s.case.removesuffix(f" / {against}") in new]
+
+
+def _causes(asked: _Asked, limits: list[Limit], known: Uncertainty | None) -> Attribution:
+    """What brings each limit about in each mode, or breaks it."""
+    from stillhook.analysis.attribution import Figure, attribute
+    from stillhook.units import KINDS, in_display
+    from stillhook.variables import BY_NAME
+
+    figures = []
+    for label in asked.labels:
+        for limit in limits:
+            kind = BY_NAME[limit.name].kind
+            bound = in_display(limit.value, kind) if kind else limit.value
+            least, most = (-math.inf, bound) if limit.at_most else (bound, math.inf)
+
+            def value(r: Any, label: str = label, name: str = limit.name, kind: str = kind) -> float:
+                return in_display(float(r[label][name]), kind) if kind else float(r[label][name])
+
+            unit = KINDS[kind].display if kind else ""
+            figures.append(Figure(f"{label}: {limit}", value, least, most, unit, 3))
+    pairs = zip(asked.cranes, asked.cases, strict=True)
+    return attribute(dict(zip(asked.labels, pairs, strict=True)), figures, uncertainty=known)
+
+
+def _print_causes(found: Attribution) -> None:
+    head = ["cause", "from, to", *(f.name for f in found.figures)]
+    rows = [["as described", "", *(f"{f.show(x)} {f.unit}" for f, x in zip(found.figures, found.base, strict=True))]]
+    for row in found.ranking():
+        cells = [f"{', '.join(f.show(e.values[k]) for e in row.effects)}: {row.verdicts[k]}" for k, f in enumerate(found.figures)]
+        rows.append([row.cause, ", ".join(e.changes[0].end for e in row.effects), *cells])
+    print_table(head, rows, title="causes, largest effect first: figures at both ends of every factor", left=len(head))
+    print(*found.words(), sep="\n")
 
 
 def _print(asked: _Asked, data: dict[str, Any], indices: list[Sensitivity]) -> None:

@@ -12,9 +12,11 @@ from stillhook.engine.pack import (
     MODE_CODE,
     active_record,
     drum_record,
+    friction_record,
     gains,
     load_record,
     loop_record,
+    loss_fit,
     motor_speed_max,
     plc_record,
     wire_speed_max,
@@ -23,6 +25,8 @@ from stillhook.engine.validated import standing
 from stillhook.engine.winch_type import plant_of
 from stillhook.errors import ScenarioError
 from stillhook.physics.drum import LAST_TURNS, WIRE_SLACK, layer_diameter, layers_filled, wire_usable
+from stillhook.physics.friction import system_friction
+from stillhook.physics.motor import torque_loss
 from stillhook.physics.scalar import G
 from stillhook.plants.active_circuit import active_flows
 from stillhook.scenario import LONGEST, Mode, Scenario
@@ -135,6 +139,7 @@ def foresee(crane: Crane, case: Scenario) -> Foreseen:
         *gain,
         *type_notes(crane, Held.of(crane, case, asked.s_tip_pp)),
         *_friction_notes(crane, case, d),
+        *loss_notes(case_friction(crane, case, asked)),
         *_event_notes(case),
         *stands.notes,
     ]
@@ -152,6 +157,80 @@ def _friction_notes(crane: Crane, case: Scenario, d: float) -> list[str]:
         return []
     known = f"{show(lo, 'drum_torque', 3)} to {show(hi, 'drum_torque', 3)}"
     return [f"drum torque {show(T_d, 'drum_torque', 3)}: system friction was identified from {known} only, so here it is an extrapolation"]
+
+
+LOSS_BEYOND = 0.1
+"""Part by which motors may work beyond the range in which their loss was fitted before a word is said."""
+CONSIDERABLE = 0.2
+"""Part of a winch's friction from which it matters how well the loss of one set of motors is known."""
+
+
+class FrictionPart(NamedTuple):
+    """Loss of one set of motors at a working point: name of its circuit; T_f loss of the set, total friction of the whole winch [N m],
+    both at the motor shaft; alpha displacement [-]; beyond where the point lies outside the fit, in words, "" where it does not."""
+
+    circuit: str
+    T_f: float
+    total: float
+    alpha: float
+    beyond: str
+
+
+def friction_parts(crane: Crane, W: float, d: float, v: float, alpha: float) -> list[FrictionPart]:
+    """Where the friction of the winch comes from at wire speed v [m/s] with weight W [N] on diameter d [m], active motors at alpha.
+
+    The passive motors carry the weight at mid stroke, the active motors the rest, which is nothing at a steady speed but for friction and
+    is left out of the pressure of an active/passive winch.
+    """
+    lever = 0.5 * d / crane.i_hD
+    omega = min(v / lever, motor_speed_max(crane, alpha))
+    if crane.passive is None:
+        sets = [("active", crane.active.motor, alpha, W * lever / (crane.active.motor.D_total * alpha))]
+    else:
+        passive, dp = crane.passive.motor, crane.passive.accumulator.gas.p_0 - crane.passive.p_lp
+        alpha_pm = min(max(W * lever / (passive.D_total * dp), passive.alpha_min), 1.0)
+        sets = [("active", crane.active.motor, alpha, 0.0), ("passive", passive, alpha_pm, dp)]
+    losses = [m.count * torque_loss(omega, a * m.D_max, dp, loss_fit(m)) for _, m, a, dp in sets]
+    system = sum(m.count for _, m, _, _ in sets) * system_friction(omega, W * 0.5 * d, friction_record(crane.friction.system))
+    total = sum(losses) + system
+    parts = zip(sets, losses, strict=True)
+    return [FrictionPart(name, T_f, total, a, _beyond_fit(m, omega, a, dp)) for (name, m, a, dp), T_f in parts]
+
+
+def case_friction(crane: Crane, case: Scenario, asked: Asked | None = None) -> list[FrictionPart]:
+    """`friction_parts` at the highest speed that tip and operator ask for, with the smallest displacement that the first mode takes."""
+    v = (Drive(crane, case).asked() if asked is None else asked).v_max
+    d = layer_diameter_at(crane, case.s_w)
+    K_wire = crane.drum.d_max / d
+    alpha = min(alpha_wanted(crane, case, K_wire, u_ff) for u_ff in (0.0, min(gains(crane).K_1 * v * K_wire, 1.0)))
+    return friction_parts(crane, load_record(crane, case).W, d, v, alpha)
+
+
+def _beyond_fit(motor: MotorSet, omega_m: float, alpha: float, dp_m: float) -> str:
+    """Where a working point lies beyond the range in which a motor's loss was fitted, in words.
+
+    Low speed and low pressure are none of these: every reversal passes through them, and what the motors lose there was part of the tests
+    from which system friction was identified.
+    """
+    out = []
+    if motor.D_loss_min is not None and alpha * motor.D_max < (1.0 - LOSS_BEYOND) * motor.D_loss_min:
+        least = motor.D_loss_min / motor.D_max
+        out.append(f"{100.0 * alpha:.2g} % of their displacement, which were fitted from {100.0 * least:.0f} % up")
+    if motor.n_loss_max is not None and omega_m > (1.0 + LOSS_BEYOND) * motor.n_loss_max:
+        out.append(f"{show(omega_m, 'rotation', 3)}, which were fitted up to {show(motor.n_loss_max, 'rotation')}")
+    if motor.dp_loss_max is not None and abs(dp_m) > (1.0 + LOSS_BEYOND) * motor.dp_loss_max:
+        out.append(f"{show(abs(dp_m), 'pressure', 3)}, which were fitted up to {show(motor.dp_loss_max, 'pressure')}")
+    return ", and at ".join(out)
+
+
+def loss_notes(parts: Sequence[FrictionPart]) -> list[str]:
+    """A note for each set of motors that works outside its fit with a considerable part of the friction."""
+    return [
+        f"{p.T_f:.0f} of {p.total:.0f} N m of friction at the highest speed are losses of the {p.circuit} motors at {p.beyond}: "
+        "an extrapolation"
+        for p in parts
+        if p.beyond and p.T_f > CONSIDERABLE * p.total
+    ]
 
 
 def _speed_notes(crane: Crane, case: Scenario, v: float, d: float) -> list[str]:

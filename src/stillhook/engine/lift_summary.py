@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from stillhook.crane import Crane
-from stillhook.engine.checks import Held, alpha_wanted, layer_diameter_at, type_notes
+from stillhook.engine.checks import Held, alpha_wanted, friction_parts, layer_diameter_at, loss_notes, type_notes
 from stillhook.engine.lift_checks import tip_capacity
 from stillhook.engine.lift_pack import stand_in
 from stillhook.engine.lift_programme import hanging
@@ -210,8 +210,17 @@ def lift_summary(crane: Crane, case: Lowering, result: LiftResult) -> tuple[dict
     if result.ending is Ending.DIVERGED:
         numbers = dict.fromkeys(numbers, math.nan)
     doubts = (*implausible_values(crane), *implausible_values(case, "lift"))
-    found = [*doubts, *notes(crane, case, result, r)]
+    found = [*doubts, *notes(crane, case, result, r), *_loss_notes(crane, result, r)]
     return {"status": marked(status(case, result, r, crane), doubts), **numbers, "notes": found}, rows
+
+
+def _loss_notes(crane: Crane, result: LiftResult, r: StageResult) -> list[str]:
+    """Motors that work outside the fit of their loss, with the weight that hangs on the winch at the start."""
+    if result.ending is Ending.DIVERGED:
+        return []
+    packed = result.packed.winch
+    W, d = packed.params.hoist.load.W, layer_diameter_at(crane, packed.s_w)
+    return loss_notes(friction_parts(crane, W, d, r.stats.v_w_max, r.stats.alpha_m_min))
 
 
 def notes(crane: Crane, case: Lowering, result: LiftResult, r: StageResult) -> list[str]:

@@ -128,10 +128,14 @@ def _pumps(pump: spec.PumpSet) -> Pumps:
     return Pumps(D_max=pump.D_total, omega_p=pump.omega_p, leak=pump_leak(pump))
 
 
-def _motors(motor: spec.MotorSet) -> Motors:
+def loss_fit(motor: spec.Motor) -> TorqueLossFit:
+    """The torque loss of a motor as the physics reads it."""
     loss = motor.loss
-    fit = TorqueLossFit(loss.X_1, loss.X_2, loss.X_3, loss.X_4, loss.X_5)
-    return Motors(count=float(motor.count), D_max=motor.D_max, C_1=motor.C_1, C_2=motor.C_2, fit=fit)
+    return TorqueLossFit(loss.X_1, loss.X_2, loss.X_3, loss.X_4, loss.X_5)
+
+
+def _motors(motor: spec.MotorSet) -> Motors:
+    return Motors(count=float(motor.count), D_max=motor.D_max, C_1=motor.C_1, C_2=motor.C_2, fit=loss_fit(motor))
 
 
 def servo_record(servo: spec.Servo, lo: float, hi: float = 1.0) -> Servo:

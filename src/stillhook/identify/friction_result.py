@@ -16,7 +16,7 @@ from stillhook.identify.planner import ANYTHING
 from stillhook.identify.points import Points
 from stillhook.identify.uncertainty import correlation
 from stillhook.library.evidence import Evidence
-from stillhook.library.sets import FrictionSet, LossSet
+from stillhook.library.sets import LOSS_RANGE, FrictionSet, LossSet
 from stillhook.units import from_display, in_display, number
 
 if TYPE_CHECKING:
@@ -69,8 +69,10 @@ def second_loop_sets(result: Friction) -> tuple[LossSet, FrictionSet]:
     said = list(loop.statements)
     about = _ranges(seen)
     motor_ranges = {k: v for k, v in about.items() if k != "T_d"}
-    motor = Motor.model_construct(None, **{n: getattr(campaign.motor, n) for n in Motor.model_fields} | {"loss": loop.loss})
-    sources = dict(campaign.motor_sources) | {f"loss.{n}": fitted for n in X_NAMES}
+    plain = {n: getattr(campaign.motor, n) for n in Motor.model_fields if n not in LOSS_RANGE}
+    motor = Motor.model_construct(None, **plain | {"loss": loop.loss})
+    kept = {path: s for path, s in campaign.motor_sources.items() if path not in LOSS_RANGE}
+    sources = kept | {f"loss.{n}": fitted for n in X_NAMES}
     of_motor = Evidence.fitted(names, matrix, dof=float(len(seen) - len(names)), data=text, ranges=motor_ranges, statements=said)
     title = f"{made}{campaign.motor_name}, torque loss refined on {campaign.title}"
     system = SystemFriction.model_construct(None, **{n: float(getattr(loop.system.y, n)) for n in Y_NAMES})

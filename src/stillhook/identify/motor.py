@@ -29,7 +29,7 @@ from stillhook.io.choices import choice
 from stillhook.library import motor as library_motor
 from stillhook.library import motors as library_motors
 from stillhook.library.evidence import Evidence
-from stillhook.library.sets import LossSet, load_losses
+from stillhook.library.sets import LOSS_RANGE, LossSet, load_losses
 from stillhook.units import show
 
 FloatArray = NDArray[np.float64]
@@ -160,7 +160,8 @@ def loss_set(result: MotorLoss, name: str) -> LossSet:
     lender, m, fit = load_losses(result.like), result.map, result.mj4
     made = "SYNTHETIC " if m.synthetic else ""
     text = f"MJ4 fitted to {m.source} ({len(m)} cells{', SYNTHETIC, measured on no motor' if m.synthetic else ''})"
-    sources = dict(lender.sources) | {f"loss.{n}": Source(text=text, kind=SourceKind.FITTED) for n in fit.names}
+    lent = {path: s for path, s in lender.sources.items() if path not in LOSS_RANGE}
+    sources = lent | {f"loss.{n}": Source(text=text, kind=SourceKind.FITTED) for n in fit.names}
     loss = TorqueLoss.model_construct(None, **dict(zip(fit.names, map(float, fit.values), strict=True)))
     own: dict[str, float] = {}
     if abs(lender.motor.D_max / m.D_max - 1.0) > SAME_SIZE:
@@ -168,7 +169,7 @@ def loss_set(result: MotorLoss, name: str) -> LossSet:
         other = Source(text=f"as {lender.title}, a motor of another size", kind=SourceKind.ASSUMED)
         sources = {k: v if k.startswith("loss.") else other for k, v in sources.items()}
         sources["D_max"] = Source(text=f"largest displacement of {m.source}", kind=SourceKind.FITTED)
-    motor = lender.motor.model_copy(update={"loss": loss, **own})
+    motor = lender.motor.model_copy(update={"loss": loss, **dict.fromkeys(LOSS_RANGE), **own})
     return LossSet(name, f"{made}{lender.title}, torque loss fitted to {m.source}", motor, sources, _evidence(result, text))
 
 

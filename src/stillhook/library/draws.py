@@ -12,7 +12,7 @@ from stillhook.crane import Crane, SourceKind, SystemFriction, TorqueLoss
 from stillhook.errors import IdentifyError
 from stillhook.library.evidence import Evidence
 from stillhook.library.load import changed
-from stillhook.library.sets import FrictionSet, LossSet
+from stillhook.library.sets import FrictionSet, LossSet, loss_range
 from stillhook.library.write import leaf_tree
 from stillhook.units import show
 
@@ -120,4 +120,4 @@ def with_loss(crane: Crane, item: LossSet, drawn: Draws, i: int, what: str) -> C
             f'set "{item.name}" is of a motor of {show(item.motor.D_max, "displacement")}, and those of "{crane.name}" have '
             f"{show(crane.active.motor.D_max, 'displacement')}. Choose a set for them."
         )
-    return changed(crane, {name: {"motor": {"loss": loss}} for name in fits})
+    return changed(crane, {name: {"motor": {"loss": loss, **loss_range(item.evidence)}} for name in fits})

@@ -14,7 +14,7 @@ from stillhook.library.certificate import read_certified
 from stillhook.library.explain import explain
 from stillhook.library.files import LABELS, Leaf, Tree, file_tree, lay_over, library_tree, nearest, parsed, shelf, sources, tree, values
 from stillhook.library.kinds import FileKind, other_kind
-from stillhook.library.sets import is_path, known_torques, set_values
+from stillhook.library.sets import is_path, known_losses, known_torques, set_values
 from stillhook.library.write import crane_tree
 from stillhook.units import came
 
@@ -160,7 +160,8 @@ def _with_library(fields: Tree, label: str, folder: Path | None = None) -> Tree:
         part = out.get(circuit)
         type_, leak = _text_at(part, "motor", "type"), _text_at(part, "pump", "leak")
         if isinstance(part, dict) and type_ and _to_be_read(type_, part.get("motor"), Motor, folder):
-            motor = set_values("motors", type_, f"{label}: {circuit}.motor.type", folder or Path())
+            place = f"{label}: {circuit}.motor.type"
+            motor = set_values("motors", type_, place, folder or Path()) | known_losses(type_, place, folder or Path())
             out[circuit] = lay_over({"motor": motor}, part, label, circuit)
         if leak and folder is None:
             library_tree("pumps", leak, f"{label}: {circuit}.pump.leak")
@@ -176,4 +177,4 @@ def _to_be_read(name: str, part: Leaf | Tree | None, model: type[Spec], folder: 
     """Whether a set is read now: one of the library at the end, one from a path with the file that names it, unless that has all of it."""
     if not is_path(name):
         return folder is None
-    return not (isinstance(part, dict) and set(model.model_fields) <= set(part))
+    return not (isinstance(part, dict) and {n for n, f in model.model_fields.items() if f.is_required()} <= set(part))

@@ -28,6 +28,8 @@ FRICTION, MOTORS = "friction", "motors"
 OF_SHELF = {FRICTION: FileKind.FRICTION, MOTORS: FileKind.MOTOR}
 ANY = "set"
 """Where a set of either kind may be named."""
+LOSS_RANGE = ("D_loss_min", "n_loss_max", "dp_loss_max")
+"""Fields of a motor that say where its loss was fitted; where a set has evidence, its ranges say it."""
 Y_NAMES = tuple(SystemFriction.model_fields)
 X_NAMES = tuple(TorqueLoss.model_fields)
 
@@ -107,6 +109,28 @@ def known_torques(name: str, where: str, folder: Path) -> Tree:
         return {}
     source = Source(text=f"range of the data of {label}", kind=SourceKind.FITTED)
     return {f"T_d_{end}": Leaf(f"{T_d!r} N m", source) for end, T_d in zip(("min", "max"), evidence.T_d, strict=True)}
+
+
+def known_losses(name: str, where: str, folder: Path) -> Tree:
+    """Range in which a motor's loss was identified, as D_loss_min and so on; empty where its file has no evidence."""
+    label, table = _table(MOTORS, name, where, folder)
+    evidence = evidence_of(table.get(EVIDENCE), X_NAMES, label)
+    source = Source(text=f"range of the data of {label}", kind=SourceKind.FITTED)
+    return {name: Leaf(value, source) for name, value in loss_range(evidence).items()}
+
+
+def loss_range(evidence: Evidence | None) -> dict[str, str]:
+    """Ends of the data that a motor's loss was fitted to, as the fields of a motor name them, where the evidence knows them."""
+    if evidence is None:
+        return {}
+    ends: dict[str, str] = {}
+    if evidence.D_m is not None:
+        ends["D_loss_min"] = f"{evidence.D_m[0]!r} m^3/rad"
+    if evidence.omega_m is not None:
+        ends["n_loss_max"] = f"{max(map(abs, evidence.omega_m))!r} rad/s"
+    if evidence.dp_m is not None:
+        ends["dp_loss_max"] = f"{max(map(abs, evidence.dp_m))!r} Pa"
+    return ends
 
 
 def set_toml(item: FrictionSet | LossSet) -> str:

@@ -1,0 +1,156 @@
+"""The block of causes of a page: what every uncertain factor and every open setting does to the page's figures, alone and in pairs."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import xarray
+from blocks import table
+
+from stillhook import Crane, Scenario, simulate
+from stillhook.analysis.attribution import (
+    MATTERS,
+    Alternative,
+    Attribution,
+    Effect,
+    Evaluate,
+    Figure,
+    Numbers,
+    Pair,
+    Runs,
+    Verdict,
+    attribute,
+)
+from stillhook.analysis.factors import FACTORS
+from stillhook.library import changed
+from stillhook.sea.motion import Motion
+
+__all__ = ["Alternative", "Attribution", "Figure", "Pair", "Runs", "attribute", "block", "from_series", "lower", "notes", "varied"]
+
+SHORT = {
+    Verdict.CLOSES: "**closes**",
+    Verdict.NARROWS: "narrows",
+    Verdict.WIDENS: "widens",
+    Verdict.NONE: "–",
+    Verdict.BREAKS: "**breaks**",
+    Verdict.KEEPS: "keeps",
+}
+QUIET = (Verdict.NONE, Verdict.KEEPS)
+AT_ONCE = 32
+"""Runs with series that are held in memory."""
+SHOWN = 8
+"""Pairs that are shown."""
+RULE = (
+    "What each [factor](uncertainty.md#what-is-drawn) and each setting that is not printed does to these figures{pairs}: the figure at the "
+    "lower and the upper end, largest effect first ([how to read it](../how-to/how-sure-is-it.md#5-what-could-be-the-cause)). `friction` "
+    "is that of gears, bearings, sheaves and wire; that of the motors is `motor_loss`."
+)
+
+
+def block(found: Attribution, rule: str = RULE) -> str:
+    """The ranking as a table, the nearest pairs, and what both say in sentences."""
+    parts = [rule.format(pairs=", alone and two together" if found.pairs else ", one at a time"), ranking(found)]
+    if len(found.figures) > 1 and found.pairs and any(f.gap(x) > 0.0 for f, x in zip(found.figures, found.base, strict=True)):
+        parts.append("Nearest to print, one change or two:")
+        parts.append(nearest(found))
+    parts.append("\n".join(f"- {line}" for line in found.words()))
+    return "\n\n".join(parts)
+
+
+def ranking(found: Attribution) -> str:
+    head = ("cause", "from, to", *map(_head, found.figures))
+    first = ("**as described**", "", *(f"**{f.show(x)}**" for f, x in zip(found.figures, found.base, strict=True)))
+    rows, quiet = [first], []
+    for row in found.ranking():
+        if row.moves < MATTERS and all(v in QUIET for v in row.verdicts):
+            quiet.append(row.cause)
+            continue
+        ends = " … ".join(e.changes[0].end for e in row.effects if e.changes[0].end)
+        cells = []
+        for k, (f, v) in enumerate(zip(found.figures, row.verdicts, strict=True)):
+            values = " … ".join(f.show(e.values[k]) for e in row.effects)
+            cells.append(f"{values}, {SHORT[v]}")
+        rows.append((_cause(row.cause), ends, *cells))
+    out = table(head, rows)
+    return f"{out}\n\nNo effect on any of these figures: {'; '.join(map(_cause, quiet))}." if quiet else out
+
+
+def _cause(name: str) -> str:
+    return f"`{name}`" if name in FACTORS else name
+
+
+def _head(f: Figure) -> str:
+    unit = f", {f.unit}" if f.unit else ""
+    return f"{f.name}{unit}" + (f" ({f.printed})" if f.printed else "")
+
+
+def nearest(found: Attribution) -> str:
+    def cell(k: int, e: Effect) -> str:
+        f = found.figures[k]
+        return f.show(e.values[k]) + (" ✓" if f.gap(e.values[k]) == 0.0 else "")
+
+    rows = [(str(e), *(cell(k, e) for k in range(len(found.figures)))) for e in found.nearest(SHOWN)]
+    return table(("changes", *map(_head, found.figures)), rows)
+
+
+def notes(runs: Mapping[str, Any]) -> str:
+    """What was foreseen of the runs, by name, as a list; a note of several runs once."""
+    by_note: dict[str, list[str]] = {}
+    for name, run in runs.items():
+        for note in filter(None, str(run["notes"].values).split("; ")):
+            by_note.setdefault(note, []).append(name)
+    return "\n".join(f"- {', '.join(names)}: {note}." for note, names in by_note.items()) or "Nothing."
+
+
+def from_series(read: Callable[[xarray.Dataset], Numbers], every: str) -> Evaluate:
+    """Numbers that are read off the series of every run, stored with this spacing."""
+
+    def evaluate(pairs: Sequence[Pair]) -> list[Numbers]:
+        out: list[Numbers] = []
+        for k in range(0, len(pairs), AT_ONCE):
+            some = pairs[k : k + AT_ONCE]
+            run = simulate([c for c, _ in some], [s for _, s in some], series=True, every=every)
+            out += [read(run.isel(case=i).sel(time=slice(None, case.duration))) for i, (_, case) in enumerate(some)]
+        return out
+
+    return evaluate
+
+
+def varied(
+    label: str,
+    tables: Mapping[str, Any] | None = None,
+    *,
+    only: Sequence[str] = (),
+    tip: Motion | None = None,
+    more: Mapping[str, Any] | None = None,
+    group: str = "",
+) -> Alternative:
+    """Another crane file, another tip, and fields of the scenario as texts, for the runs named in only, all unless named."""
+    read = Scenario(**{"load": "200 t", "s_w": "0 m", "duration": "60 s", **more}) if more else None
+    fields = {name: getattr(read, name) for name in more or ()} | ({} if tip is None else {"tip": tip})
+
+    def change(runs: Runs) -> dict[str, Pair]:
+        made: dict[int, Crane] = {}
+        out = dict(runs)
+        for name in only or runs:
+            crane, case = runs[name]
+            if id(crane) not in made:
+                made[id(crane)] = changed(crane, tables) if tables else crane
+            out[name] = made[id(crane)], case.model_copy(update=fields)
+        return out
+
+    return Alternative(label, change, group)
+
+
+def lower(a: str, b: str, name: str, label: str, printed: str = "", *, percent: float = 0.0, most: float = math.inf) -> Figure:
+    """By how many per cent a number of run a is below that of run b; printed as at least `percent`, and at most `most`."""
+
+    def value(r: Mapping[str, Mapping[str, Any]]) -> float:
+        there = float(r[b][name])
+        return 100.0 * (1.0 - float(r[a][name]) / there) if there > 0.0 else math.nan
+
+    return Figure(
+        label, value, least=percent, most=most, unit="%", digits=0, printed=printed or (f"{percent:g} % at least" if percent else "lower")
+    )
