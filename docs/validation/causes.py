@@ -21,8 +21,8 @@ from stillhook.analysis.attribution import (
     Pair,
     Runs,
     Verdict,
-    attribute,
 )
+from stillhook.analysis.attribution import attribute as ranked
 from stillhook.analysis.factors import FACTORS
 from stillhook.library import changed
 from stillhook.sea.motion import Motion
@@ -142,6 +142,18 @@ def varied(
         return out
 
     return Alternative(label, change, group)
+
+
+WIRE = {"zeta": 0.95, "zeta_low": 0.95, "zeta_high": 0.95}
+STANDARD = (varied("wire damping ratio 0.95, as paper C assumes", {"wire": WIRE}),)
+"""Settings of the papers that lie outside what the library draws, tried on every page."""
+
+
+def attribute(
+    runs: Runs, figures: Sequence[Figure], alternatives: Sequence[Alternative] = (), *, pairs: bool = True, evaluate: Evaluate | None = None
+) -> Attribution:
+    """`stillhook.analysis.attribute` with the alternatives that every page tries."""
+    return ranked(runs, figures, (*alternatives, *STANDARD), pairs=pairs, evaluate=evaluate)
 
 
 def lower(a: str, b: str, name: str, label: str, printed: str = "", *, percent: float = 0.0, most: float = math.inf) -> Figure:

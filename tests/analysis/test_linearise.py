@@ -68,7 +68,7 @@ def test_small_motions_follow_the_linear_model(crane, v: float, alpha_m: float, 
         tip = point.tip._replace(s=point.tip.s + point.tip.v * t)
         c = point.plant.circuit(state, point.command, point.geometry, tip, point.params)
         r = point.plant.rates(c, state, point.command, point.geometry, point.params)
-        return np.array(r._replace(z=bristle_rate(state.omega_m, state.z, c.g, point.params.hoist.bristle)))
+        return np.array(r._replace(z=bristle_rate(state.omega_m, state.z, c.g, c.held, point.params.hoist.bristle)))
 
     for k in range(10000):  # Euler-Heun: the bristle's 3000 1/s times the step is 0.06
         for y in (x, still):

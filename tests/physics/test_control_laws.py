@@ -62,7 +62,7 @@ def sensed(**values: float) -> Sensed:
 
 
 def remembered(**values: float) -> Memory:
-    rest = dict.fromkeys(Memory._fields, 0.0) | {"mode": SSC, "datum": 100.0, "F": 1.0e6, "p_mean": 280e5, "u_m": 1.0, "held": 1.0}
+    rest = dict.fromkeys(Memory._fields, 0.0) | {"mode": SSC, "datum": 100.0, "F": 1.0e6, "p_mean": 280e5, "u_m": 1.0, "held": 1.0, "stroke": 1.0}
     return Memory(**(rest | values))
 
 

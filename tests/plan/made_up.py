@@ -189,7 +189,7 @@ def _facts(certificate: bool) -> dict[str, Any]:
         else "twin: level 1, no certificate: credit at most 80 % of compensation"
     )
     return {
-        "name": "made-up", "source": "made-up.toml", "digest": DIGEST, "notes": ["numbers are made up"], "version": "0.6.0", "code": "0123456789abcdef", "date": "2026-11-21",
+        "name": "made-up", "source": "made-up.toml", "digest": DIGEST, "notes": ["numbers are made up"], "version": "0.7.0", "code": "0123456789abcdef", "date": "2026-11-21",
         "settings": {"wave": "jonswap", "gamma": None, "spread": None, "heading_tolerance": float(np.radians(15.0)), "Hs": [0.5 * i for i in range(1, 9)], "Tp": PERIODS.tolist(), "headings": HEADINGS.tolist()},
         "crane": {"name": "nov-250t", "title": "250 t knuckle-boom crane", "SWL": 250e3, "digest": "ab" * 32, "twin": twin, "certificate": {"number": "0123456789ab", "statement": "validated 2026-01-01", "unsigned": UNSIGNED} if certificate else None},
         "vessel": {"name": "construction-vessel-130m", "title": "offshore construction vessel of 130 m", "notes": ["roll damping 5 % of critical"]},

@@ -206,7 +206,7 @@ def test_hashes_versions_and_seeds_are_told(result):
     page = told(result)
     for digest in (i["sha256"] for i in result.facts["inputs"]):
         assert digest in page
-    for word in ("Stillhook 0.6.0", "0123456789abcdef", "least seeds a cell", "4200"):
+    for word in ("Stillhook 0.7.0", "0123456789abcdef", "least seeds a cell", "4200"):
         assert word in page
 
 

@@ -20,8 +20,8 @@ from tests.validate.controller_logs import (
 )
 
 from stillhook import Scenario, simulate
-from stillhook.control.plc import MANUAL, Memory, Sensed
-from stillhook.engine.isolation import _cycles, plc_alone
+from stillhook.control.plc import MANUAL, Memory
+from stillhook.engine.isolation import Seen, _cycles, plc_alone
 from stillhook.engine.pack import active_record, gains, plc_record
 from stillhook.scenario import Mode, Operator
 from stillhook.validate.controller import ControllerStep, check_controller
@@ -71,7 +71,7 @@ def test_the_plc_over_its_own_inputs_gives_its_own_commands():
 def test_the_compiled_plc_is_the_readable_one():
     x = own_ahc_log()
     n = 300
-    seen = Sensed(
+    seen = Seen(
         *(x[k][:n] for k in ("s_tip", "v_tip", "a_tip", "v_op")),
         np.zeros(n),
         x["mode"][:n],
@@ -81,8 +81,9 @@ def test_the_compiled_plc_is_the_readable_one():
         x["alpha_m"][:n],
         np.full(n, 1.3),
     )
-    memory = Memory(MANUAL, 487.0, 1e6, 0.0, 0.1, 1.0, 0.0, 0.0, 1.0)  # a mode change at the first cycle
-    args = seen, np.zeros(n), memory, plc_record(TWIN), active_record(TWIN).control
+    memory = Memory(MANUAL, 487.0, 1e6, 0.0, 0.1, 1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0)  # a mode change at the first cycle
+    plc = plc_record(TWIN)
+    args = seen, np.zeros(n), memory, plc._replace(brake=plc.brake._replace(fitted=0.0)), active_record(TWIN).control
     told, last = plc_alone(*args)
     plain = told._replace(**{k: np.empty(n) for k in told._fields})
     assert _cycles(args[0], args[1], plain, *args[2:]) == last

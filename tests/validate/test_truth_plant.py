@@ -145,7 +145,7 @@ def test_the_shaft_accelerates_by_the_inertia_that_the_truth_names():
     out = []
     for module, packed in ((active_passive, pack(CRANE, case())), (truth, pack_truth(CRANE, case(), replace(PLAIN, inertia=0.8, motor_D=1.0)))):
         p = packed.params
-        u = module.Command(0.0, 1.0, 0.0, 0.0, 1.0, 1.0)
+        u = module.Command(0.0, 1.0, 0.0, 0.0, 1.0, 1.0, 0.0)
         rates = []
         for p_a in (50.0 * BAR, 100.0 * BAR):
             x = module.State(**dict.fromkeys(module.State._fields, 0.0) | {"p_a": p_a, "alpha_m": 1.0, "s_w": 487.0, "V_o": 0.6})
