@@ -130,7 +130,7 @@ RANGES: Mapping[str, Row | tuple[Row, ...]] = MappingProxyType(
         "Control.alpha_swl": (1e-4, 0.02, 1.0, 1.0, "displacements of motors"),
         "Control.t_lead": ("0 s", "0 s", "1 s", "2 s", "delays of motion units"),
         "Control.t_cycle": ("0.1 ms", "0.1 ms", "200 ms", "1 s", "fast drives to slow PLCs"),
-        "Control.t_compute": ("0 s", "0 s", "200 ms", "1 s", "fast drives to slow PLCs"),
+        "Control.compute_share": (0.0, 0.0, 1.0, 1.0, "written at once to written at the end of the cycle"),
         "Control.tau_F": ("0 s", "0 s", "60 s", "1 d", "filters of load cells"),
         "Control.t_bumpless": ("0 s", "0 s", "60 s", "1 d", "changes of mode"),
         "Control.tau_acc": ("0 s", "0 s", "1 h", "1 d", "means over many waves"),

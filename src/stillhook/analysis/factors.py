@@ -97,7 +97,7 @@ class Factor:
 
 
 RATES = tuple(f"{circuit}.{unit}.servo.rate_max" for circuit in ("active", "passive") for unit in ("pump", "motor"))
-OPTIONAL = ("active.boost.Q_max", "control.t_compute", *RATES)
+OPTIONAL = ("active.boost.Q_max", "control.compute_share", *RATES)
 """Fields that a crane file may leave out, and that nothing stands for then."""
 
 
@@ -248,8 +248,8 @@ _TABLE = (
     ),
     Factor(
         "computing_delay",
-        "time from reading to writing in a PLC cycle, over the cycle's own",
-        _scaled("control.t_compute"),
+        "time from reading to writing in a PLC cycle, over the cycle",
+        (Target("control.compute_share", None),),
         Distribution(Law.UNIFORM, (0.0, 1.0)),
         "assumed: outputs are written at once, or as late as the end of the cycle",
         most=1.0,

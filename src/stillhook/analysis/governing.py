@@ -3,6 +3,9 @@
 The published loop has a viscous coefficient B_v for all friction. In the plant friction falls with speed when the winch is slow
 (Stribeck), the more so under load, and that takes damping away; a small displacement leaves least of it. Of both the one that allows less
 gain governs.
+
+Slow under a heavy load the plant may swing whatever the gain: sticking and slipping feed the load's swing on its wire, whose own damping
+is small. That cycle (millimetres of wire) is neither made nor stopped by the position loop, so it sets no limit of K_p; it is named.
 """
 
 from __future__ import annotations
@@ -54,13 +57,14 @@ class Place(NamedTuple):
 
 
 class Governing(NamedTuple):
-    """Largest position gain K_p that keeps the margins [1/m], 0 where the winch swings without feedback; the loop that says so, with its
-    PLC, at the displacement alpha_m [-]; place: where the whole plant stands, None for the published loop."""
+    """Largest position gain K_p that keeps the margins [1/m]; the loop that says so, with its PLC, at the displacement alpha_m [-]; place:
+    where the whole plant stands, None for the published loop; swings: places where it swings whatever the gain."""
 
     K_p: float
     loop: SampledLoop
     alpha_m: float
     place: Place | None
+    swings: tuple[Place, ...] = ()
 
     def describe(self) -> str:
         """The loop in words."""
@@ -128,14 +132,17 @@ def governing(
     the slow places that the mode visits (`carried`, `slow_places`), the one that allows the least gain.
 
     Parameters: kept gain margin [-], phase margin [rad], sensitivity peak [-]; wires paid out [m]; load heaviest payload [kg].
-    Errors: StillhookError for a wire that the drum does not hold. Places where nothing holds the load are left out.
+    Errors: StillhookError for a wire that the drum does not hold. Places where nothing holds the load are left out, and those where the
+    plant swings without feedback set no limit.
     """
-    found = [_published(crane, mode, kept)]
+    found, swings = [_published(crane, mode, kept)], []
     for place in slow_places(carried(crane, mode, load), wires):
         here = _plant(crane, mode, place, kept)
-        if here is not None:
+        if here is not None and here.K_p > 0.0:
             found.append(here)
-    return min(found, key=lambda g: g.K_p)
+        elif here is not None:
+            swings.append(place)
+    return min(found, key=lambda g: g.K_p)._replace(swings=tuple(swings))
 
 
 def _published(crane: Crane, mode: Mode, kept: tuple[float, float, float]) -> Governing:

@@ -187,11 +187,13 @@ def full_stability(
 
 
 class BothLoops(NamedTuple):
-    """The published loop beside the whole plant where it has the lowest gain limit: place, None where nothing holds the loads."""
+    """The published loop beside the whole plant where it has the lowest gain limit: place, None where the gain decides nowhere; swings:
+    places where the plant swings whatever the gain."""
 
     published: Stability
     plant: Stability | None
     place: Place | None
+    swings: tuple[Place, ...] = ()
 
     @property
     def governing(self) -> Stability:
@@ -202,13 +204,15 @@ class BothLoops(NamedTuple):
 
     @property
     def ok(self) -> bool:
-        """Whether both die out with positive margins."""
+        """Whether both die out with positive margins; what swings whatever the gain is not the position loop's."""
         return self.published.ok and (self.plant is None or self.plant.ok)
 
     def table(self) -> dict[str, Any]:
-        """Name -> value in SI of the published loop; under "plant" the same of the plant, its payload and wire; "governs" which holds."""
+        """Name -> value in SI of the published loop; under "plant" the same of the plant, its payload and wire; "governs" which holds;
+        "swings" where the plant swings whatever the gain."""
         plant = None if self.plant is None or self.place is None else self.plant.table() | {"load": self.place.load, "s_w": self.place.s_w}
-        return self.published.table() | {"governs": "published" if self.governing is self.published else "plant", "plant": plant}
+        governs = "published" if self.governing is self.published else "plant"
+        return self.published.table() | {"governs": governs, "plant": plant, "swings": [p._asdict() for p in self.swings]}
 
 
 def both_loops(
@@ -235,11 +239,13 @@ def both_loops(
         here = plant_loop_at(crane, Mode.SSC, place, alpha_m=alpha_m, delay=delay)
         if here is not None:
             limits[place] = gain_limit_of(here.loop)[0]
+    swings = tuple(place for place, K_p in limits.items() if K_p == 0.0)
+    limits = {place: K_p for place, K_p in limits.items() if K_p > 0.0}
     if not limits:
-        return BothLoops(published, None, None)
+        return BothLoops(published, None, None, swings)
     least = min(limits, key=lambda p: limits[p])
     plant, _ = full_stability(crane, load=least.load, s_w=least.s_w, v_tip=least.v_tip, alpha_m=alpha_m, delay=delay)
-    return BothLoops(published, plant, least)
+    return BothLoops(published, plant, least, swings)
 
 
 def slow_sweep(

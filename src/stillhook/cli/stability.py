@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
@@ -146,6 +146,7 @@ def _both(crane: Crane, alphas: list[float | None], load: float | None, s_w: flo
         if b.plant is not None:
             columns.append(_Column(f"motors {b.plant.alpha_m:.3g}\nwhole plant", b.plant, b.place))
     verdict = [_verdict(f"motors {b.governing.alpha_m:.3g}, {_governs(b)}", b.governing) for b in found]
+    verdict += [f"motors {b.published.alpha_m:.3g}: {_swings(b.swings)}" for b in found if b.swings]
     return _Answer(
         columns, _lists([b.table() for b in found]), "published loop on the outer diameter, whole plant where it is slow", verdict
     )
@@ -154,10 +155,19 @@ def _both(crane: Crane, alphas: list[float | None], load: float | None, s_w: flo
 def _governs(b: BothLoops) -> str:
     """Which of the loops holds, in words."""
     if b.plant is None or b.place is None:
-        return "published loop (nothing holds the whole plant at these loads)"
+        return "published loop (the gain decides nowhere in the whole plant at these loads)"
     if b.governing is b.published:
         return f"the published loop governs (whole plant at least: {b.place.describe()})"
     return f"the whole plant governs ({b.place.describe()})"
+
+
+def _swings(places: Sequence[Place]) -> str:
+    """Where the plant swings whatever the gain, in words."""
+    more = f" and at {len(places) - 1} more of the places looked at" if len(places) > 1 else ""
+    return (
+        f"whatever K_p, the whole plant swings at {places[0].describe()}{more}: friction that falls with speed feeds the load's swing on "
+        "its wire. More displacement, more speed or more damping of the wire ends it; run it to see how far it goes"
+    )
 
 
 def _lists(tables: list[dict[str, Any]]) -> dict[str, Any]:
