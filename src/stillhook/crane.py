@@ -25,6 +25,7 @@ from stillhook.plausible import Ranged
 
 INERTIA_TOLERANCE = 0.005  # of J_m_eff: the published value has two digits, the split is ours
 DIAMETER_TOLERANCE = 0.005  # of d_max: printed 5.1 m against 5.104 m from drum, layers and wire
+BRAKE_RESERVE = 1.5  # of the torque of SWL and hook: what a holding brake carries unless the file says so; assumed
 RATIO_TOLERANCE = 0.001  # of i_hD: printed 501.6 against 35.4 * 14.17 = 501.618
 
 Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
@@ -300,7 +301,7 @@ class PowerUnits(Spec):
 class HoldingBrake(Spec):
     """Brake that holds the winch while no speed is commanded. Without this table the circuits alone hold it."""
 
-    T: u.Torque = Field(gt=0, description="torque that it holds, at the motor shaft")
+    T: u.Torque | None = Field(default=None, gt=0, description="torque that it holds, at the motor shaft; default 1.5 times SWL and hook")
     t_wait: u.Time = Field(ge=0, description="time at zero commanded speed before it closes")
     t_close: u.Time = Field(ge=0, description="time to close")
     t_open: u.Time = Field(ge=0, description="time to open")
@@ -435,6 +436,18 @@ def effective_inertia(crane: Crane) -> float:
     return sum(m.count * m.J for m in sets) + crane.inertia.J_gear + drum / crane.i_hD**2
 
 
+def holding_torque(crane: Crane) -> float:
+    """Torque of SWL and hook at the motor shaft, with a full drum [N m]."""
+    return (crane.SWL + crane.hook_mass) * G * crane.drum.d_max / 2.0 / crane.i_hD
+
+
+def brake_torque(crane: Crane) -> float:
+    """Torque that the holding brake carries at the motor shaft [N m]; 0 without a brake."""
+    if crane.brake is None:
+        return 0.0
+    return BRAKE_RESERVE * holding_torque(crane) if crane.brake.T is None else crane.brake.T
+
+
 def damping_range(wire: Wire) -> tuple[float, float]:
     """Low and high end of the wire's damping ratio [-]: as the file gives them, else a third of the ratio and three times it; the
     ratio itself lies between them."""
@@ -457,8 +470,8 @@ def _misfits(crane: Crane) -> Iterator[str]:
     drum, wire, control, alpha_min = crane.drum, crane.wire, crane.control, crane.active.motor.alpha_min
     if wire.zeta_low is not None and wire.zeta_high is not None and wire.zeta_low > wire.zeta_high:
         yield f"wire.zeta_low {wire.zeta_low:g} is above wire.zeta_high {wire.zeta_high:g}. Change the one that is out of place."
-    T_hold = (crane.SWL + crane.hook_mass) * G * crane.drum.d_max / 2.0 / crane.i_hD
-    if crane.brake is not None and T_hold > crane.brake.T:
+    T_hold = holding_torque(crane)
+    if crane.brake is not None and crane.brake.T is not None and T_hold > crane.brake.T:
         yield (
             f"brake.T {u.show(crane.brake.T, 'torque')} does not hold SWL and hook on the full drum: {u.show(T_hold, 'torque')} at the "
             "motor shaft. Raise brake.T."

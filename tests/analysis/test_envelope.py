@@ -9,7 +9,7 @@ import pytest
 from stillhook import Scenario, Sine, load_crane, simulate
 from stillhook.analysis.envelope_limits import Direction, Limit, Station
 from stillhook.analysis.load_speed import PHYSICAL, envelope, gain, setting_curves, wire_out_on
-from stillhook.analysis.operation import operating_point
+from stillhook.analysis.operation import NoSteadyOperation, operating_point
 from stillhook.engine.pack import wire_speed_max
 from stillhook.errors import StillhookError
 from stillhook.library import changed
@@ -31,9 +31,15 @@ load = cache(load_crane)
 
 
 @cache
-def outer(name, share, way=Direction.HOISTING):
-    crane = load(name)
+def outer(name, share, way=Direction.HOISTING, *, hpu=True):
+    """The station of a part of the SWL on the outermost layer; hpu False: power units without a limit, so that another one binds."""
+    crane = load(name) if hpu else unlimited(name)
     return Station(crane, share * crane.SWL, wire_out_on(crane, crane.drum.layers), way)
+
+
+@cache
+def unlimited(name):
+    return load(name).model_copy(update={"hpu": None})
 
 
 @cache
@@ -45,6 +51,12 @@ def whole(name):
 @cache
 def curves_of_100_t():
     return setting_curves(load(E250), load="100 t", v_w="0 m/s to 2.2 m/s by 0.05 m/s")
+
+
+def power_used(crane, o):
+    """Power that the active pumps take from the power units, or give back to them, over what these can [-]."""
+    ideal = o.alpha_p * crane.active.pump.D_total * crane.active.pump.omega_p * (o.p_a - o.p_b)
+    return ideal / crane.hpu.P_max if ideal > 0.0 else -ideal / crane.hpu.P_back
 
 
 class TestSpecification:
@@ -103,9 +115,11 @@ class TestLimits:
                 used = {
                     Limit.PUMP: abs(o.alpha_p),
                     Limit.PRESSURE: max(o.p_a, o.p_b) / a.relief.p,
+                    Limit.POWER: power_used(s.crane, o),
                     Limit.RESERVE: s.alpha_reserve / o.alpha_m,
                     Limit.PASSIVE: abs(o.omega_m) * s.alpha_pm / s.crane.passive.motor.n_max_full if s.crane.passive else math.nan,
                 }
+                assert used[Limit.POWER] <= 1.0 + SAME
                 assert used[top.binds] == pytest.approx(1.0, abs=CORNER)
 
     def test_no_mode_goes_faster_than_the_machine(self):
@@ -136,7 +150,7 @@ class TestLimits:
         assert float(data["load_most"].sel(mode="hs")) == pytest.approx(90e3)
 
     def test_a_heavy_load_slows_the_passive_motors_and_they_bind_at_the_swl_of_the_150_t_crane(self):
-        light, heavy = outer(C150, 0.2), outer(C150, 1.0)
+        light, heavy = outer(C150, 0.2), outer(C150, 1.0, hpu=False)
         assert heavy.alpha_pm > light.alpha_pm
         top = heavy.top_of_machine()
         assert top.binds is Limit.PASSIVE
@@ -144,19 +158,48 @@ class TestLimits:
         assert top.point.omega_m == pytest.approx(motor.n_max_full / heavy.alpha_pm, rel=SAME)
 
     def test_motor_speed_limit_rises_as_displacement_falls(self):
-        """With pumps of any size the shaft stops at n_max_full / alpha_m."""
-        crane = changed(load(E250), {"active": {"pump": {"D": ["5000 cm^3/rev"]}}, "passive": {"motor": {"n_max_full": "4800 rev/min"}}})
+        """With pumps and power units of any size the shaft stops at n_max_full / alpha_m."""
+        crane = changed(unlimited(E250), {"active": {"pump": {"D": ["5000 cm^3/rev"]}}, "passive": {"motor": {"n_max_full": "4800 rev/min"}}})
         s = Station(crane, 0.0, 20.0, Direction.HOISTING)
         tops = [s.top(lambda v, a=a: a) for a in (0.95, 0.8, 0.7)]
         assert {t.binds for t in tops} == {Limit.MOTOR}
         assert [t.point.omega_m * t.point.alpha_m for t in tops] == pytest.approx([crane.active.motor.n_max_full] * 3)
 
     def test_best_displacement_of_the_machine_is_where_flow_and_pressure_meet(self):
-        s = outer(E250, 1.0)
+        s = outer(E250, 1.0, hpu=False)
         best = s.top_of_machine()
+        assert best.binds is Limit.PRESSURE
         assert s.alpha_reserve < best.point.alpha_m < 1.0
         for nearby in (best.point.alpha_m - 0.01, best.point.alpha_m + 0.01):
             assert not s.top(lambda v, a=nearby: a).v_w > best.v_w
+
+    @pytest.mark.parametrize(("name", "share"), [(E250, 1.0), (PURE, 0.6), (PURE, 1.0)])
+    @pytest.mark.parametrize("way", list(Direction))
+    def test_no_displacement_gives_more_speed_where_power_binds(self, name, share, way):
+        """Power has no order in the displacement: each of these has its best one elsewhere, in the middle or at an end."""
+        s = outer(name, share, way)
+        best = s.top_of_machine()
+        assert best.binds is Limit.POWER
+        assert power_used(s.crane, best.point) == pytest.approx(1.0, abs=CORNER)
+        least = max(s.crane.active.motor.alpha_min, s.alpha_reserve)
+        others = [s.top(lambda v, a=a: a).v_w for a in np.linspace(least, 1.0, 14)]
+        assert np.nanmax(others) <= best.v_w * (1.0 + SAME)
+        assert np.nanmin(others) < 0.999 * best.v_w  # it matters which
+
+    def test_power_units_without_a_limit_bind_nothing(self):
+        limited, free = outer(E250, 1.0), outer(E250, 1.0, hpu=False)
+        assert free.top_of_machine().limits[Limit.POWER] == math.inf
+        assert free.top_of_machine().v_w > limited.top_of_machine().v_w
+        assert free.top_of_mode(Mode.SSC).v_w == limited.top_of_mode(Mode.SSC).v_w  # its pumps are full before
+
+    def test_what_the_boost_pump_cannot_fill_is_no_steady_operation(self):
+        """At 1,500 bar the relief valves let go more than a boost pump of 490 L/min gives; a boost pump without end fills it."""
+        crane = changed(unlimited(E250), {"active": {"pump": {"D": ["5000 cm^3/rev"]}}})
+        endless = changed(crane, {"active": {"boost": {"Q_max": "1e6 L/min"}}})
+        asked = {"alpha_m": 0.8, "load": 0.0, "s_w": 20.0}
+        with pytest.raises(NoSteadyOperation, match="boost pump does not make up"):
+            operating_point(crane, 6.0, **asked)
+        assert operating_point(endless, 6.0, **asked).relief_open
 
     def test_too_little_reserve_forbids_a_fixed_displacement(self):
         s = outer(PURE, 1.0)

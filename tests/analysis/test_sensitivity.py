@@ -7,6 +7,7 @@ from stillhook import Scenario, load_crane
 from stillhook.analysis.sobol import design, indices, sensitivity
 from stillhook.analysis.uncertainty import Uncertainty, even
 from stillhook.errors import StillhookError
+from stillhook.library import changed
 
 CRANE = load_crane("nov-250t")
 CASE = Scenario(load="100 t", s_w="100 m", tip="sine 2 m 12 s", duration="32 s", warm_up="20 s")
@@ -66,7 +67,8 @@ def test_the_same_seed_gives_the_same_indices():
 def test_what_a_difference_of_controllers_hangs_on_is_told_of_pairs():
     known = Uncertainty.of({"friction": "default", "motor_servo": "default"})
     cases = [CASE.with_mode(m) for m in ("hs", "ssc")]
-    found = sensitivity(CRANE, cases, known, outputs=["p_max"], n=64, against="hs")
+    still_load = {"wire": {"zeta": 0.95, "zeta_low": 0.95, "zeta_high": 0.95}}  # a ringing load would swivel the passive motors
+    found = sensitivity(changed(CRANE, still_load), cases, known, outputs=["p_max"], n=64, against="hs")
     assert [s.case for s in found] == ["hs", "ssc", "ssc / hs"]
     one, pair = found[0].indices, found[2].indices
     assert next(iter(one)) == "friction"

@@ -95,7 +95,7 @@ class TestCompare:
 
     def test_pure_active_crane_is_never_called_good_with_a_standing_offset(self, capsys):
         result = answer(capsys, "compare", "--crane", "nov-100t-pure-active", "--load", "100 t", "--modes", "ns,hs", *FAST)
-        assert result["ns"]["status"] == "offset"
+        assert "offset" in result["ns"]["status"].split(", ")
         assert "relief" in result["hs"]["status"]
         assert any("standing offset" in note for note in result["ns"]["notes"])
         assert any("the load will sink" in note for note in result["hs"]["notes"])

@@ -288,9 +288,9 @@ STANDS = 0.05
 def test_a_depth_is_reached_and_not_passed(mode: str) -> None:
     """36 m/min with a ramp of 0.07 m/s^2: a ramp that begins at the depth would end 2.6 m below it."""
     down = (Stage(mode=mode, lower="36 m/min", depth="200 m"), Stage(mode=mode, time="40 s"))
-    case = still_winch("-100 m", Sine(amplitude="0 m", period="9 s"), load=box(V=10.0, A33=20.0, A_p=20.0), duration="240 s", zeta=0.02)
+    case = still_winch("-100 m", Sine(amplitude="0 m", period="9 s"), load=box(V=10.0, A33=20.0, A_p=20.0), duration="240 s")
     case = case.model_copy(update={"programme": down, "winch": WinchSettings(ramp="0.07 m/s^2")})
-    run = lower(deep(), case)
+    run = lower(deep(0.02), case)
     assert str(run.status.values) == "ok"
     z = run.z_load.values
     assert z[-1] == pytest.approx(-200.0, abs=STANDS)
@@ -301,7 +301,7 @@ def test_a_depth_is_reached_and_not_passed(mode: str) -> None:
 @pytest.mark.parametrize("speed", ["6 m/min", "30 m/min"])
 def test_manual_mode_pays_out_at_the_speed_of_the_joystick(name: str, speed: str) -> None:
     """Pumps and motors leak 2 to 19 % of these speeds; the encoder makes up for it."""
-    case = still_winch("-100 m", Sine(amplitude="0 m", period="9 s"), load=box("60 t", V=10.0, A33=20.0, A_p=20.0), duration="150 s", zeta=0.02)
+    case = still_winch("-100 m", Sine(amplitude="0 m", period="9 s"), load=box("60 t", V=10.0, A33=20.0, A_p=20.0), duration="150 s")
     case = case.model_copy(update={"programme": (Stage(mode="manual", lower=speed, time="150 s"),)})
     run = lower(load_crane(name), case)
     s_w, t = run.s_w.values, run.time.values
@@ -312,9 +312,9 @@ def test_manual_mode_pays_out_at_the_speed_of_the_joystick(name: str, speed: str
 def test_a_template_in_waves_carries_what_its_parts_do_in_their_own_water() -> None:
     """Forces of a run against a quadrature over the heights of the parts at the places and speeds that the run went through."""
     load, T, a = read_payload("template-230t"), 7.0, 1.25
-    case = still_winch("-12.5 m", Sine(amplitude="0 m", period="9 s"), load=load, duration="60 s", zeta=0.02)
+    case = still_winch("-12.5 m", Sine(amplitude="0 m", period="9 s"), load=load, duration="60 s")
     case = case.model_copy(update={"waves": regular_wave(a, T, 60.0), "h_tip": 60.0})
-    run = lower(deep(), case, every="100 ms")
+    run = lower(deep(0.02), case, every="100 ms")
     omega = 2.0 * math.pi / T
     k, z, t = omega**2 / G, run.z_load.values, run.time.values
     y, dy = (np.arange(1000) + 0.5) * 0.01, 0.01

@@ -194,9 +194,11 @@ def test_a_planwithout_runs_says_what_the_road_levels_out():
 
 
 def test_a_plan_with_a_pure_active_winch_tells_that_the_load_sinks_and_stands_off():
-    """Its pumps hold the load against leakage: by hand it sinks, compensated it hangs low. A passive circuit carries the load alone."""
-    recovery = load_plan("manifold-recovery")
-    said = winch_remarks(replace(recovery, crane=load_crane("nov-100t-pure-active")))
+    """Its pumps hold the load against leakage: by hand it sinks without a brake, compensated it hangs low. A passive circuit carries the load
+    alone."""
+    recovery, pure = load_plan("manifold-recovery"), load_crane("nov-100t-pure-active")
+    said = winch_remarks(replace(recovery, crane=pure.model_copy(update={"brake": None})))
     assert any("with the joystick at rest the load sinks by" in line for line in said)
+    assert not any("with the joystick at rest" in line for line in winch_remarks(replace(recovery, crane=pure)))
     assert any("expect a standing offset of about" in line for line in said)
     assert winch_remarks(recovery) == []

@@ -63,7 +63,7 @@ def test_a_vessel_that_heads_into_the_waves_keeps_one_heading_through_the_operat
     calm = states([0.4] * 12)
     steady, swinging = np.full(12, math.radians(40.0)), np.radians(np.where(np.arange(12) % 3 == 2, 130.0, 40.0))
     for come_from, share in ((steady, 1.0), (swinging, 0.0)):
-        found = spectral_persistence(plan, Waves(replace(calm, come_from=come_from), beta=math.pi), TABLE)
+        found = spectral_persistence(plan, Waves(replace(calm, come_from=come_from), beta="180 deg"), TABLE)
         (one,) = found["alternatives"]
         assert (one["operability"], one["start_share"]) == (1.0, share)  # T_R of 3 h
         assert "vessel free to turn: one heading through each operation, waves within 15 deg of 180 deg from the bow" in found["notes"]

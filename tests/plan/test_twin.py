@@ -188,9 +188,9 @@ def numbers(n=20, **changed):
     base = {
         "duration": 300.0, "s_tip_pp": 1.0, "e_c_pp": 0.1, "load_pp": 0.3, "F_w_max": 1.5e6, "DAF": 1.0, "F_sling_min": 8e5,
         "sling_slack_time": 0.0, "snap": 0.0, "v_tip_max": 0.5, "v_w_max": 0.5, "p_a_max": 2e7, "saturation_time": 3.0,
-        "relief_time": 0.0, "stroke_time": 0.0, "v_landed": 0.2,
+        "relief_time": 0.0, "power_time": 0.0, "stroke_time": 0.0, "v_landed": 0.2,
     }  # fmt: skip
-    exact = ("duration", "sling_slack_time", "snap", "saturation_time", "relief_time", "stroke_time")
+    exact = ("duration", "sling_slack_time", "snap", "saturation_time", "relief_time", "power_time", "stroke_time")
     return {name: np.full(n, value) * (1.0 if name in exact else wiggle) for name, value in (base | changed).items()}
 
 

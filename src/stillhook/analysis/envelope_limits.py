@@ -13,7 +13,7 @@ from enum import StrEnum
 from functools import cache, cached_property
 from typing import NamedTuple
 
-from scipy.optimize import brentq
+from scipy.optimize import brentq, minimize_scalar
 
 from stillhook.analysis.applicable import HS_SHARE
 from stillhook.analysis.operation import NoSteadyOperation, OperatingPoint, operate, winch_at
@@ -41,6 +41,8 @@ LEAST_POWER = 1.0
 """Power that units which take nothing back are judged by [W]."""
 V_EXACT, ALPHA_EXACT = 1e-9, 1e-6
 """What speeds [m/s] and the best displacement [-] are solved to."""
+POWER_GRID = 9
+"""Displacements at which the best one under the power limit is looked for first [-]."""
 
 
 class Limit(StrEnum):
@@ -199,16 +201,22 @@ class Station:
         return float(self.F_w * (load + self.crane.hook_mass) / self.winch.params.hoist.load.m)
 
     def top_of_machine(self) -> Top:
-        """Highest speed with the best fixed displacement: what pumps, pressure, reserve and speed limits allow whatever the controller.
+        """Highest speed with the best fixed displacement: what pumps, pressure, power, reserve and speed limits allow whatever the controller.
 
         Flow and speed limits fall with the displacement, pressure and reserve rise with it: the best one is the smallest, or where
-        they meet. Where pressure or reserve hold the displacement up, they are told as what binds, though the pumps are full as well.
+        they meet. Where power binds there, it is the one that a speed takes least power with. Where pressure, reserve or power hold the
+        displacement up, they are told as what binds, though the pumps are full as well.
         """
+        best = self._without_power()
+        return self._least_power(best)._replace(binds=Limit.POWER) if best.binds is Limit.POWER else best
+
+    def _without_power(self) -> Top:
+        """The best displacement where power is no limit; power binds if it allows less speed there."""
         alpha_min = self.crane.active.motor.alpha_min
-        least = max(alpha_min, min(self.alpha_reserve, 1.0))
-        best = self._fixed(least)
-        if best.binds is not Limit.PRESSURE or least == 1.0:
-            return best._replace(binds=Limit.RESERVE) if best.binds is Limit.PUMP and least > alpha_min else best
+        best = self._fixed(self._least)
+        rising, falling = self._rising_and_falling(best)
+        if rising >= falling or self._least == 1.0:
+            return best._replace(binds=Limit.RESERVE) if best.binds is Limit.PUMP and self._least > alpha_min else best
 
         def gap(alpha: float) -> float:
             rising, falling = self._rising_and_falling(self._fixed(alpha))
@@ -216,9 +224,28 @@ class Station:
 
         if gap(1.0) <= 0.0:
             return self._fixed(1.0)
-        alpha = float(brentq(gap, least, 1.0, xtol=ALPHA_EXACT))
-        both = (self._fixed(alpha), self._fixed(min(alpha + ALPHA_EXACT, 1.0)))
-        return max(both, key=lambda t: -math.inf if math.isnan(t.v_w) else t.v_w)._replace(binds=Limit.PRESSURE)
+        alpha = float(brentq(gap, self._least, 1.0, xtol=ALPHA_EXACT))
+        best = max((self._fixed(alpha), self._fixed(min(alpha + ALPHA_EXACT, 1.0))), key=_speed)
+        return best if best.binds is Limit.POWER else best._replace(binds=Limit.PRESSURE)
+
+    def _least_power(self, best: Top) -> Top:
+        """The best displacement where power binds, among those above the least one; `best` if none is better.
+
+        What a speed takes has no order in the displacement: less of it leaks more by pressure, more of it loses more by flow.
+        """
+        alphas = [self._least + (1.0 - self._least) * i / (POWER_GRID - 1) for i in range(POWER_GRID)]
+        tops = [self._fixed(alpha) for alpha in alphas]
+        i = max(range(POWER_GRID), key=lambda i: _speed(tops[i]))
+        about = (alphas[max(i - 1, 0)], alphas[min(i + 1, POWER_GRID - 1)])
+        if about[0] < about[1]:
+            nearest = minimize_scalar(lambda a: -_speed(self._fixed(float(a))), bounds=about, method="bounded", options={"xatol": ALPHA_EXACT})
+            tops.append(self._fixed(float(nearest.x)))
+        return max((best, *tops), key=_speed)
+
+    @property
+    def _least(self) -> float:
+        """Smallest displacement that the motors' stop and the reserve allow [-]."""
+        return max(self.crane.active.motor.alpha_min, min(self.alpha_reserve, 1.0))
 
     def _fixed(self, alpha: float) -> Top:
         return self.top(lambda v: alpha)
@@ -227,7 +254,7 @@ class Station:
         """Least speed of the limits that rise with the displacement, and of those that fall; no speed counts as 0 [m/s]."""
         allowed = {k: 0.0 if math.isnan(v) else min(v, self.v_beyond) for k, v in top.limits.items()}
         rising = {Limit.PRESSURE, Limit.RESERVE}
-        return min(allowed[k] for k in rising), min(v for k, v in allowed.items() if k not in rising)
+        return min(allowed[k] for k in rising), min(v for k, v in allowed.items() if k not in rising and k is not Limit.POWER)
 
     def _first(self, margin: Callable[[float], float]) -> float:
         """Speed at which a margin is used up [m/s]; NaN where there is none at break-away, inf where there is always some."""
@@ -236,3 +263,8 @@ class Station:
         if margin(self.v_beyond) >= 0.0:
             return math.inf
         return float(brentq(margin, BREAK_AWAY, self.v_beyond, xtol=V_EXACT))
+
+
+def _speed(top: Top) -> float:
+    """Speed by which tops are compared [m/s]: none is the least."""
+    return -math.inf if math.isnan(top.v_w) else top.v_w

@@ -228,7 +228,7 @@ _TABLE = (
         "damping ratio of the load on the wire",
         (Target("wire.zeta", None),),
         Distribution(Law.LOGNORMAL, (0.0224, 2.146)),
-        "95 % within the crane's wire.zeta_low to wire.zeta_high; the library's 0.005 to 0.1 are assumed about the 0.01 of deep lifts",
+        "assumed: 95 % within the crane's wire.zeta_low to wire.zeta_high, in the library 0.005 to 0.1 about the 0.01 of deep lifts",
         most=9.9,
         of=lambda crane: between(*damping_range(crane.wire)),
     ),

@@ -39,7 +39,8 @@ MOST_TURNS = 100
 
 
 class NoSteadyOperation(StillhookError):
-    """No pressure up to DP_MOST turns the shaft at this speed: turbulence and friction take more than the motors give."""
+    """No pressure up to DP_MOST turns the shaft at this speed, turbulence and friction take more than the motors give; or the boost pump
+    does not keep the lines filled."""
 
 
 class Winch(NamedTuple):
@@ -122,7 +123,7 @@ def operating_point(
     V_o oil in the accumulator [m^3], None mid stroke; alpha_pp setting of the passive pumps, None what the PLC asks for once the mean
     pressure has settled.
     Errors: StillhookError for a number outside its range, a load that the crane does not carry, a wire that goes slack;
-    NoSteadyOperation, one of its kind, where no pressure difference up to 1000 bar gives the torque.
+    NoSteadyOperation, one of its kind, where no pressure difference up to 1000 bar gives the torque or the boost does not suffice.
     Source: the plants of Moslatt 2020 section 2.5 as in `stillhook.plants`. Valid for an instant: the accumulator fills or empties.
     Pump settings beyond 1 are told, not held; a relief valve that is open counts with its flow.
     """
@@ -240,7 +241,10 @@ def _balanced_flows(x: Any, p: Any) -> tuple[Any, ActiveFlows]:
     for _ in range(MOST_TURNS):  # the pumps' own leak is a few per cent of their flow: each turn is that much nearer
         found = _root(lambda p, alpha_p=alpha_p: -surplus(p, alpha_p), p_b, near, DP_MOST)  # type: ignore[misc]
         if found is None:
-            break
+            raise NoSteadyOperation(
+                f"the boost pump does not make up for what leaks and what the relief valves let go, p_a - p_b {show(dp, 'pressure', 3)}. "
+                "Go slower, lower the load or raise alpha_m."
+            )
         p_b, near = found, P_NEXT
         f = flows(alpha_p, p_b)
         if abs(f.Q_a) <= ALPHA_EXACT * per_alpha:

@@ -26,7 +26,7 @@ from stillhook.plants import truth
 PLANTS: dict[str, ModuleType] = {**{name.value: plant for name, plant in winch_type.PLANTS.items()}, "truth": truth}
 PACKAGE = Path(__file__).resolve().parents[1]
 KERNEL_FOLDERS = ("physics", "control", "plants")
-KERNEL_MODULES = ("build", "driver", "isolation", "lanes", "lift_driver", "stats", "tip_sampling", "window")
+KERNEL_MODULES = ("build", "cache", "driver", "isolation", "lanes", "lift_driver", "stats", "tip_sampling", "winch_type", "window")
 """Modules of the engine that hold kernels, or make them."""
 LOCK = threading.Lock()
 

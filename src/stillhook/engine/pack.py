@@ -250,7 +250,7 @@ def _hoist(crane: Crane, case: Scenario) -> Hoist:
         i_i=1.0 / crane.i_hD,
         s_w_0=case.s_w,
         n_motors=float(n_motors),
-        T_brake=0.0 if crane.brake is None else crane.brake.T,
+        T_brake=spec.brake_torque(crane),
     )
 
 

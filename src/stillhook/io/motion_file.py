@@ -10,7 +10,6 @@ from typing import Literal
 from stillhook.errors import MotionError
 from stillhook.io.psxn import read_psxn
 from stillhook.io.ship_log import DEFAULT_MAX_GAP, HeaveSign, head_of
-from stillhook.library.kinds import toml_instead
 from stillhook.sea.motion import Motion
 from stillhook.sea.recorded import Recorded
 from stillhook.sea.ship_motion import Lever, ShipMotion, tip_motion
@@ -21,6 +20,8 @@ _SENTENCE = re.compile(rb"\$(PSXN,|[A-Z]{2}(ZDA|GGA|VTG|HDT|RMC|GLL),)")
 
 def motion_form(path: str | os.PathLike[str]) -> Literal["psxn", "csv"]:
     """What a file of ship motion holds: NMEA sentences as a Seapath sends them, or a table with a header."""
+    from stillhook.library.kinds import toml_instead  # heavy: the library of cranes comes with it
+
     if line := toml_instead(path, "a log of motion"):
         raise MotionError(line)
     file, head = head_of(path)

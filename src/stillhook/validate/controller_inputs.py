@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 from scipy.signal import savgol_filter
 
-from stillhook.control.plc import MANUAL, Memory, Plc, ahead
+from stillhook.control.plc import MANUAL, Memory, Plc, Sensed, ahead
 from stillhook.crane import Crane
 from stillhook.engine.isolation import Seen, Told, plc_alone
 from stillhook.engine.pack import MODE_CODE, active_record, drum_record, plc_record
@@ -64,7 +64,8 @@ class Stretch:
 
     def foreseen(self) -> Seen:
         """The inputs with the tip's motion as the PLC extrapolates it."""
-        return Seen(*ahead(self.seen, self.plc.t_lead))
+        ahead_of_lag = ahead(Sensed(*self.seen, dp=0.0, dp_load=0.0), self.plc.t_lead)  # pressures pass through, and are not read here
+        return Seen(*ahead_of_lag[: len(Seen._fields)])
 
 
 def wire_ratio(crane: Crane, s_w: FloatArray) -> FloatArray:

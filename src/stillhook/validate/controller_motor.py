@@ -123,7 +123,7 @@ def threshold(crane: Crane, runs: Sequence[Run], cycles: int) -> Estimate | None
         k = np.where(s.seen.mode == SSC_CUBIC, _line_of(k), k)
         semi = np.isin(s.seen.mode, [MODE_CODE[m] for m in SEMI])
         use = semi & np.isfinite(u_ff) & (k > BETWEEN[0]) & (k < BETWEEN[1])
-        values.append(((u_ff - k) / (1.0 - k))[use])
+        values.append((u_ff[use] - k[use]) / (1.0 - k[use]))
         blocks.append(at + np.asarray(np.flatnonzero(use) * s.record.step // BLOCK, dtype=np.intp))
         at += int(len(k) * s.record.step // BLOCK) + 1
     y = np.concatenate(values) if values else np.zeros(0)
