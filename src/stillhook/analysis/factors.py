@@ -97,13 +97,15 @@ class Factor:
 
 
 RATES = tuple(f"{circuit}.{unit}.servo.rate_max" for circuit in ("active", "passive") for unit in ("pump", "motor"))
-OPTIONAL = ("active.boost.Q_max", "control.compute_share", *RATES)
+OPTIONAL = ("active.boost.Q_max", "control.compute_share", "hpu.P_max", "hpu.P_back", *RATES)
 """Fields that a crane file may leave out, and that nothing stands for then."""
 
 
 def missing(crane: Crane, path: str) -> bool:
     """Whether a crane leaves out a field, or its circuit."""
     if path.startswith("passive.") and crane.passive is None:
+        return True
+    if path.startswith("hpu.") and crane.hpu is None:
         return True
     return path in OPTIONAL and operator.attrgetter(path)(crane) is None
 
@@ -238,6 +240,13 @@ _TABLE = (
         _scaled("active.boost.Q_max"),
         _triangular(0.6, 1.5),
         "assumed, as boost.Q_max is",
+    ),
+    Factor(
+        "hydraulic_power",
+        "power that the hydraulic power units give and take back",
+        _scaled("hpu.P_max", "hpu.P_back"),
+        _triangular(0.6, 1.3),
+        "assumed, as hpu is; units are often smaller than the pumps' corner power",
     ),
     Factor(
         "swash_rate",
