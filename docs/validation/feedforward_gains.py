@@ -158,10 +158,10 @@ def attribution() -> causes.Attribution:
 
 
 def lag_asked(delay: float) -> float:
-    """K_2 over its derived value that leads for pump servo, half a PLC cycle and the delay of the signal [-]."""
+    """K_2 over its derived value that leads for pump servo, half a PLC cycle, computing time and delay of the signal [-]."""
     servo = CRANE.active.pump.servo
     T_p = 2.0 * servo.zeta / servo.omega_n
-    return (T_p + 0.5 * CRANE.control.t_cycle + delay) / T_p
+    return (T_p + 0.5 * CRANE.control.t_cycle + CRANE.control.computing + delay) / T_p
 
 
 def missing_speed(k: float, alpha_m: float) -> float:

@@ -117,7 +117,8 @@ def taken(found: Mapping[tuple[str, StageMode], Passage], mode: StageMode) -> st
     manual mode leaves more than a twentieth of the weight."""
     manual = {name: found[name, StageMode.MANUAL] for name in COMPARED}
     less = [1.0 - found[n, mode].dynamic.mean() / p.dynamic.mean() for n, p in manual.items() if p.dynamic.mean() > 0.05 * p.W]
-    return f"{percent(min(less))} to {percent(max(less))} less than manual"
+    least, most = (percent(x).replace("-0 %", "0 %") for x in (min(less), max(less)))
+    return f"{least} to {most} less than manual"
 
 
 def compute() -> tuple[dict[str, str], Mapping[tuple[str, StageMode], Passage]]:

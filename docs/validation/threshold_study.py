@@ -210,7 +210,7 @@ def claims(loaded: Grid, empty: Grid) -> dict[str, tuple[str, str, str]]:
             "yes, no number",
             f"error {percent(change[0], sign=True)} with 100 t, {percent(change[1], sign=True)} with none; "
             f"with 100 t {percent(slow, sign=True)} at 50 m/min and {percent(worst, sign=True)} at 110 m/min and 6 s",
-            verdict(max(change) < -0.01 * BETTER, "at low speed and in the worst case only"),
+            verdict(max(change) < -0.01 * BETTER, only(slow, worst)),
         ),
         "the largest `u_thr` need the fastest motors": (
             "yes",
@@ -224,6 +224,12 @@ def claims(loaded: Grid, empty: Grid) -> dict[str, tuple[str, str, str]]:
             "no better" if min(larger) > 0.0 else "better",
         ),
     }
+
+
+def only(slow: float, worst: float) -> str:
+    """Where 0.6 is better than 0.4 if not on the mean: changes of the error at the lowest speed, and at the highest in the shortest wave."""
+    places = [name for name, change in (("at low speed", slow), ("in the worst case", worst)) if change < -0.01 * BETTER]
+    return f"{' and '.join(places)} only" if places else "not reproduced"
 
 
 def compute() -> tuple[dict[str, str], dict[str, tuple[str, str, str]], dict[str, Grid]]:

@@ -102,7 +102,7 @@ def differences(looked: Sequence[Looked]) -> list[tuple[object, ...]]:
 
 
 def survives(share: float) -> str:
-    return "survives" if share >= LIKELY else "not by these factors alone" if share <= 1.0 - LIKELY else "hangs on what is not known"
+    return "survives" if share >= LIKELY else "not by these factors alone" if share <= 1.0 - LIKELY else "depends on what is not known"
 
 
 def claims(two: xarray.Dataset, ninety: xarray.Dataset) -> dict[str, tuple[str, str, str]]:

@@ -36,7 +36,10 @@ def test_json_holds_what_the_dataset_holds_in_si(capsys):
     assert set(by_mode) == {"ns", "ssc", "physical"}
     for mode, row in by_mode.items():
         assert row["v_w_top"] == pytest.approx(float(data["v_w_top"].sel(mode=mode).min()))
-        assert row["direction"] == "hoisting"  # a winch without passive circuit lifts the weight
+        slow = str(data["direction"].values[int(data["v_w_top"].sel(mode=mode).values.ravel().argmin())])
+        assert row["direction"] == slow
+    # a winch without passive circuit lifts the weight: lifting it fills the pumps first
+    assert by_mode["ns"]["direction"] == "hoisting"
     assert by_mode["ssc"]["gain_over_ns"] == pytest.approx(by_mode["ssc"]["v_w_top"] / by_mode["ns"]["v_w_top"] - 1.0)
     assert "gain_over_hs" not in by_mode["ssc"]  # HS was not asked for
 
@@ -54,12 +57,16 @@ def test_a_load_that_no_mode_may_carry_ends_with_1_and_null(capsys):
     assert row["binds"] == "load of the mode"
 
 
-def test_table_tells_speed_and_limit_in_human_units(capsys):
-    assert run([*FAST, "--load", "40 t", "--load", "80 t"]) == 0
+@pytest.mark.parametrize(("units", "binds"), [('P_max = "10 MW"\nP_back = "10 MW"', "torque reserve"), ("", "hydraulic power")])
+def test_table_tells_speed_and_limit_in_human_units(capsys, tmp_path, units, binds):
+    """80 t drive 0.6 MW and more into the pumps while they sink; power units of 10 MW leave the torque reserve as the limit."""
+    file = tmp_path / "units.toml"
+    file.write_text(f'base = "{CRANE}"\n[hpu]\n{units}\n')
+    assert run(["envelope", str(file), "--modes", "ns,ssc", "--load", "40 t", "--load", "80 t"]) == 0
     out = capsys.readouterr().out
     assert "m/min" in out
     assert "pump flow" in out
-    assert "torque reserve" in out
+    assert binds in out
     assert "over NS" in out
     assert "nan" not in out
 

@@ -10,6 +10,7 @@ from stillhook.analysis.map_axes import axes_of, middle_of, quantities
 from stillhook.analysis.map_result import BEST_CLASSIC, Map
 from stillhook.analysis.maps import NUMBERS, map_of, operability_map
 from stillhook.errors import ScenarioError, SpecError, StillhookError
+from stillhook.library import changed
 from stillhook.physics.drum import layers_filled
 from stillhook.scenario import Mode
 from stillhook.sea.motion import Profile, Still, Sum
@@ -91,9 +92,14 @@ class TestCauses:
         assert "relief" not in found.status[1, 2, 0, 0, 0]
 
     def test_open_relief_valves_are_worse_than_the_rule(self, found):
-        assert found.cause[1, 3, 2, 0, 0] == "relief valves"
-        run = simulate(CRANE, alone("250 t", 100.0, "hs"))
+        """With a boost pump that keeps the low line filled; one that does not is worse still."""
+        filled = changed(CRANE, {"active": {"boost": {"Q_max": "1e6 L/min"}}}).model_copy(update={"hpu": None})
+        cell = map_of(filled, ["hs"], loads="250 t", speeds="100 m/min")
+        assert cell.cause[0, 0, 0, 0, 0] == "relief valves"
+        run = simulate(filled, alone("250 t", 100.0, "hs"))
         assert float(run["p_a"].max()) > CRANE.active.relief.p
+        worse = [r.cause for r in RULES[: [r.cause for r in RULES].index("relief valves") + 1]]
+        assert found.cause[1, 3, 2, 0, 0] in worse
 
     def test_a_share_of_saturation_below_the_tolerated_one_is_no_cause(self):
         summary = {"status": "saturated", "saturation_time": 1.99, "counted_time": 20.0}
@@ -112,10 +118,13 @@ class TestCauses:
             "overspeed",
             "cavitation",
             "relief",
+            "power",
+            "boost",
             "saturated",
             "uncompensated",
         )
-        summary = {"status": ", ".join(words[worst:]), "saturation_time": 20.0 if worst < 10 else 0.0, "counted_time": 20.0}
+        saturated = 20.0 if "saturated" in words[worst:] else 0.0
+        summary = {"status": ", ".join(words[worst:]), "saturation_time": saturated, "counted_time": 20.0}
         assert cause_of(summary, Mode.HS, 1.0) == RULES[worst].cause
 
     def test_a_run_without_numbers_is_diverged(self):

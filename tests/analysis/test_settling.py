@@ -13,7 +13,11 @@ from stillhook.errors import SimulationError, StillhookError
 from stillhook.library import changed
 from stillhook.metrics import settling_time
 
-CRANE = load_crane("nov-250t")
+LIBRARY = load_crane("nov-250t")
+CALM = changed(LIBRARY, {"wire": {"zeta": 0.95, "zeta_low": 0.95, "zeta_high": 0.95}})
+"""A wire on which the load does not swing (that of paper C), so that the time is the winch's own."""
+CRANE = CALM.model_copy(update={"hpu": None})
+"""The same with power units without end: the joystick lifts the load, which takes a power that compensating it does not."""
 DV = 5.0 / 60.0
 START = RAMP + HOLD
 PLACE_TOLERANCE = 1.0  # m of 299 m on the layer: the winch lags the joystick by the control error of a ramp
@@ -84,6 +88,12 @@ class TestTime:
         assert (t[2, :, :2] < t[0, :, :2]).all()
         assert (t[0, :, :2] < t[1, :, :2]).all()
 
+    def test_a_load_that_rings_on_its_wire_settles_later_than_the_winch(self, found):
+        """A swing of zeta = 0.01 takes ln(50) / (zeta omega) to die down to 2 %: minutes, where the winch takes a second."""
+        ringing = settling_of(LIBRARY, ["ssc"], loads="150 t, 250 t", speeds="10 m/min, 40 m/min")
+        assert ringing.cause[0, :, 0, 0, 0].tolist() == ["keeps swinging"] * 2
+        assert ringing.values["settling_time"][0, 0, 1, 0, 0] > 5.0 * found.values["settling_time"][2, 1, 1, 0, 0]
+
     def test_step_halving_does_not_move_the_time(self, found):
         fine = settling_of(CRANE, ["ssc"], loads="150 t", speeds="40 m/min", step="1 ms")
         assert fine.values["settling_time"][0, 0, 0, 0, 0] == pytest.approx(found.values["settling_time"][2, 1, 1, 0, 0], abs=HALVING_TOLERANCE)
@@ -114,6 +124,13 @@ class TestNever:
     def test_full_pumps_never_settle_and_say_so(self, found):
         assert np.isnan(found.values["settling_time"][0, 0, 2, 0, 0])
         assert found.cause[0, 0, 2, 0, 0] == "pumps saturated"
+
+    def test_power_units_at_their_limit_are_named(self):
+        """150 t and the hook at 40 m/min take 1.0 MW of 1.1 MW by their weight alone, at 10 m/min a quarter of that."""
+        units = changed(CALM, {"hpu": {"P_max": "1100 kW", "P_back": "550 kW"}})
+        m = settling_of(units, ["ssc"], loads="150 t", speeds="10 m/min, 40 m/min")
+        assert 0.9 * units.hpu.P_max < (150e3 + units.hook_mass) * 9.81 * 40.0 / 60.0 < units.hpu.P_max
+        assert m.cause[0, 0, :, 0, 0].tolist() == ["", "hydraulic power"]
 
     def test_classic_motors_stand_at_their_two_settings(self, found):
         assert found.values["alpha_m_end"][0, :, :2] == pytest.approx(CRANE.control.alpha_ns, abs=1e-3)

@@ -58,10 +58,12 @@ def test_the_numbers_of_the_best_come_out_again_from_its_file(tuned: Tuned, tmp_
 
 def test_limits_hold_when_the_best_is_looked_at_independently(tuned: Tuned) -> None:
     crane = tuned.controller.on(CRANE)
-    m = margins(sampled(position_loop(crane, crane.active.motor.alpha_min), crane.control.t_cycle), crane.control.K_p)
-    assert m.gain_margin >= 2.0 * (1.0 - ON_THE_EDGE)
-    assert m.phase_margin >= math.radians(45.0)
-    assert m.sensitivity_peak <= 2.0 * (1.0 + ON_THE_EDGE)
+    loop = position_loop(crane, crane.active.motor.alpha_min)
+    for computing in (0.0, crane.control.computing):  # a quicker PLC allows less gain
+        m = margins(sampled(loop, crane.control.t_cycle, computing), crane.control.K_p)
+        assert m.gain_margin >= 2.0 * (1.0 - ON_THE_EDGE)
+        assert m.phase_margin >= math.radians(45.0)
+        assert m.sensitivity_peak <= 2.0 * (1.0 + ON_THE_EDGE)
     for case in CASES:
         assert speed_limit(crane, "ssc", case.load) >= speed_limit(CRANE, "ssc", case.load) * (1.0 - 1e-6)
     assert {s["status"] for s in summaries(crane, CASES)} == {"ok"}
@@ -105,7 +107,8 @@ def test_speed_capacity_that_was_there_stays_there() -> None:
     slow = tune(CRANE, controller("ns"), cases=CASES, budget=BUDGET, free=["alpha_ns", "K_p"], objective="error")
     assert slow.controller.on(CRANE).control.alpha_ns <= CRANE.control.alpha_ns * (1.0 + 1e-6)
     loose = replace(Limits(), v_w_capacity=parse("75 m/min", "speed"))
-    freed = tune(CRANE, controller("ns"), cases=CASES[:1], budget=BUDGET, free=["alpha_ns", "K_p"], objective="pressure", limits=loose)
+    # K_p stays: it moves the pressure of a load that rings on its wire, too, which hides the displacement from a search of 20
+    freed = tune(CRANE, controller("ns"), cases=CASES[:1], budget=BUDGET, free=["alpha_ns"], objective="pressure", limits=loose)
     assert freed.controller.on(CRANE).control.alpha_ns > CRANE.control.alpha_ns
     assert freed.after.v_w_capacity >= parse("75 m/min", "speed") * (1.0 - 1e-6)
 

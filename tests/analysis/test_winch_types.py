@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Callable
 from enum import StrEnum
 from pathlib import Path
@@ -10,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from stillhook import Crane, Scenario, load_crane, simulate
+from stillhook import Crane, Scenario, library, load_crane, simulate
 from stillhook.analysis.compare import compare
 from stillhook.analysis.governing import governing
 from stillhook.analysis.linear import eigenfrequency, gain_limit
@@ -56,7 +57,7 @@ ASKED: dict[str, Callable[[Crane], Any]] = {
     "summaries": lambda c: summaries(c, [CASE]),
     "pack": lambda c: pack(c, CASE),
     "compare": lambda c: compare(c, CASE, modes=["ns"]),
-    "envelope": lambda c: envelope(c, loads=[40e3], modes=["ns"]),
+    "envelope": lambda c: envelope(c, loads=["40 t"], modes=["ns"]),
     "setting_curves": lambda c: setting_curves(c, modes=["ns"]),
     "map": lambda c: map_of(c, ["ns"], **SMALL),
     "settling": lambda c: settling_of(c, ["ns"], **SMALL),
@@ -198,9 +199,18 @@ time = "10 s"
 """
 
 
-@pytest.mark.parametrize(("stages", "sinks"), [("", False), (LOWERED, True)], ids=["compensated", "then lowered by hand"])
-def test_a_lowering_with_a_pure_active_winch_tells_of_offset_and_sinking(stages: str, sinks: bool, tmp_path: Path, capsys):
-    (tmp_path / "box.toml").write_text(LIFT + stages)
+@pytest.mark.parametrize(
+    ("stages", "brake", "sinks"),
+    [("", False, False), (LOWERED, False, True), (LOWERED, True, False)],
+    ids=["compensated", "then lowered by hand", "with a brake that holds at rest"],
+)
+def test_a_lowering_with_a_pure_active_winch_tells_of_offset_and_sinking(stages: str, brake: bool, sinks: bool, tmp_path: Path, capsys):
+    written = (Path(library.__file__).parent / "cranes" / f"{PURE}.toml").read_text(encoding="utf-8")
+    without = re.sub(r"(?ms)^\[brake\]\n.*?(?=^\[)", "", written)
+    assert "[brake]" in written
+    assert "[brake]" not in without
+    (tmp_path / "pure.toml").write_text(written if brake else without, encoding="utf-8")
+    (tmp_path / "box.toml").write_text(LIFT.replace(f'"{PURE}"', '"pure.toml"') + stages)
     text, data = found(capsys, "lower", str(tmp_path / "box.toml"))
     assert OFFSET in text
     assert any(OFFSET in note for note in data["notes"])

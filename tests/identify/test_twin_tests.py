@@ -55,8 +55,10 @@ def windows(log: dict[str, np.ndarray], pairs: int):
 
 @pytest.fixture(scope="module")
 def clean(tmp_path_factory: pytest.TempPathFactory):
+    """Of a crane whose load does not ring on its wire and whose brake stays open: every step is steady, and its command constant."""
     small = plan(rows=((2365.0, 107.0), (1800.0, 77.0), (1120.0, 0.0)))
-    return small, write_campaign(small, tmp_path_factory.mktemp("clean") / "tests", instruments=NONE, duration="6 min")
+    truth = changed(load_crane("nov-150t"), {"wire": {"zeta": 0.95, "zeta_low": 0.95, "zeta_high": 0.95}}).model_copy(update={"brake": None})
+    return small, write_campaign(small, tmp_path_factory.mktemp("clean") / "tests", instruments=NONE, duration="6 min", truth=truth)
 
 
 # The machine and its operator
@@ -150,6 +152,20 @@ def test_displacement_and_command_are_held_within_a_step_and_the_wire_stays_on_i
         inside = (log["time"] > PAUSE + RAMP) & (log["time"] < PAUSE + RAMP + HOLD)
         assert np.ptp(log["u_p"][inside]) < 1e-12
     assert written.notes == ()
+
+
+def test_the_librarys_load_rings_about_the_same_pressures_and_its_start_from_the_brake_fades(clean, tmp_path):
+    """What rings averages out over three seconds: the balance of the clean tests holds to a per cent of the friction and of the weight."""
+    one = plan(rows=((2365.0, 107.0),))
+    rings = signals(write_campaign(one, tmp_path / "tests", instruments=NONE, duration="6 min").logs[0])
+    steady = signals(clean[1].logs[0])
+    for (a, change), (b, _) in zip(windows(rings, 10), windows(steady, 10), strict=True):
+        assert change < 0.2 * abs(a["omega_m"]) + SETTLED  # it never stops
+        assert a["omega_m"] == pytest.approx(b["omega_m"], rel=0.01, abs=0.1 * RPM)
+        assert a["p_a"] - a["p_b"] == pytest.approx(b["p_a"] - b["p_b"], rel=0.01)
+    ends = [float(np.ptp(rings["u_p"][(rings["time"] > t) & (rings["time"] < t + 1.0)])) for t in (PAUSE + RAMP, PAUSE + RAMP + HOLD - 1.0)]
+    assert 1e-4 < ends[0]
+    assert ends[1] < 0.02 * ends[0]  # eleven seconds at the bumpless 2 s leave 0.4 %
 
 
 def test_a_log_has_a_row_every_plc_cycle_and_the_test_its_length(clean):

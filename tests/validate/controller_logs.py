@@ -19,6 +19,11 @@ TO_THE_LIMIT = (
     ("20 s", "-130 m/min"), ("28 s", "-130 m/min"), ("30 s", "0 m/min"), ("33 s", "0 m/min"),
 )  # fmt: skip
 """Joystick hoisting and lowering beyond what the winch can."""
+UNDER_WAY = (
+    ("0 s", "0 m/min"), ("3 s", "0 m/min"), ("5 s", "40 m/min"), ("18 s", "40 m/min"), ("20 s", "90 m/min"), ("24 s", "90 m/min"),
+    ("26 s", "30 m/min"), ("30 s", "30 m/min"), ("32 s", "80 m/min"), ("36 s", "80 m/min"), ("38 s", "20 m/min"), ("42 s", "20 m/min"),
+)  # fmt: skip
+"""Joystick that changes the speed of a winch whose start from the brake has faded (five times the bumpless 2 s)."""
 LEAD = 20.0  # s in which the winch comes into its swing
 Series = dict[str, np.ndarray]
 

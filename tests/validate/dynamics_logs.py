@@ -34,13 +34,16 @@ def turns(ramp: float) -> Operator:
 
 
 @functools.cache
-def signals(logs: tuple[tuple[str, float], ...] = (), ramp: float = 0.3, load: float = 0.0, s_w: float = 15.0) -> dict[str, np.ndarray]:
-    """What a crane logs whose numbers lie off the twin's by exp(logs), without noise."""
+def signals(
+    logs: tuple[tuple[str, float], ...] = (), ramp: float = 0.3, load: float = 0.0, s_w: float = 15.0, *, brake: bool = True
+) -> dict[str, np.ndarray]:
+    """What a crane logs whose numbers lie off the twin's by exp(logs), without noise; brake: whether it closes between the turns."""
     duration = 2.0 + len(SPEEDS) * (2.0 * ramp + 7.0)
     case = Scenario(
         load=f"{load} kg", s_w=f"{s_w} m", mode="manual", duration=f"{duration:.2f} s", warm_up="0 s", ramp="0 s", operator=turns(ramp)
     )
-    run = simulate(bent(TWIN, dict(logs)), case, every="10 ms")
+    twin = TWIN if brake else TWIN.model_copy(update={"brake": None})
+    run = simulate(bent(twin, dict(logs)), case, every="10 ms")
     return {name: run[name].values for name in NAMES}
 
 

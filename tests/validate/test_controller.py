@@ -1,12 +1,14 @@
 """Step 2: the simulated PLC over logged inputs, against cranes whose control settings are known."""
 
 import functools
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from tests.validate.ahc_logs import STEP, TWIN, campaign, record, sea
 from tests.validate.controller_logs import (
     NAMES,
+    UNDER_WAY,
     ahc_log,
     bent,
     later,
@@ -80,6 +82,8 @@ def test_the_compiled_plc_is_the_readable_one():
         x["F_w"][:n],
         x["alpha_m"][:n],
         np.full(n, 1.3),
+        np.where(np.arange(n) // 50 == 2, 1.0, 0.0),
+        np.full(n, 0.05),
     )
     memory = Memory(MANUAL, 487.0, 1e6, 0.0, 0.1, 1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0)  # a mode change at the first cycle
     plc = plc_record(TWIN)
@@ -118,6 +122,23 @@ def test_the_winch_at_its_limit_is_compared_as_held():
     manual = [d for d in own_step().deviations if not d.ahc and d.signal == "u_p"]
     assert manual[0].test == "limits"
     assert manual[0].high < 1e-3
+
+
+def test_starts_from_the_brake_are_not_held_against_the_twin():
+    """Behind a closed brake the pumps follow pressures that a log need not hold, and its opening leaves a difference that fades for seconds."""
+    (stretch,) = stretches(TWIN, limits_record(own_limits_log()))
+    bare = replace(stretch, seen=stretch.seen._replace(braked=np.zeros_like(stretch.seen.braked)))
+    apart, without_mark = (np.abs(s.told(TWIN).u_p - s.u_p).max() for s in (stretch, bare))
+    assert without_mark > 0.1
+    assert apart < EXACT * 1e6  # the joystick's last command stays for a cycle as the winch comes to rest
+    t, brake = np.arange(len(stretch.u_p)) * STEP, TWIN.brake
+    for rest, start in ((0.0, 3.0), (15.0, 18.0)):
+        braked = t[(stretch.seen.braked > 0.0) & (t >= rest) & (t < start + 5.0)]
+        assert braked[0] <= rest + brake.t_wait + 2 * STEP
+        assert start + brake.t_open <= braked[-1] <= start + brake.t_open + brake.t_prove
+    crane = TWIN.model_copy(update={"brake": None})
+    (free,) = stretches(crane, limits_record(own_limits_log()))
+    assert not free.seen.braked.any()
 
 
 def test_noise_in_the_log_alone_widens_the_intervals_until_they_hold_the_truth():
@@ -216,7 +237,8 @@ def test_a_wrong_layer_shows_as_a_k_1_that_differs_between_wire_lengths():
 
 @pytest.mark.parametrize("cycles", [-1, 1, 2])
 def test_commands_of_another_cycle_in_a_row_are_found_by_the_joystick_and_set_right(cycles):
-    a, b = (bent(x, u_p=later(x["u_p"], cycles), u_m=later(x["u_m"], cycles)) for x in (own_ahc_log(), own_limits_log()))
+    manual = limits_log(TWIN, profile=UNDER_WAY)
+    a, b = (bent(x, u_p=later(x["u_p"], cycles), u_m=later(x["u_m"], cycles)) for x in (own_ahc_log(), manual))
     a["v_tip"] = noisy(a["v_tip"], 2e-3)  # of the log alone
     step = checked(record(a), limits_record(b))
     assert step.rows.cycles == cycles

@@ -70,10 +70,13 @@ def test_friction_leakage_and_load_of_a_twin_that_is_the_crane_are_its_own(name)
 
 
 def test_intervals_of_a_twin_that_is_the_crane_hold_its_own_numbers():
-    """95 % intervals: of some twenty, one or two may miss, by little."""
-    told = [m for m in own().measures if m.low is not None and m.name != "boost_error"]
+    """95 % intervals over two sets of noise: one in eight may miss, by little (friction by its bias of 0.3 %)."""
+    steps = own(), checked(records(seed=1))
+    told = [m for step in steps for m in step.measures if m.low is not None and m.name != "boost_error"]
     missed = [m for m in told if not m.low <= 0.0 <= m.high]
-    assert len(missed) <= max(2, len(told) // 8), missed
+    assert len(told) >= 30
+    assert len(missed) <= len(told) // 8, missed
+    assert len({m.name for m in missed} - {"friction_error"}) == len([m for m in missed if m.name != "friction_error"])  # none twice
     assert all(min(abs(m.low), abs(m.high)) < 2.0 * (m.high - m.low) for m in missed)
 
 

@@ -201,7 +201,7 @@ class Station:
         return float(self.F_w * (load + self.crane.hook_mass) / self.winch.params.hoist.load.m)
 
     def top_of_machine(self) -> Top:
-        """Highest speed with the best fixed displacement: what pumps, pressure, power, reserve and speed limits allow whatever the controller.
+        """Highest speed with the best fixed displacement: what all limits together allow, whatever the controller.
 
         Flow and speed limits fall with the displacement, pressure and reserve rise with it: the best one is the smallest, or where
         they meet. Where power binds there, it is the one that a speed takes least power with. Where pressure, reserve or power hold the
@@ -238,7 +238,8 @@ class Station:
         i = max(range(POWER_GRID), key=lambda i: _speed(tops[i]))
         about = (alphas[max(i - 1, 0)], alphas[min(i + 1, POWER_GRID - 1)])
         if about[0] < about[1]:
-            nearest = minimize_scalar(lambda a: -_speed(self._fixed(float(a))), bounds=about, method="bounded", options={"xatol": ALPHA_EXACT})
+            exact = {"xatol": ALPHA_EXACT}
+            nearest = minimize_scalar(lambda a: -_speed(self._fixed(float(a))), bounds=about, method="bounded", options=exact)
             tops.append(self._fixed(float(nearest.x)))
         return max((best, *tops), key=_speed)
 

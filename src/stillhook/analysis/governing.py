@@ -19,7 +19,7 @@ from stillhook.analysis.applicable import HS_SHARE
 from stillhook.analysis.envelope_limits import Direction, Station
 from stillhook.analysis.linearisation import plc_loop
 from stillhook.analysis.loops import SampledLoop, position_loop, sampled
-from stillhook.analysis.margins import GAIN_MARGIN, PHASE_MARGIN, SENSITIVITY_PEAK, strongest
+from stillhook.analysis.margins import GAIN_MARGIN, PHASE_MARGIN, SENSITIVITY_PEAK, strongest_up_to
 from stillhook.analysis.operation import NoSteadyOperation
 from stillhook.analysis.tune_space import least_displacement
 from stillhook.crane import Crane
@@ -129,7 +129,8 @@ def governing(
     crane: Crane, mode: Mode, kept: tuple[float, float, float] = KEPT, *, wires: Sequence[float] = WIRES, load: float = math.inf
 ) -> Governing:
     """The loop that holds for a mode: of the published loop at its least displacement on the outermost layer, and of the whole plant at
-    the slow places that the mode visits (`carried`, `slow_places`), the one that allows the least gain.
+    the slow places that the mode visits (`carried`, `slow_places`), the one that allows the least gain. Margins are kept with the
+    computing time and with every shorter one, as in `stillhook.analysis.margins.strongest_gain`.
 
     Parameters: kept gain margin [-], phase margin [rad], sensitivity peak [-]; wires paid out [m]; load heaviest payload [kg].
     Errors: StillhookError for a wire that the drum does not hold. Places where nothing holds the load are left out, and those where the
@@ -193,11 +194,11 @@ class _Keyed:
 def _published_at(keyed: _Keyed, alpha: float, kept: tuple[float, float, float]) -> tuple[SampledLoop, float]:
     control = keyed.machine.control
     loop = sampled(position_loop(keyed.machine, alpha), control.t_cycle, control.computing)
-    return loop, strongest(loop, *kept)
+    return loop, strongest_up_to(loop, *kept)
 
 
 @functools.lru_cache(maxsize=4096)
 def _plant_at(keyed: _Keyed, mode: Mode, alpha: float, kept: tuple[float, float, float]) -> tuple[SampledLoop | None, float]:
     crane, station = keyed.machine
     loop = _loop(crane, station, mode, keyed.key[2].v_tip, alpha)
-    return (None, math.inf) if loop is None else (loop, strongest(loop, *kept))
+    return (None, math.inf) if loop is None else (loop, strongest_up_to(loop, *kept))

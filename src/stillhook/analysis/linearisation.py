@@ -21,6 +21,7 @@ from stillhook.control.plc import Memory
 from stillhook.crane import Crane
 from stillhook.engine.pack import MODE_CODE, NO_LIMIT, plc_record
 from stillhook.errors import StillhookError
+from stillhook.physics.accumulator import accumulator_pressure
 from stillhook.physics.friction import bristle_rate
 from stillhook.physics.swash import Servo
 from stillhook.plants import active_passive
@@ -235,8 +236,7 @@ def _control_slopes(crane: Crane, point: OperatingPoint, mode: Mode) -> tuple[Fl
     plc = plc_record(crane)
     p = _free_stops(point.params)._replace(plc=plc._replace(gains=plc.gains._replace(K_p=0.0)))
     tick = _tick(point, mode)
-    p_o = point.p_hp if point.plant is active_passive else 0.0
-    memory = Memory(MODE_CODE[mode], 0.0, point.F_w, p_o, 0.0, point.u_m, 0.0, 0.0, point.u_m, 0.0, 0.0, 1.0)
+    memory = Memory(MODE_CODE[mode], 0.0, point.F_w, _p_gas(point), 0.0, point.u_m, 0.0, 0.0, point.u_m, 0.0, 0.0, 1.0)
     commands = tuple(n for n in point.command._fields if n.startswith("u_"))
     states = point.state._fields
 
@@ -250,6 +250,12 @@ def _control_slopes(crane: Crane, point: OperatingPoint, mode: Mode) -> tuple[Fl
     steps = [*(_step(n) for n in states), STEP["F"], STEP["p"], STEP["u"]]
     J, _ = jacobian(cycle, start, steps)
     return J[: len(commands)], J[len(commands) :]
+
+
+def _p_gas(point: OperatingPoint) -> float:
+    """Accumulator pressure that the PLC has seen [Pa], 0 without a passive circuit: that of the gas, which differs from the motors' by the
+    piston's resistance. With any other the point is none at which the make-up stands."""
+    return float(accumulator_pressure(point.state.V_o, point.params.passive.accumulator)) if point.plant is active_passive else 0.0
 
 
 def _tick(point: OperatingPoint, mode: Mode) -> Tick:
@@ -268,7 +274,7 @@ def settled_displacement(crane: Crane, point_at: Callable[[float], OperatingPoin
 
     def wish(alpha_m: float) -> float:
         point = point_at(alpha_m)
-        memory = Memory(MODE_CODE[code], 0.0, point.F_w, point.p_hp, 0.0, alpha_m, 0.0, 0.0, alpha_m, 0.0, 0.0, 1.0)
+        memory = Memory(MODE_CODE[code], 0.0, point.F_w, _p_gas(point), 0.0, alpha_m, 0.0, 0.0, alpha_m, 0.0, 0.0, 1.0)
         u, _, _ = point.plant.control(point.state, memory, _tick(point, code), point.tip, point.geometry, point.params)
         return float(u.u_m)
 

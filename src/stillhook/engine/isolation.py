@@ -24,8 +24,15 @@ class Told(NamedTuple):
     e_c: Array
 
 
+AJAR = 1e-9
+"""Share by which a brake is closed that may be so by the log: the next cycle without that mark finds it open [-]."""
+
+
 class Seen(NamedTuple):
-    """What the PLC reads in every cycle, each (n,): the fields of `Sensed`, in its order."""
+    """What the PLC reads in every cycle, each (n,): the fields of `Sensed` but its pressures, in its order.
+
+    braked: 1 where the holding brake may not be open; u_braked: the pump command of those cycles, which follows from pressures [-].
+    """
 
     s_tip: Array
     v_tip: Array
@@ -38,6 +45,13 @@ class Seen(NamedTuple):
     F: Array
     alpha_m: Array
     K_wire: Array
+    braked: Array
+    u_braked: Array
+
+    @property
+    def sensed(self) -> Any:
+        """`Sensed` of columns for the laws of the compensation, which read no pressure."""
+        return Sensed._make([*self[: self._fields.index("braked")], 0.0, 0.0])
 
 
 def plc_alone(seen: Seen, p_hp: Array, memory: Memory, plc: Plc, control: MotorControl) -> tuple[Told, Memory]:
@@ -45,7 +59,8 @@ def plc_alone(seen: Seen, p_hp: Array, memory: Memory, plc: Plc, control: MotorC
 
     Parameters: seen, one value a cycle; p_hp (n,) accumulator pressure [Pa]; memory before the first
     cycle; control: where the motors' displacement is not measured, the PLC reckons with its own last command in place of seen.alpha_m.
-    The holding brake is left out, and the pumps' torque limit: both depend on pressures, which the plant makes.
+    The holding brake and the pumps' torque limit are left out: both depend on pressures, which the plant makes. Where seen.braked marks a
+    brake, the pump command is taken as it is and the PLC goes on from it without a jump, as it does when a brake opens.
     Source: Moslatt 2020 paper F, verification step 2 ("controller inputs from measured data").
     """
     plc = plc._replace(brake=plc.brake._replace(fitted=0.0))
@@ -68,6 +83,11 @@ def _cycles(seen, p_hp, told, m, plc, control):
             alpha_m, seen.K_wire[k], 0.0, 0.0,
         )  # fmt: skip
         drive, m = cycle(y, m, p_hp[k], plc)
-        told.u_p[k], told.u_m[k], told.u_ff[k] = drive.u_p, drive.u_m, drive.u_ff
-        told.u_raw[k], told.e_c[k] = drive.u_raw, drive.e_c
+        u_p, u_raw = drive.u_p, drive.u_raw
+        if seen.braked[k] > 0.0:
+            u_p = u_raw = seen.u_braked[k]
+            u_next = seen.u_braked[min(k + 1, len(p_hp) - 1)]  # where the open brake's first command starts
+            m = Memory(m.mode, m.datum, m.F, m.p_mean, u_next, m.u_m, 0.0, m.b_m, m.held, AJAR, m.idle, m.stroke)
+        told.u_p[k], told.u_m[k], told.u_ff[k] = u_p, drive.u_m, drive.u_ff
+        told.u_raw[k], told.e_c[k] = u_raw, drive.e_c
     return m

@@ -23,7 +23,7 @@ from stillhook.units import show
 FloatArray = NDArray[np.float64]
 
 HOLD = 12.0
-"""How long each speed is held [s]: the wire settles within three, the rest is averaged."""
+"""How long each speed is held [s]: speed and pressures come to their means within three; a load that rings on its wire averages out."""
 RAMP = 2.0
 """Time from rest to a speed and back [s]."""
 PAUSE = 5.0

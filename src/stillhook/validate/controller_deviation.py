@@ -55,6 +55,8 @@ def difference(run: Run, signal: str, cycles: int) -> FloatArray | None:
     if measured is None:
         return None
     d = shifted(measured, -cycles * T, T) - getattr(run.told, signal)
+    if signal == "u_p":
+        d = np.where(s.seen.braked > 0.0, np.nan, d)  # behind the brake the pumps follow pressures
     return d if s.settled is None else np.where(s.settled, d, np.nan)
 
 

@@ -9,13 +9,15 @@ from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 from scipy.signal import savgol_filter
 
-from stillhook.control.plc import MANUAL, Memory, Plc, Sensed, ahead
+from stillhook.control.brake import SMALL, BrakeSettings
+from stillhook.control.plc import MANUAL, Memory, Plc, ahead
 from stillhook.crane import Crane
 from stillhook.engine.isolation import Seen, Told, plc_alone
 from stillhook.engine.pack import MODE_CODE, active_record, drum_record, plc_record
 from stillhook.physics.drum import K_wire, layer_diameter, layers_filled
 from stillhook.physics.scalar import G
 from stillhook.scenario import Mode, Operator
+from stillhook.validate.ahc_twin import LEAST_SPEED
 from stillhook.validate.record import FloatArray, Record, Segment
 from stillhook.validate.transients import filled
 
@@ -64,8 +66,7 @@ class Stretch:
 
     def foreseen(self) -> Seen:
         """The inputs with the tip's motion as the PLC extrapolates it."""
-        ahead_of_lag = ahead(Sensed(*self.seen, dp=0.0, dp_load=0.0), self.plc.t_lead)  # pressures pass through, and are not read here
-        return Seen(*ahead_of_lag[: len(Seen._fields)])
+        return Seen._make([*ahead(self.seen.sensed, self.plc.t_lead)[:-2], self.seen.braked, self.seen.u_braked])
 
 
 def wire_ratio(crane: Crane, s_w: FloatArray) -> FloatArray:
@@ -137,11 +138,39 @@ def _stretch(crane: Crane, record: Record, mode: FloatArray, a: int, b: int) -> 
     if F is None:
         notes.append("the load cell was not logged: the stated load stands in")
         F = one * ((parts[0].load if parts else 0.0) + crane.hook_mass) * G
-    seen = Seen(s_tip, v_tip, a_tip, v_op, s_op, mode[a:b], x.get("f_pump", one), x["s_w"], F, one, wire_ratio(crane, x["s_w"]))
+    plc = plc_record(crane)._replace(t_cycle=record.step)
+    braked = on_brake(mode[a:b], v_op, x["u_p"], plc.brake, record.step) if "v_op" in x else zero > 0.0
+    seen = Seen(
+        s_tip, v_tip, a_tip, v_op, s_op, mode[a:b], x.get("f_pump", one), x["s_w"], F, one, wire_ratio(crane, x["s_w"]),
+        braked.astype(np.float64), x["u_p"],
+    )  # fmt: skip
     memory = _memory(record, mode, a, datum, F, e_c is not None, u_m is not None)
-    bare = Stretch(record, a, b, parts, seen, memory, plc_record(crane)._replace(t_cycle=record.step), x["u_p"], u_m, e_c, None, ())
+    bare = Stretch(record, a, b, parts, seen, memory, plc, x["u_p"], u_m, e_c, None, ())
     known = _with_displacement(crane, bare, x.get("alpha_m"), notes)
     return replace(_with_held(crane, known, notes), notes=tuple(notes))
+
+
+def on_brake(mode: FloatArray, v_op: FloatArray, u_p: FloatArray, brake: BrakeSettings, step: float) -> BoolArray:
+    """Samples at which the holding brake may not be open (n,): from t_wait at zero speed in manual mode on, until it is open for certain.
+
+    That is t_most + t_open after a speed or a mode is asked for, or where the pumps' command goes beyond what they get against a closed
+    brake. A log that begins at zero speed begins on the brake.
+    """
+    out = np.zeros(len(mode), dtype=bool)
+    if not brake.fitted:
+        return out
+    still = (mode == MANUAL) & (np.abs(v_op) < LEAST_SPEED)
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], still, [False]]).astype(int)))
+    for a, b in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):
+        standing = np.flatnonzero(np.abs(u_p[a:b]) <= SMALL)
+        if not len(standing):
+            continue
+        first = 0 if a == 0 else a + int(standing[0]) + round(brake.t_wait / step)
+        if first < b:
+            last = b + round((brake.t_most + brake.t_open) / step)
+            beyond = np.flatnonzero(np.abs(u_p[b:last]) > brake.u_most)
+            out[first : b + int(beyond[0]) if len(beyond) else last] = True
+    return out
 
 
 def _mostly(x: FloatArray | None) -> FloatArray | None:

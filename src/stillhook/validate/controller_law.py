@@ -58,7 +58,7 @@ class Run:
 
     def rows(self, *, ahc: bool) -> BoolArray:
         """Samples (n,) of the parts in compensation, or in manual mode, in which neither the logged command nor the simulated one is at
-        its end, and in which no mode change still fades."""
+        its end, and in which no mode change and no start from the brake still fades."""
         s, T = self.stretch, self.stretch.record.step
         mode = s.seen.mode
         lo, hi = ends_of(s.u_p, self.told.u_raw, T)
@@ -68,7 +68,9 @@ class Run:
             free &= s.settled
         if s.memory.mode != mode[0]:
             free[:fading] = False
-        for k in np.flatnonzero(np.diff(mode)):
+        free &= s.seen.braked == 0.0
+        opened = np.flatnonzero(np.diff(s.seen.braked) < 0.0)
+        for k in (*np.flatnonzero(np.diff(mode)), *opened):
             free[k + 1 : k + 1 + fading] = False
         counts = np.zeros(len(mode), dtype=bool)
         for part in s.parts:

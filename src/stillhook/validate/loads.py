@@ -63,8 +63,10 @@ def _plateaus(level: FloatArray, limit: float, least: int) -> list[tuple[int, in
         b = a + 1
         while b < len(level) and not abs(level[b] - _median(level[a:b])) > limit:
             b += 1
-        if b - a >= least or (not out and b == len(level)):
-            out.append((a, b))
+        stands = np.flatnonzero(np.abs(level[a:b] - _median(level[a:b])) <= limit)  # a slow change follows its own median for a while
+        first, last = a + int(stands[0]), a + int(stands[-1]) + 1
+        if last - first >= least or (not out and b == len(level)):
+            out.append((first, last))
         a = b
     if len(out) == 1 and out[0][1] - out[0][0] > len(level) - least:  # what is left over at an end is no other load
         return [(0, len(level))]
