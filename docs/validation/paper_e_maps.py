@@ -189,7 +189,7 @@ def claims(waves: Map, steps: Map, damped: Map) -> dict[str, tuple[str, str, str
             "SSC performs better",
             f"{span(around)} against NS; {span(against_hs)} against HS at 80 m/min; "
             f"with wire damping 0.95 {span(around_damped)} against NS",
-            verdict(around.max() < 0.0, "mostly against HS, not against NS"),
+            verdict(around.max() < 0.0, f"{'against' if against_hs.max() < 0.0 else 'mostly against'} HS, not against NS"),
         ),
         "10: SSC covers parts of the map that classic does not": (
             "yes",

@@ -64,7 +64,7 @@ def claims(f: Mapping[str, Found], halved: Mapping[str, Found]) -> dict[str, tup
         "reduced oscillations: wire speed, rms above 0.5 Hz": ("SSC below HS", *pair("v_w", "m/min", 2)),
         "HS is the classic mode to compare with": (
             "HS and SSC are shown",
-            f"NS is {'full' if ns.alpha_p > 0.995 else 'not full'} and errs by {ns.e_c_pp:.1f} cm (HS {hs.e_c_pp:.1f}); "
+            f"NS is {'full' if ns.alpha_p > 0.995 else 'not full'} with an error of {ns.e_c_pp:.1f} cm (HS {hs.e_c_pp:.1f}); "
             f"pumps of SSC {percent(ssc.alpha_p)}",
             "fits: NS has nothing left" if ns.alpha_p > 0.995 else "NS would do as well",
         ),

@@ -12,7 +12,7 @@ from blocks import claims_table, percent, save, table, verdict
 
 from stillhook import Crane, Scenario, load_crane, simulate
 from stillhook.analysis.equivalent import equivalent
-from stillhook.analysis.governing import Place, PlantLoop, carried, governing, plant_loop_at, slow_places, wire_range
+from stillhook.analysis.governing import Place, PlantLoop, calm, carried, governing, plant_loop_at, slow_places, wire_range
 from stillhook.analysis.linear import eigenfrequency, gain_limit
 from stillhook.analysis.linearisation import at_state, linearise
 from stillhook.analysis.loop_stability import full_stability, least_limit, range_of_modes, slow_sweep, stability, sweep
@@ -105,7 +105,7 @@ def holding_rows() -> str:
                     mode.value.upper(),
                     show(s_w, "length", 4),
                     f"{stability(CRANE, least).K_p_ms_plc:.2f}",
-                    f"{limit:.2f}" if here else "–",
+                    or_swings(limit) if here else "–",
                     f"{place.describe().split(' on ')[0]}, motors at {here.alpha_m:.2f}" if place and here else "–",
                     swinging(allowed.swings),
                     "published loop" if allowed.place is None else "plant",
@@ -113,19 +113,19 @@ def holding_rows() -> str:
                 )
             )
     head = (
-        "mode", "wire out", "limit published", "limit of the slow plant", "where it is least", "swings whatever `K_p`", "which holds",
-        "`K_p` kept, 1/m",
+        "mode", "wire out", "limit published", "limit of the slow plant, calm load", "where it is least",
+        "swings whatever `K_p`", "which holds", "`K_p` kept, 1/m",
     )  # fmt: skip
     return table(head, rows)
 
 
 def slowest(mode: Mode, s_w: float) -> tuple[Place | None, PlantLoop | None, float]:
-    """The slow place at which the gain limit with PLC is least, where the gain decides at all; its loop and limit [1/m]."""
+    """The slow place at which the gain limit with PLC is least for a load that does not ring on its wire; its loop and limit [1/m]."""
     found: list[tuple[float, Place, PlantLoop]] = []
     for place in slow_places(carried(CRANE, mode), (s_w,)):
-        here = plant_loop_at(CRANE, mode, place)
-        if here is not None and (limit := gain_limit_of(here.loop)[0]) > 0.0:
-            found.append((limit, place, here))
+        here = plant_loop_at(calm(CRANE), mode, place)
+        if here is not None:
+            found.append((gain_limit_of(here.loop)[0], place, here))
     if not found:
         return None, None, math.inf
     limit, place, here = min(found, key=lambda x: x[0])

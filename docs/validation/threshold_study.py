@@ -227,7 +227,7 @@ def claims(loaded: Grid, empty: Grid) -> dict[str, tuple[str, str, str]]:
 
 
 def only(slow: float, worst: float) -> str:
-    """Where 0.6 is better than 0.4 if not on the mean: changes of the error at the lowest speed, and at the highest in the shortest wave."""
+    """Where 0.6 is better than 0.4 if not on the mean: at the lowest speed, or at the highest in the shortest wave."""
     places = [name for name, change in (("at low speed", slow), ("in the worst case", worst)) if change < -0.01 * BETTER]
     return f"{' and '.join(places)} only" if places else "not reproduced"
 

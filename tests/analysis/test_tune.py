@@ -25,6 +25,8 @@ from stillhook.library import changed
 from stillhook.scenario import Mode
 from stillhook.units import parse
 
+SEARCH = 0.03
+"""Of the error: what a search of so few evaluations leaves to find. Two searches with other limits end at other places."""
 CRANE = load_crane("nov-250t")
 CASES = scenarios(CRANE, loads=["40 %"], speeds=["30 m/min", "70 m/min"], periods=["10 s"])
 BUDGET = 20
@@ -85,7 +87,7 @@ def test_a_pressure_limit_is_kept_and_named_when_it_is_leant_on() -> None:
     assert held.met
     assert held.after.p_max <= bound.p_max
     assert "p_max" in held.active or held.after.p_max < 0.99 * bound.p_max
-    assert held.after.e_c_pp_mean >= free.after.e_c_pp_mean
+    assert held.after.e_c_pp_mean >= free.after.e_c_pp_mean * (1.0 - SEARCH)
 
 
 def test_a_limit_that_cannot_be_met_is_told() -> None:

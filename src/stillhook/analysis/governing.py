@@ -5,7 +5,8 @@ The published loop has a viscous coefficient B_v for all friction. In the plant 
 gain governs.
 
 Slow under a heavy load the plant may swing whatever the gain: sticking and slipping feed the load's swing on its wire, whose own damping
-is small. That cycle (millimetres of wire) is neither made nor stopped by the position loop, so it sets no limit of K_p; it is named.
+is small. That cycle (millimetres of wire) is neither made nor stopped by the position loop. Limits of the gain are therefore those of the
+plant whose load does not ring (`calm`), and the places where the real one swings are named.
 """
 
 from __future__ import annotations
@@ -37,6 +38,8 @@ SHORTEST = 15.0
 """Shortest wire paid out that is looked at [m]."""
 KEPT = (GAIN_MARGIN, PHASE_MARGIN, SENSITIVITY_PEAK)
 """Gain margin [-], phase margin [rad], sensitivity peak [-]."""
+CALM = 0.95
+"""Damping ratio of a wire on which the load does not ring [-]: that of paper C."""
 STEP, STEP_PLANT = 0.005, 0.01
 """What displacements are cut down to for the margins of the published loop and of the plant [-]: on the safe side, for less displacement
 leaves less margin, and few enough to be kept between the candidates of a tuning."""
@@ -57,8 +60,9 @@ class Place(NamedTuple):
 
 
 class Governing(NamedTuple):
-    """Largest position gain K_p that keeps the margins [1/m]; the loop that says so, with its PLC, at the displacement alpha_m [-]; place:
-    where the whole plant stands, None for the published loop; swings: places where it swings whatever the gain."""
+    """Largest position gain K_p that keeps the margins [1/m], 0 where the winch swings without feedback though its load does not ring; the
+    loop that says so, with its PLC, at the displacement alpha_m [-]; place: where the whole plant stands, None for the published loop;
+    swings: places where the plant swings whatever the gain."""
 
     K_p: float
     loop: SampledLoop
@@ -71,6 +75,12 @@ class Governing(NamedTuple):
         if self.place is None:
             return f"published loop, motors at {self.alpha_m:.2f}"
         return f"whole plant, {self.place.describe()}, motors at {self.alpha_m:.2f}"
+
+
+def calm(crane: Crane) -> Crane:
+    """The crane with a wire on which the load does not ring."""
+    wire = crane.wire
+    return crane if wire.zeta >= CALM else crane.model_copy(update={"wire": wire.model_copy(update={"zeta": CALM})})
 
 
 def most_load(crane: Crane, mode: Mode) -> float:
@@ -133,15 +143,14 @@ def governing(
     computing time and with every shorter one, as in `stillhook.analysis.margins.strongest_gain`.
 
     Parameters: kept gain margin [-], phase margin [rad], sensitivity peak [-]; wires paid out [m]; load heaviest payload [kg].
-    Errors: StillhookError for a wire that the drum does not hold. Places where nothing holds the load are left out, and those where the
-    plant swings without feedback set no limit.
+    Errors: StillhookError for a wire that the drum does not hold. Places where nothing holds the load are left out.
     """
-    found, swings = [_published(crane, mode, kept)], []
+    found, swings, still = [_published(crane, mode, kept)], [], calm(crane)
     for place in slow_places(carried(crane, mode, load), wires):
-        here = _plant(crane, mode, place, kept)
-        if here is not None and here.K_p > 0.0:
+        here, real = _plant(still, mode, place, kept), _plant(crane, mode, place, kept)
+        if here is not None:
             found.append(here)
-        elif here is not None:
+        if real is not None and real.K_p == 0.0:
             swings.append(place)
     return min(found, key=lambda g: g.K_p)._replace(swings=tuple(swings))
 

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
-from stillhook.analysis.governing import SHORTEST, SLOW, WIRES, Place, carried, plant_loop_at, slow_places
+from stillhook.analysis.governing import SHORTEST, SLOW, WIRES, Place, calm, carried, plant_loop_at, slow_places
 from stillhook.analysis.linear import eigenfrequency, gain_limit
 from stillhook.analysis.linearisation import linearise, plant_loop, plc_loop, settled_displacement
 from stillhook.analysis.loops import Loop, SampledLoop, position_loop, sampled
@@ -229,23 +229,25 @@ def both_loops(
     Parameters: alpha_m, v_tip, delay as in `stability`; the plant stands at the same displacement, or where SSC puts it at each point.
     loads payloads [kg], default empty hook and SWL; wires paid out [m]. The tip moves at v_tip, or at 2 and 5 m/min up and down where
     v_tip is 0: there friction falls with speed most.
+    Limits are those of a load that does not ring on its wire (`stillhook.analysis.governing`); where the real one swings is in `swings`.
     Errors: as `stability` and `full_stability`.
     """
     published = stability(crane, alpha_m, v_tip=v_tip, delay=delay)
     masses = carried(crane, Mode.SSC) if loads is None else tuple(loads)
     places = slow_places(masses, wires, SLOW) if v_tip == 0.0 else [Place(m, s_w, v_tip) for m in masses for s_w in wires]
+    still, swings = calm(crane), []
     limits: dict[Place, float] = {}
     for place in places:
-        here = plant_loop_at(crane, Mode.SSC, place, alpha_m=alpha_m, delay=delay)
+        here, real = (plant_loop_at(c, Mode.SSC, place, alpha_m=alpha_m, delay=delay) for c in (still, crane))
         if here is not None:
             limits[place] = gain_limit_of(here.loop)[0]
-    swings = tuple(place for place, K_p in limits.items() if K_p == 0.0)
-    limits = {place: K_p for place, K_p in limits.items() if K_p > 0.0}
+        if real is not None and gain_limit_of(real.loop)[0] == 0.0:
+            swings.append(place)
     if not limits:
-        return BothLoops(published, None, None, swings)
+        return BothLoops(published, None, None)
     least = min(limits, key=lambda p: limits[p])
-    plant, _ = full_stability(crane, load=least.load, s_w=least.s_w, v_tip=least.v_tip, alpha_m=alpha_m, delay=delay)
-    return BothLoops(published, plant, least, swings)
+    plant, _ = full_stability(still, load=least.load, s_w=least.s_w, v_tip=least.v_tip, alpha_m=alpha_m, delay=delay)
+    return BothLoops(published, plant, least, tuple(swings))
 
 
 def slow_sweep(
@@ -268,11 +270,11 @@ def slow_sweep(
 
     alphas = np.linspace(0.8 * crane.active.motor.alpha_min, 1.0, 14) if values is None else np.asarray(list(values), dtype=np.float64)
     masses = (*carried(crane, Mode.HS), crane.SWL) if loads is None else tuple(loads)
-    limits = np.full((len(alphas), len(masses), len(wires)), math.nan)
+    limits, still = np.full((len(alphas), len(masses), len(wires)), math.nan), calm(crane)
     for at in np.ndindex(limits.shape):
         i, j, k = at
         slow = [
-            plant_loop_at(crane, Mode.SSC, p, alpha_m=float(alphas[i]), delay=delay)
+            plant_loop_at(still, Mode.SSC, p, alpha_m=float(alphas[i]), delay=delay)
             for p in slow_places(masses[j : j + 1], wires[k : k + 1])
         ]
         limits[at] = min((gain_limit_of(s.loop)[0] for s in slow if s is not None), default=math.nan)

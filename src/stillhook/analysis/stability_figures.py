@@ -88,7 +88,7 @@ def sweep_figure(crane: Crane, sweeps: list[xarray.Dataset]) -> Figure:
     for ax in axes[len(sweeps) :]:
         ax.set_axis_off()
     figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=3, fontsize="small", frameon=False)
-    figure.suptitle(f"{crane.name}: what the gain limit hangs on, motors at {sweeps[0].attrs['alpha_m']:g}", fontsize="medium")
+    figure.suptitle(f"{crane.name}: what the gain limit depends on, motors at {sweeps[0].attrs['alpha_m']:g}", fontsize="medium")
     return figure
 
 

@@ -159,20 +159,22 @@ class _Report:
 
     def _slow_remarks(self) -> list[str]:
         """Controllers whose gain makes the slow winch swing at a payload or length of wire for which no margins were kept."""
+        from stillhook.analysis.governing import governing
         from stillhook.analysis.tune_score import wires_of
         from stillhook.units import show
 
         out = []
         for t, slow in zip(self.tuned, self.slow, strict=True):
             K_p = t.controller.on(self.crane).control.K_p
-            if slow is not None and slow.K_p_ms == 0.0:
+            swings = governing(t.controller.on(self.crane), t.start.mode, wires=wires_of(self.cases)).swings
+            if swings:
                 out.append(
-                    f"{t.start.name}: whatever K_p, the whole plant swings with {slow.place.describe()} (motors at {slow.alpha_m:.2f}): "
-                    "friction that falls with speed feeds the load's swing on its wire"
+                    f"{t.start.name}: whatever K_p, the whole plant swings with {swings[0].describe()}: friction that falls with speed "
+                    "feeds the load's swing on its wire"
                 )
-            elif slow is not None and slow.K_p_ms < K_p:
+            if slow is not None and slow.K_p_ms < K_p:
                 wires = ", ".join(show(s_w, "length", 4) for s_w in wires_of(self.cases))
-                limit = f"above {show(slow.K_p_ms, 'gain_per_length', 2)}"
+                limit = f"above {show(slow.K_p_ms, 'gain_per_length', 2)}" if slow.K_p_ms > 0.0 else "with any gain"
                 out.append(
                     f"{t.start.name}: margins hold on {wires} of wire only; {limit} the whole plant swings with {slow.place.describe()} "
                     f"(motors at {slow.alpha_m:.2f}), and K_p is {show(K_p, 'gain_per_length', 3)}"
