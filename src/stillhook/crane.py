@@ -448,14 +448,6 @@ def brake_torque(crane: Crane) -> float:
     return BRAKE_RESERVE * holding_torque(crane) if crane.brake.T is None else crane.brake.T
 
 
-def damping_range(wire: Wire) -> tuple[float, float]:
-    """Low and high end of the wire's damping ratio [-]: as the file gives them, else a third of the ratio and three times it; the
-    ratio itself lies between them."""
-    low = wire.zeta / 3.0 if wire.zeta_low is None else wire.zeta_low
-    high = 3.0 * wire.zeta if wire.zeta_high is None else wire.zeta_high
-    return min(low, wire.zeta), max(high, wire.zeta)
-
-
 def beside_wire(crane: Crane) -> float:
     """By how much the inertia beside the wire changes for one part of the whole: the wire's own inertia is known, from its mass [-]."""
     J, J_wire = effective_inertia(crane), wire_inertia(crane.drum, crane.wire) / crane.i_hD**2

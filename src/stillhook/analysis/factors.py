@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from stillhook.analysis.distribution import Distribution, Law
-from stillhook.crane import Crane, ServoVariant, beside_wire, damping_range
+from stillhook.crane import Crane, ServoVariant, Wire, beside_wire
 from stillhook.engine.checks import case_friction, friction_parts, layer_diameter_at, loss_notes
 from stillhook.engine.pack import load_record
 from stillhook.scenario import Scenario
@@ -108,6 +108,14 @@ def missing(crane: Crane, path: str) -> bool:
     if path.startswith("hpu.") and crane.hpu is None:
         return True
     return path in OPTIONAL and operator.attrgetter(path)(crane) is None
+
+
+def damping_range(wire: Wire) -> tuple[float, float]:
+    """Low and high end of the wire's damping ratio [-]: as the file gives them, else a third of the ratio and three times it; the
+    ratio itself lies between them."""
+    low = wire.zeta / 3.0 if wire.zeta_low is None else wire.zeta_low
+    high = 3.0 * wire.zeta if wire.zeta_high is None else wire.zeta_high
+    return min(low, wire.zeta), max(high, wire.zeta)
 
 
 def between(low: float, high: float) -> Distribution:
