@@ -246,14 +246,12 @@ class Attribution:
 
 def _some(effects: Sequence[Effect]) -> str:
     """How many pairs, and the first of them."""
-    if len(effects) <= NAMED:
-        return "; ".join(map(str, effects))
-    return f"{'; '.join(map(str, effects[:NAMED]))} and {len(effects) - NAMED} more"
+    return listed([str(e) for e in effects], NAMED)
 
 
-def listed(names: Sequence[str]) -> str:
+def listed(names: Sequence[str], most: int = LISTED) -> str:
     """Names in a sentence, which may hold commas themselves: "a; b; c and 4 more"."""
-    return "; ".join(names) if len(names) <= LISTED else f"{'; '.join(names[:LISTED])} and {len(names) - LISTED} more"
+    return "; ".join(names) if len(names) <= most else f"{'; '.join(names[:most])} and {len(names) - most} more"
 
 
 def attribute(

@@ -79,7 +79,7 @@ class Factor:
 
     def strained(self, crane: Crane, case: Scenario) -> bool:
         """Whether its default distribution does not hold at the working point of this run, where `outside` does."""
-        return self.name == "motor_loss" and motors_outside_fit(crane, case)
+        return self.outside is not None and motors_outside_fit(crane, case)
 
     def absent(self, crane: Crane, case: Scenario) -> str:
         """Why it changes nothing here; "" where it does."""

@@ -188,7 +188,7 @@ def friction_parts(crane: Crane, W: float, d: float, v: float, alpha: float) -> 
         sets = [("active", crane.active.motor, alpha, W * lever / (crane.active.motor.D_total * alpha))]
     else:
         passive, dp = crane.passive.motor, crane.passive.accumulator.gas.p_0 - crane.passive.p_lp
-        alpha_pm = min(max(W * lever / (passive.D_total * dp), passive.alpha_min), 1.0)
+        alpha_pm = min(max(alpha_for_weight(crane, crane.passive, W, d), passive.alpha_min), 1.0)
         sets = [("active", crane.active.motor, alpha, 0.0), ("passive", passive, alpha_pm, dp)]
     losses = [m.count * torque_loss(omega, a * m.D_max, dp, loss_fit(m)) for _, m, a, dp in sets]
     system = sum(m.count for _, m, _, _ in sets) * system_friction(omega, W * 0.5 * d, friction_record(crane.friction.system))
