@@ -12,7 +12,11 @@ import re
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
+from typing import TYPE_CHECKING
 from urllib.parse import unquote
+
+if TYPE_CHECKING:
+    from stillhook.validate.criteria import Criterion
 
 DOCS = Path(__file__).resolve().parent
 ROOT = DOCS.parent
@@ -59,18 +63,26 @@ def criteria() -> str:
     sets = [load_criteria(name) for name in criteria_sets()]
     rows = [
         (
-            *(s.label, c.key, int(c.step), c.what, f"`{c.measure}`", c.asked, c.by.value),
-            *("yes" if c.judged else "shown only", c.source, c.reason),
+            *(s.label, c.key, int(c.step), c.what, f"`{c.measure}`", c.limit_text),
+            *(ask_of(c), c.source, c.reason),
         )
         for s in sets
         for c in s.criteria
     ]
     lead = (
         "What `stillhook validate` judges a twin by, unless a campaign names a criteria file of its own. Steps are those of paper F, 0 is "
-        "the data set. By: what must meet the limit, the value, the whole 95 % interval, or any part of it."
+        "the data set. A line is shown where the whole 95 % interval meets the limit, refuted where no part of it does, else not shown. "
+        "Must be: what the line must come to; for information: it is not judged; if there are data: no data at all do not stand in the way."
     )
-    head = ("set", "key", "step", "what", "measure", "asked", "by", "judged", "source", "reason")
+    head = ("set", "key", "step", "what", "measure", "limit", "must be", "source", "reason")
     return page("Acceptance criteria", lead, head, rows)
+
+
+def ask_of(c: Criterion) -> str:
+    """What the line of a criterion must come to."""
+    if not c.judged:
+        return "for information"
+    return c.ask.value if c.needed else f"{c.ask.value}, if there are data"
 
 
 def rules() -> str:

@@ -57,7 +57,7 @@ def naming(defect: Defect, one: Mapping[str, Any]) -> str:
         what, *notes = text.split("; ")
         hit = next((n for n in reversed(notes) if speaks_of(defect, n)), "")
         if hit or speaks_of(defect, what):
-            return "; ".join(part for part in (what.split(" (95 %")[0].removesuffix(" is asked"), hit) if part)
+            return "; ".join(part for part in (what.split(" (95 %")[0], hit) if part)
     return next((text for text in rest if speaks_of(defect, text)), "")
 
 

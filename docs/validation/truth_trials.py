@@ -76,7 +76,7 @@ def _found(found: Validation) -> dict[str, Any]:
     figures = {key: [_short(x) for x in (m.value, m.low, m.high)] for key, m in measures.items() if m is not None}
     tuned = found.step(StepNumber.DYNAMICS).data.get("tuned", {})
     short = {name: [_short(x) for x in (t["factor"], t["low"], t["high"])] for name, t in tuned.items()}
-    no = {line.key: line.said for line in found.lines if line.no}
+    no = {line.key: line.message for line in found.lines if line.failed}
     return {"passed": found.passed, "no": no, "figures": figures, "tuned": short}
 
 

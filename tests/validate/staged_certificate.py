@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 from stillhook.io.log_types import Log
 from stillhook.scenario import Mode
 from stillhook.validate.campaign import Campaign, CraneTest, load_campaign
+from stillhook.validate.criteria import Criterion, Limit
 from stillhook.validate.judging import judge
 from stillhook.validate.lines import Measure, Step, StepNumber, Table
 from stillhook.validate.record import Record, Segment
@@ -19,7 +20,7 @@ LENGTH = 400.0
 CASES = {"1": (82e3, 487.0, Mode.NS, 1.0, 8.0), "2": (164e3, 2314.0, Mode.SSC, 0.4, 11.0)}
 """Test -> load [kg], wire out [m], mode, amplitude [m] and period [s] of the tip."""
 FOUND = {
-    "wire_lengths": 2.0, "loads": 2.0, "load_share": 0.656, "s_tip_pp_low": 0.4, "s_tip_pp_high": 2.2, "data_length": 2200.0,
+    "wire_lengths": 3.0, "loads": 3.0, "load_share": 0.656, "s_tip_pp_low": 0.4, "s_tip_pp_high": 2.3, "data_length": 2200.0,
     "e_c_pp_deviation": 0.021, "e_c_max_difference": 0.012, "eta_c_deviation_high": 0.011, "e_c_correlation": 0.97,
     "u_p_deviation": 0.004, "u_m_deviation": 0.003,
 }  # fmt: skip
@@ -53,11 +54,15 @@ def staged(campaign: str | Path | Campaign, *, whole: bool = True, **found: floa
     steps = []
     for number in StepNumber if whole else (StepNumber.DATA,):
         rows = [c for c in todo.criteria.criteria if c.step is number]
-        measures = tuple(_measure(c.measure, values.get(c.measure, c.limit), c.quantity) for c in rows)
+        measures = tuple(_measure(c.measure, values.get(c.measure, _well_within(c)), c.quantity) for c in rows)
         steps.append(Step(number, measures, (f"step {int(number)} was taken",), (_table(number),)))
     steps[-1] = replace(steps[-1], data={"e_c_pp": np.zeros(3)})
     measures = tuple(m for s in steps for m in s.measures)
     return Validation(todo, tuple(record(t) for t in todo.tests), tuple(steps), judge(todo.criteria, measures, [s.number for s in steps]))
+
+
+def _well_within(c: Criterion) -> float:
+    return 2.0 * c.limit if c.kind is Limit.AT_LEAST else 0.5 * c.limit
 
 
 def _measure(name: str, value: float | None, quantity: str) -> Measure:

@@ -58,7 +58,7 @@ def test_a_twin_that_is_the_crane_deviates_by_less_than_a_millimetre():
         assert abs(found(step, name).value) < ALIKE, name
     assert found(step, "e_c_correlation").value > 0.999
     assert found(step, "e_c_pp_below_5cm").value == 1.0
-    assert not any(line.no for line in judge(campaign().criteria, step.measures, (StepNumber.AHC,)))
+    assert not any(line.failed for line in judge(campaign().criteria, step.measures, (StepNumber.AHC,)))
 
 
 def test_thirty_seconds_are_enough_for_the_twin_to_forget_that_it_started_at_rest():
@@ -121,8 +121,8 @@ def test_a_load_case_that_is_off_is_not_hidden_by_longer_ones_that_are_not():
     bad = 0.06 * np.sin(2.0 * np.pi * np.arange(len(log["s_tip"])) * STEP / 9.0)
     step = checked(record(log, name="long"), record({**log, "e_c_measured": log["e_c_measured"] + bad}, name="off"))
     lines = {x.key: x for x in judge(campaign().criteria, step.measures, (StepNumber.AHC,))}
-    assert lines["2b-case"].no
-    assert "load case off" in lines["2b-case"].said
+    assert lines["2b-case"].failed
+    assert "load case off" in lines["2b-case"].message
     cases = {m.test: m.value for m in step.found("e_c_pp_deviation_case")}
     assert cases["load case long"] < ALIKE
     assert cases["load case off"] == pytest.approx(0.12, abs=0.05)  # up to the phase between both
@@ -158,8 +158,8 @@ def test_a_crane_that_differs_in_one_thing_is_told_with_about_the_right_amount(n
 def test_a_wrong_feedforward_fails_what_paper_f_asks():
     step = checked(record(crane_log(bent("K_1", -0.1))))
     lines = {x.key: x for x in judge(campaign().criteria, step.measures, (StepNumber.AHC,))}
-    assert lines["2b"].no
-    assert lines["2a"].no
+    assert lines["2b"].failed
+    assert lines["2a"].failed
     assert found(step, "e_c_pp_bias").value < 0.0  # the twin is the better one
 
 
@@ -214,7 +214,7 @@ def test_without_the_signals_every_measure_says_what_to_log(change, told):
 def test_an_error_that_was_logged_but_is_nowhere_known_gives_no_number():
     step = checked(record({**own_log(), "e_c_measured": np.full_like(own_log()["s_tip"], np.nan)}))
     assert all(m.value is None and m.note for m in step.measures if m.name in ("e_c_pp_deviation", "e_c_max_difference"))
-    assert all(line.no for line in judge(campaign().criteria, step.measures, (StepNumber.AHC,)) if line.judged)
+    assert all(line.failed for line in judge(campaign().criteria, step.measures, (StepNumber.AHC,)) if line.judged)
     r = record(own_log())
     assert "tip-wire-speed-and-error" in figures(step, campaign(r), (r,))
 

@@ -107,7 +107,8 @@ def test_a_validation_that_was_not_passed_gets_a_document_that_certifies_nothing
     data = json.loads(files["not-passed.json"])
     assert data["passed"] is False
     assert data["envelope"] is None
-    assert data["verdict"].startswith("NOT PASSED")
+    assert data["verdict"].startswith("REFUTED")
+    assert data["outcome"] == "refuted"
 
 
 def test_criteria_of_which_none_counts_certify_nothing(campaign, tmp_path):
@@ -118,7 +119,7 @@ def test_criteria_of_which_none_counts_certify_nothing(campaign, tmp_path):
     campaign.write_text(campaign.read_text().replace("synthetic", 'criteria = "lax.toml"\nsynthetic'))
     data = certificate_of(staged(campaign, **NOT_SHOWN)).data
     assert data["passed"] is False
-    assert data["verdict"] == "NOT PASSED: no criterion of lax version 1 counts on these data, so that nothing was shown."
+    assert data["verdict"] == "NOT JUDGED: no criterion of lax version 1 counts on these data, so that nothing was shown."
     assert certificate_of(staged(campaign)).passed
 
 
@@ -127,13 +128,13 @@ def test_a_twin_that_never_compensated_is_validated_for_nothing(campaign, tmp_pa
     campaign.write_text(text)
     data = certificate_of(staged(campaign)).data
     assert data["passed"] is False
-    assert data["verdict"].startswith("NOT PASSED: no stretch with heave compensation could be compared")
+    assert data["verdict"].startswith("NOT SHOWN: no part of the logs with heave compensation could be compared")
 
 
 def test_what_the_data_cannot_tell_is_among_the_limitations(campaign, tmp_path):
     data = certificate_of(staged(campaign, **NOT_SHOWN)).data
     told = {part["heading"]: part["lines"] for part in data["limitations"]}
-    assert any(line.startswith("2b (counts as a no)") for line in told["Not shown by these data"])
+    assert any(line.startswith("2b (in the way)") for line in told["Not shown by these data"])
     assert "Synthetic data" in told
 
 
@@ -184,7 +185,7 @@ def test_letters_that_the_fonts_lack_do_not_stop_it(campaign, tmp_path):
         (lambda t: t.replace('"passed": false', '"passed": true'), "was changed after it was written"),
         (lambda t: t[: len(t) // 2], "not a certificate"),
         (lambda t: "[1, 2]", "JSON, but not a certificate"),
-        (lambda t: t.replace("certificate 1", "certificate 9"), 'this Stillhook reads "stillhook certificate 1"'),
+        (lambda t: t.replace("certificate 2", "certificate 9"), 'this Stillhook reads "stillhook certificate 2"'),
         (lambda t: "", "not a certificate"),
     ],
 )

@@ -101,7 +101,7 @@ def test_it_finds_its_campaign_by_its_hash_in_a_folder_beside_its_own(file, tmp_
         ("campaign.toml", "Sea trial", "Sea trial, day 2", "campaign campaign.toml: changed since."),
         ("campaign.toml", 'name = "2"', 'name = "two"', 'test "2": not in the campaign any more.'),
         ("campaign.toml", '"logs/1.csv"', '"logs/2.csv"', "campaign campaign.toml: changed since."),  # and refused: the log would count twice
-        ("campaign.toml", 'delay = "40 ms"', 'delay = "40 ms"\ncriteria = "own.toml"', "criteria: own version 2 now, and not what paper-f version 1 was"),
+        ("campaign.toml", 'delay = "40 ms"', 'delay = "40 ms"\ncriteria = "own.toml"', "criteria: own version 2 now, and not what paper-f version 2 was"),
         ("ours.toml", 'K_p = { value = "0.16 1/m"', 'K_p = { value = "0.2 1/m"', "crane ours: changed since: control.K_p 0.16 1/m -> 0.2 1/m."),
     ],
 )
@@ -135,7 +135,7 @@ def test_a_verdict_line_that_comes_out_otherwise_is_named(file, found):
     again = checked(file)
     assert not again.holds
     assert [line.split(":")[0] for line in again.lines] == ["2b"]
-    assert "pass -> fail" in again.lines[0]
+    assert "shown -> refuted" in again.lines[0]
 
 
 def test_an_envelope_that_was_widened_by_hand_is_named_even_where_the_digest_was_made_anew(file):

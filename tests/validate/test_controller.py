@@ -106,7 +106,7 @@ def test_a_plc_without_feedback_of_the_motors_reckons_with_its_command():
 
 
 def test_a_right_twin_meets_every_criterion_of_the_controller():
-    assert not any(line.no for line in lines(own_step()).values())
+    assert not any(line.failed for line in lines(own_step()).values())
     for name in ("K_1_deviation", "K_2_deviation", "K_p_deviation"):
         assert abs(found(own_step(), name).value) < GAIN
     assert abs(found(own_step(), "command_lag").value) < 1e-5
@@ -172,10 +172,10 @@ def test_the_printed_k_1_is_found_and_named():
     assert m.note == "K_1 0.68 s/m in the log's commands, 0.828 s/m in the crane file (-18 %)"
     assert f"Off: {m.note}." in step.statements
     said = lines(step)
-    assert said["3-K_1"].verdict is Verdict.FAIL
-    assert said["3-pump"].verdict is Verdict.FAIL
-    assert m.note in said["3-pump"].said
-    assert not said["3-K_p"].no
+    assert said["3-K_1"].verdict is Verdict.REFUTED
+    assert said["3-pump"].verdict is Verdict.REFUTED
+    assert m.note in said["3-pump"].message
+    assert not said["3-K_p"].failed
 
 
 @pytest.mark.parametrize(("name", "factor"), [("K_2", 0.6), ("K_p", 1.5)])
@@ -185,7 +185,7 @@ def test_a_gain_that_is_off_is_found_to_its_interval(name, factor):
     m = found(step, f"{name}_deviation")
     assert m.value == pytest.approx(factor - 1.0, abs=0.01)
     assert f"{name} " in m.note
-    assert lines(step)[f"3-{name}"].verdict is Verdict.FAIL
+    assert lines(step)[f"3-{name}"].verdict is Verdict.REFUTED
 
 
 def test_another_threshold_of_ssc_is_found_and_named():
@@ -193,7 +193,7 @@ def test_another_threshold_of_ssc_is_found_and_named():
     m = found(step, "u_thr_difference")
     assert m.value == pytest.approx(-0.1, abs=2e-3)
     assert m.note == "u_thr 0.5 in the log's motor commands, 0.6 in the crane file"
-    assert lines(step)["3-u_thr"].verdict is Verdict.FAIL
+    assert lines(step)["3-u_thr"].verdict is Verdict.REFUTED
 
 
 def test_the_cubic_law_gives_its_threshold_too():
@@ -206,13 +206,13 @@ def test_calm_seas_say_nothing_of_the_threshold():
     step = checked(record(ahc_log(TWIN, height=0.6)))
     assert found(step, "u_thr_difference").value is None
     assert lines(step)["3-u_thr"].verdict is Verdict.NOT_SHOWN
-    assert not lines(step)["3-u_thr"].no
+    assert not lines(step)["3-u_thr"].failed
 
 
 def test_a_log_in_another_mode_than_it_says_is_named():
     step = checked(record(ahc_log(TWIN, mode="ns")))
     assert 'Off: test 1: the motor command follows mode "ns", the log says "ssc".' in step.statements
-    assert lines(step)["3-motor"].verdict is Verdict.FAIL
+    assert lines(step)["3-motor"].verdict is Verdict.REFUTED
 
 
 def test_another_setting_of_normal_speed_is_named():
@@ -246,7 +246,7 @@ def test_commands_of_another_cycle_in_a_row_are_found_by_the_joystick_and_set_ri
     assert step.rows.evidence == "joystick"
     assert found(step, "u_p_deviation", "test 1").value < 5e-3  # that noise
     assert abs(found(step, "K_2_deviation").value) < 0.01
-    assert not lines(step)["3-lag"].no
+    assert not lines(step)["3-lag"].failed
     word = "later" if cycles > 0 else "earlier"
     assert any(word in text and "they are compared so" in text for text in step.statements)
 
@@ -270,8 +270,8 @@ def test_a_tip_that_is_not_the_plcs_own_fails_by_its_lag():
     assert m.low < -0.15 < m.high
     assert "the tip's motion in the log is 15" in m.note
     said = lines(step)
-    assert said["3-lag"].verdict is Verdict.FAIL
-    assert said["3-pump"].verdict is Verdict.FAIL
+    assert said["3-lag"].verdict is Verdict.REFUTED
+    assert said["3-pump"].verdict is Verdict.REFUTED
     assert abs(found(step, "K_1_deviation").value) < 0.01  # told with the lag set right
 
 
@@ -339,7 +339,7 @@ def test_motors_that_were_not_logged_are_made_up_and_only_their_rest_tells_gains
     step = checked(record(bent(own_ahc_log(), alpha_m=None, u_m=None)))
     assert any("neither alpha_m nor u_m was logged" in text for text in step.statements)
     assert found(step, "u_m_deviation").value is None
-    assert lines(step)["3-motor"].no
+    assert lines(step)["3-motor"].failed
     assert abs(found(step, "K_1_deviation").value) < 0.005
 
 
@@ -356,7 +356,7 @@ def test_a_log_without_command_or_wire_is_a_no_that_says_what_to_log(lack):
     assert step.found("u_p_deviation")[0].value is None
     assert f"{lack} not logged" in step.statements[0]
     assert "log s_tip, s_w and u_p" in step.statements[0]
-    assert lines(step)["3-pump"].no
+    assert lines(step)["3-pump"].failed
 
 
 def test_a_gap_parts_the_stretches_and_both_count():

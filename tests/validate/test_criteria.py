@@ -2,12 +2,13 @@
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from stillhook.errors import StillhookError, ValidateError
-from stillhook.validate.criteria import By, Criteria, Limit, criteria_sets, load_criteria
-from stillhook.validate.judging import judge
-from stillhook.validate.lines import Measure, StepNumber, Verdict
+from stillhook.validate.criteria import Ask, Criteria, Limit, criteria_sets, load_criteria
+from stillhook.validate.judging import judge, outcome_of
+from stillhook.validate.lines import RISK, Measure, Outcome, StepNumber, Verdict
 from stillhook.validate.measures import MEASURES, SETTINGS
 
 ALL = tuple(StepNumber)
@@ -77,25 +78,25 @@ def test_a_changed_limit_says_what_it_was_and_takes_no_credit_from_the_paper(tmp
     c = own(tmp_path, 'key = "2b"\nat_most = "6 cm"')
     row = next(x for x in c.criteria if x.key == "2b")
     assert (row.limit, row.written, row.source) == (pytest.approx(0.06), "6 cm", "changed in mine.toml; at most 5 cm in paper F table 2")
-    assert c.changes == (f"2b: {MEAN} at most 6 cm by value in place of {MEAN} at most 5 cm by value",)
+    assert c.changes == (f"2b: {MEAN} at most 6 cm, to be shown in place of {MEAN} at most 5 cm, to be shown",)
     assert c.name == "mine"
 
 
 def test_rows_can_be_dropped_added_and_made_stricter_and_all_of_it_is_told(tmp_path):
     c = own(
         tmp_path,
-        'key = "own"\nstep = 5\nwhat = "Spread"\nmeasure = "e_c_pp_deviation_s"\nat_most = "20 mm"\nby = "whole"\nneeded = false',
+        'key = "own"\nstep = 5\nwhat = "Spread"\nmeasure = "e_c_pp_deviation_s"\nat_most = "20 mm"\nask = "not refuted"\nneeded = false',
         'drop = ["2d-correlation"]\n[settings]\nwindow = "20 s"',
     )
     rows = {x.key: x for x in c.criteria}
     assert "2d-correlation" not in rows
-    assert (rows["own"].by, rows["own"].needed, rows["own"].limit) == (By.WHOLE, False, 0.02)
+    assert (rows["own"].ask, rows["own"].needed, rows["own"].limit) == (Ask.NOT_REFUTED, False, 0.02)
     assert c.settings["window"] == 20.0
     assert len(c.changes) == 3
 
 
 def test_a_judged_row_that_is_only_shown_from_now_on_is_told_as_a_change(tmp_path):
-    assert "shown only" in own(tmp_path, 'key = "2b"\njudged = false').changes[0]
+    assert "for information" in own(tmp_path, 'key = "2b"\njudged = false').changes[0]
 
 
 def test_the_digest_follows_what_is_asked_and_not_how_it_is_written(tmp_path):
@@ -128,7 +129,8 @@ def test_a_set_without_a_base_gives_everything_itself(tmp_path):
         ('key = "2b"\nat_most = "5 cm"\nat_least = "1 cm"', "exactly one of"),
         ('key = "x"\nstep = 5\nwhat = "W"\nmeasure = "e_c_pp_deviation"', "exactly one of"),
         ('key = "2b"\nstep = 3', "step"),
-        ('key = "2b"\nby = "half"', "value, whole, any"),
+        ('key = "2b"\nask = "half"', "shown, not refuted"),
+        ('key = "2b"\nby = "any"', 'by is no field any more: the whole 95 % interval decides. Leave it out, or write ask = "not refuted"'),
         ('key = "2b"\njudged = "yes"', "true or false"),
         ('key = "2b"\nlimit = "5 cm"', "unknown field"),
         ('key = "3-pump"\nat_most = "three %"', "at_most"),
@@ -193,59 +195,123 @@ def test_a_name_that_is_no_set_names_those_that_there_are():
 def test_a_line_is_one_sentence_with_figure_interval_limit_and_data():
     m = Measure(MEAN, 0.0212, "length", 0.018, 0.0251, data="4 load cases, 2140 s, 71 effective windows")
     found = line(load_criteria("paper-f"), "2b", m)
-    assert found.verdict is Verdict.PASS
-    assert found.said == (
-        "Mean deviation of the peak-to-peak control error over the moving window: 2.12 cm (95 % interval 1.8 to 2.51 cm), at most 5 cm is "
-        "asked; 4 load cases, 2140 s, 71 effective windows."
+    assert found.verdict is Verdict.SHOWN
+    assert found.message == (
+        "Mean deviation of the peak-to-peak control error over the moving window: 2.12 cm (95 % interval 1.8 to 2.51 cm), limit at "
+        "most 5 cm; 4 load cases, 2140 s, 71 effective windows."
     )
 
 
 def test_the_worst_of_several_tests_is_judged_and_named():
     found = line(load_criteria("paper-f"), "3-pump", Measure("u_p_deviation", 0.01, test="test 1"), Measure("u_p_deviation", 0.04, test="test 2"))
-    assert found.verdict is Verdict.FAIL
-    assert found.no
-    assert "in test 2, the worst of 2: 4 %, at most 3 % is asked" in found.said
+    assert found.verdict is Verdict.REFUTED
+    assert found.failed
+    assert "in test 2, the worst of 2: 4 %, limit at most 3 %" in found.message
 
 
 def test_for_at_least_the_smallest_is_the_worst():
     found = line(load_criteria("paper-f"), "1b-highest", Measure("load_share", 0.7, test="a"), Measure("load_share", 0.3, test="b"))
-    assert found.verdict is Verdict.FAIL
+    assert found.verdict is Verdict.REFUTED
     assert found.measure is not None
     assert found.measure.test == "b"
 
 
 @pytest.mark.parametrize(
-    ("by", "ends", "verdict"),
+    ("value", "ends", "verdict"),
     [
-        ("value", (0.03, 0.06), Verdict.PASS),
-        ("whole", (0.03, 0.06), Verdict.FAIL),
-        ("whole", (0.03, 0.045), Verdict.PASS),
-        ("any", (0.045, 0.06), Verdict.PASS),
+        (0.04, (0.03, 0.045), Verdict.SHOWN),
+        (0.04, (0.03, 0.05), Verdict.SHOWN),
+        (0.04, (0.03, 0.06), Verdict.NOT_SHOWN),
+        (0.0681, (0.0178, 0.12), Verdict.NOT_SHOWN),
+        (0.07, (0.0501, 0.09), Verdict.REFUTED),
     ],
 )
-def test_an_interval_counts_as_the_row_says(tmp_path, by, ends, verdict):
-    criteria = own(tmp_path, f'key = "2b"\nby = "{by}"')
-    assert line(criteria, "2b", Measure(MEAN, 0.04, "length", *ends)).verdict is verdict
+@pytest.mark.parametrize("ask", ["shown", "not refuted"])
+def test_the_interval_alone_gives_the_verdict_whatever_the_row_asks(tmp_path, ask, value, ends, verdict):
+    criteria = own(tmp_path, f'key = "2b"\nask = "{ask}"')
+    assert line(criteria, "2b", Measure(MEAN, value, "length", *ends)).verdict is verdict
 
 
-def test_by_any_a_measure_fails_only_where_all_of_its_interval_misses(tmp_path):
-    criteria = own(tmp_path, 'key = "2b"\nby = "any"')
-    assert line(criteria, "2b", Measure(MEAN, 0.07, "length", 0.045, 0.09)).verdict is Verdict.PASS
-    assert line(criteria, "2b", Measure(MEAN, 0.07, "length", 0.055, 0.09)).verdict is Verdict.FAIL
+@pytest.mark.parametrize(
+    ("limit", "low", "high"),
+    [(0.25, -0.6, 0.6), (0.25, -2.0, 0.1), (0.25, 0.2, 0.8), (0.04, 0.0379, 0.0496), (0.05, 0.0178, 0.12)],
+)
+def test_no_interval_that_holds_a_limit_or_is_wider_than_the_limits_is_ever_shown_or_refuted(tmp_path, limit, low, high):
+    criteria = own(tmp_path, f'key = "p-leakage"\nwithin = "{100.0 * limit:g} %"')
+    for value in (low, 0.5 * (low + high), high):
+        assert line(criteria, "p-leakage", Measure("leakage_error", value, "", low, high)).verdict is Verdict.NOT_SHOWN
 
 
-def test_by_any_an_interval_that_no_value_could_fail_with_tells_nothing():
-    criteria = load_criteria("paper-f")  # 3-K_p: within +-20 %, by any, not needed
-    wide = line(criteria, "3-K_p", Measure("K_p_deviation", -0.6, "", -1.3, 0.1))
-    assert (wide.verdict, wide.no) == (Verdict.NOT_SHOWN, False)
-    assert "too wide to tell" in wide.said
-    assert line(criteria, "3-K_p", Measure("K_p_deviation", 0.25, "", 0.15, 0.35)).verdict is Verdict.PASS
-    assert line(criteria, "3-K_p", Measure("K_p_deviation", 0.9, "", 0.3, 1.5)).verdict is Verdict.FAIL
+def test_what_must_be_shown_blocks_while_it_is_not(tmp_path):
+    wide = line(own(tmp_path, 'key = "2b"'), "2b", Measure(MEAN, 0.0681, "length", 0.0178, 0.12))
+    assert (wide.verdict, wide.failed) == (Verdict.NOT_SHOWN, True)
+    within = line(own(tmp_path, 'key = "2b"'), "2b", Measure(MEAN, 0.03, "length", 0.01, 0.06))
+    assert (within.verdict, within.failed) == (Verdict.NOT_SHOWN, True)
+
+
+def test_what_must_not_be_refuted_blocks_only_where_the_estimate_misses_the_limit():
+    criteria = load_criteria("paper-f")  # p-tip-delay: within +-40 ms, not to be refuted
+    late = line(criteria, "p-tip-delay", Measure("tip_delay_error", 0.0437, "time", 0.0379, 0.0496))
+    assert (late.verdict, late.failed) == (Verdict.NOT_SHOWN, True)
+    assert "43.7 ms (95 % interval 37.9 to 49.6 ms), limit within +-40 ms, which the estimate misses and part of the interval meets" in late.message
+    near = line(criteria, "p-tip-delay", Measure("tip_delay_error", 0.035, "time", 0.02, 0.05))
+    assert (near.verdict, near.failed) == (Verdict.NOT_SHOWN, False)
+    far = line(criteria, "p-tip-delay", Measure("tip_delay_error", 0.15, "time", 0.13, 0.17))
+    assert (far.verdict, far.failed) == (Verdict.REFUTED, True)
+
+
+def test_of_several_tests_a_refuted_one_comes_before_one_that_is_wide_and_that_before_one_that_agrees():
+    criteria = load_criteria("paper-f")
+    refuted, open_, near = (
+        Measure("tip_delay_error", value, "time", value - half, value + half, test)
+        for value, half, test in ((0.06, 0.01, "refuted"), (0.03, 0.2, "open"), (0.035, 0.001, "near"))
+    )
+    for found, worst in (((refuted, open_, near), "refuted"), ((open_, near), "open"), ((near,), "near")):
+        result = line(criteria, "p-tip-delay", *found)
+        assert result.measure is not None
+        assert (result.measure.test, result.figures) == (worst, len(found))
+
+
+def test_the_risks_are_of_one_line_and_grow_with_the_tests_whose_worst_is_judged():
+    criteria = load_criteria("paper-f")
+    found = line(criteria, "p-lever", *(Measure("lever_error", 0.0, "", -0.001, 0.001, str(i)) for i in range(4)))
+    assert (found.consumer_risk, found.producer_risk) == (0.025, 0.1)
+    by_value = line(criteria, "2a", Measure("e_c_max_difference", 0.01, "length"))
+    assert (by_value.figures, by_value.consumer_risk, by_value.producer_risk) == (0, None, None)
+
+
+def test_the_stated_risks_hold_for_true_figures_at_the_limit():
+    """Figures drawn about a true value at the limit, with their 95 % intervals: shown and refuted each in 2.5 % of the draws."""
+    criteria, half, draws = load_criteria("paper-f"), 1.96 * 0.01, 4000
+    values = 0.25 + 0.01 * np.random.default_rng(1).standard_normal(draws)
+    verdicts = [line(criteria, "p-leakage", Measure("leakage_error", x, "", x - half, x + half)).verdict for x in values]
+    for verdict in (Verdict.SHOWN, Verdict.REFUTED):
+        assert verdicts.count(verdict) / draws == pytest.approx(RISK, abs=4.0 * (RISK / draws) ** 0.5)
+
+
+def test_what_the_form_of_a_law_leaves_is_part_of_the_interval_and_is_printed():
+    found = line(load_criteria("paper-f"), "p-leakage", Measure("leakage_error", 0.17, "", 0.05, 0.29, structural=0.1))
+    assert found.verdict is Verdict.NOT_SHOWN
+    assert "(95 % interval 5 to 29 %, of which +- 10 % from the form of the law)" in found.message
+
+
+def test_the_outcome_is_refuted_before_not_shown_before_passed():
+    criteria = load_criteria("paper-f")
+    good = line(criteria, "2b", Measure(MEAN, 0.02, "length", 0.01, 0.03))
+    wide = line(criteria, "2c", Measure("eta_c_deviation_high", 0.04, "", 0.02, 0.06))
+    bad = line(criteria, "2a", Measure("e_c_max_difference", 0.2, "length"))
+    loose = line(criteria, "3-K_p", Measure("K_p_deviation", 0.1, "", -0.2, 0.4))
+    info = line(criteria, "2b-s", Measure("e_c_pp_deviation_s", 0.02, "length"))
+    assert outcome_of((good, loose, info)) is Outcome.PASSED
+    assert outcome_of((good, wide)) is Outcome.NOT_SHOWN
+    assert outcome_of((loose,)) is Outcome.NOT_SHOWN  # a certificate of nothing that was shown certifies nothing
+    assert outcome_of((good, wide, bad)) is Outcome.REFUTED
+    assert outcome_of((info,)) is Outcome.NOT_JUDGED
 
 
 def test_within_is_of_zero_either_way():
     criteria = load_criteria("paper-f")
-    for value, verdict in ((-0.06, Verdict.FAIL), (0.06, Verdict.FAIL), (-0.04, Verdict.PASS)):
+    for value, verdict in ((-0.06, Verdict.REFUTED), (0.06, Verdict.REFUTED), (-0.04, Verdict.SHOWN)):
         assert line(criteria, "2a", Measure("e_c_max_difference", value, "length")).verdict is verdict
 
 
@@ -253,33 +319,33 @@ def test_within_is_of_zero_either_way():
 def test_data_that_cannot_tell_are_a_no_where_the_criterion_is_needed(value):
     found = line(load_criteria("paper-f"), "2b", Measure(MEAN, value, "length", note="s_tip is not in the log"))
     assert found.verdict is Verdict.NOT_SHOWN
-    assert found.no
-    assert "s_tip is not in the log" in found.said
+    assert found.failed
+    assert "s_tip is not in the log" in found.message
 
 
 def test_a_step_that_found_nothing_at_all_is_a_no():
     found = line(load_criteria("paper-f"), "2b")
-    assert (found.verdict, found.no) == (Verdict.NOT_SHOWN, True)
+    assert (found.verdict, found.failed) == (Verdict.NOT_SHOWN, True)
 
 
 def test_what_is_not_needed_does_not_count_where_the_data_cannot_tell(tmp_path):
     criteria = own(tmp_path, 'key = "2b"\nneeded = false')
-    assert not line(criteria, "2b", Measure(MEAN, None, "length", note="no")).no
+    assert not line(criteria, "2b", Measure(MEAN, None, "length", note="no")).failed
     both = (Measure(MEAN, None, "length", test="a", note="no"), Measure(MEAN, 0.2, "length", test="b"))
-    assert line(criteria, "2b", *both).no
+    assert line(criteria, "2b", *both).failed
 
 
 def test_one_test_that_cannot_tell_outweighs_those_that_pass_but_not_one_that_fails():
     criteria = load_criteria("paper-f")
     unknown, good, bad = (Measure("u_p_deviation", x, test=t) for x, t in ((None, "a"), (0.01, "b"), (0.1, "c")))
     assert line(criteria, "3-pump", unknown, good).verdict is Verdict.NOT_SHOWN
-    assert line(criteria, "3-pump", unknown, good, bad).verdict is Verdict.FAIL
+    assert line(criteria, "3-pump", unknown, good, bad).verdict is Verdict.REFUTED
 
 
 def test_a_row_that_is_not_judged_is_told_and_never_a_no():
     found = line(load_criteria("paper-f"), "2a-moment", Measure("e_c_deviation_max", 0.4, "length"))
-    assert (found.verdict, found.no) == (Verdict.TOLD, False)
-    assert "not judged" in found.said
+    assert (found.verdict, found.failed) == (Verdict.INFO, False)
+    assert "not judged" in found.message
 
 
 def test_only_steps_that_were_taken_are_judged():
@@ -287,4 +353,4 @@ def test_only_steps_that_were_taken_are_judged():
 
 
 def test_a_figure_at_the_limit_itself_meets_it():
-    assert line(load_criteria("paper-f"), "2b", Measure(MEAN, 0.05, "length")).verdict is Verdict.PASS
+    assert line(load_criteria("paper-f"), "2b", Measure(MEAN, 0.05, "length")).verdict is Verdict.SHOWN

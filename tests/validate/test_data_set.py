@@ -50,7 +50,7 @@ def test_the_data_set_of_paper_f_covers_what_it_asks():
     assert value(step, "s_tip_pp_high") == pytest.approx(2.2, rel=0.01)
     assert value(step, "data_length") == pytest.approx(2100.0, abs=0.1)
     lines = judge(campaign().criteria, step.measures, (StepNumber.DATA,))
-    assert not any(line.no for line in lines)
+    assert not any(line.failed for line in lines)
     assert step.statements[0].startswith("4 load cases with heave compensation, 2100 s in all: 82 t to 164 t, 487 m to 2314 m of wire out")
 
 
@@ -64,7 +64,7 @@ def test_the_data_set_of_paper_f_covers_what_it_asks():
 )
 def test_what_is_not_covered_fails(records, failed):
     lines = judge(campaign().criteria, checked(*records).measures, (StepNumber.DATA,))
-    assert {line.key for line in lines if line.verdict is Verdict.FAIL} == failed
+    assert {line.key for line in lines if line.verdict is Verdict.REFUTED} == failed
 
 
 def test_a_submerged_load_counts_with_what_hangs_on_the_wire(tmp_path):
@@ -96,8 +96,8 @@ def test_without_any_load_case_every_line_says_what_to_log():
     step = checked(replace(record(waves(1.0)), segments=()))
     assert step.statements[0] == "No part of the data shows heave compensation that can be used."
     lines = {line.key: line for line in judge(campaign().criteria, step.measures, (StepNumber.DATA,))}
-    assert all(lines[key].no for key in ("1a", "1b", "1b-highest", "1c-low", "1c-high", "1d"))
-    assert "log heave compensation for 60 s and more without a break" in lines["1a"].said
+    assert all(lines[key].failed for key in ("1a", "1b", "1b-highest", "1c-low", "1c-high", "1d"))
+    assert "log heave compensation for 60 s and more without a break" in lines["1a"].message
 
 
 def test_lost_samples_gaps_and_doubtful_samples_are_measured(tmp_path):
@@ -124,7 +124,7 @@ def test_a_clock_that_drifts_is_measured_and_one_that_no_sound_clock_is_fails(tm
     assert measure.value == pytest.approx(drift, rel=0.02, abs=5e-6)
     assert measure.low <= measure.value <= measure.high
     (line,) = [line for line in judge(campaign().criteria, step.measures, (StepNumber.DATA,)) if line.key == "1-clock"]
-    assert line.no is no
+    assert line.failed is no
 
 
 def test_measures_and_data_are_known_and_go_to_json():

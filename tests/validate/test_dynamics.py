@@ -48,6 +48,11 @@ def verdicts(step):  # type: ignore[no-untyped-def]
     return {line.key: line.verdict for line in lines if line.judged}
 
 
+def in_the_way(step):  # type: ignore[no-untyped-def]
+    """Lines in the way of a certificate. Gradients and periods of a dozen swings may stay not shown."""
+    return {line.key: line.message for line in judge(campaign().criteria, step.measures, (StepNumber.DYNAMICS,)) if line.failed}
+
+
 def test_tuned_numbers_lie_within_five_per_cent_of_the_truth_and_their_intervals_hold_it() -> None:
     for found in off_step().tuned:
         truth = math.exp(OFF[found.name])
@@ -57,7 +62,7 @@ def test_tuned_numbers_lie_within_five_per_cent_of_the_truth_and_their_intervals
 
 
 def test_a_crane_file_with_half_of_the_leakage_missing_fails_and_the_line_says_by_how_much() -> None:
-    assert verdicts(off_step())["4-leakage"] is Verdict.FAIL
+    assert verdicts(off_step())["4-leakage"] is Verdict.REFUTED
     (measure,) = off_step().found("C_leak_error")
     assert measure.value == pytest.approx(0.5, abs=CLOSE * 1.5)
 
@@ -72,7 +77,7 @@ def test_the_tuned_crane_passes_the_same_test_and_its_numbers_name_the_campaign(
         assert crane.sources[path].kind == "fitted"
         assert "staged" in crane.sources[path].text
     step = check_dynamics(replace(campaign(off_record()), crane=crane), (off_record(),), lambda share: None)
-    assert set(verdicts(step).values()) == {Verdict.PASS}
+    assert set(verdicts(step).values()) == {Verdict.SHOWN}
 
 
 def test_tuning_brings_gradients_periods_and_signals_nearer() -> None:
@@ -100,7 +105,7 @@ def test_figures_show_turns_residuals_and_tuned_numbers() -> None:
 def test_a_well_matched_crane_passes_with_speed_from_the_wire_alone_and_under_a_load_that_is_told() -> None:
     near = signals((("C_h", 0.04), ("C_leak", -0.05), ("J_m_eff", 0.03)), load=2e3, s_w=25.0)
     step = checked(record(near, without=("omega_m", "alpha_m"), load=2e3))
-    assert set(verdicts(step).values()) == {Verdict.PASS}
+    assert in_the_way(step) == {}
     said = " ".join(step.statements)
     assert 'Test "turns" has 2 t on the hook; paper F asks for none' in said
     assert "up to 25 m of wire out; paper F asks for less than 20 m" in said

@@ -72,7 +72,7 @@ def test_a_right_twin_reaches_the_cranes_speeds_and_saturates_with_it():
     log = own_limits_log()
     ends = (np.abs(log["u_p"]) > 0.995) | (np.abs(log["alpha_p"]) > 0.995)  # the setting leaves its end after the command
     assert found(step, "saturation_time").value == pytest.approx(np.sum(ends) * STEP, abs=STEP)
-    assert not any(line.no for line in lines(step).values())
+    assert not any(line.failed for line in lines(step).values())
 
 
 def test_every_measure_can_be_judged():
@@ -97,7 +97,7 @@ def test_a_twin_with_other_pumps_is_as_much_faster(scale):
         m = found(step, "limit_speed_error", way)
         assert m.value == pytest.approx(scale - 1.0, abs=ROUNDED)
         assert ("faster" if scale > 1.0 else "slower") in m.note
-    assert lines(step)["4-speed"].verdict is Verdict.FAIL
+    assert lines(step)["4-speed"].verdict is Verdict.REFUTED
 
 
 def test_a_plc_that_holds_its_command_lower_is_named():
@@ -107,8 +107,8 @@ def test_a_plc_that_holds_its_command_lower_is_named():
     assert found(step, "limit_speed_error_whole", "hoisting").value > 0.2
     said = "test limits: the PLC holds the pump command at 80 % in the log, at 100 % in the twin"
     assert f"Off: {said}." in step.statements
-    assert said in lines(step)["4-speed-whole"].said
-    assert lines(step)["4-speed-whole"].verdict is Verdict.FAIL
+    assert said in lines(step)["4-speed-whole"].message
+    assert lines(step)["4-speed-whole"].verdict is Verdict.REFUTED
 
 
 def test_a_pump_that_stops_short_of_its_command_is_named():
@@ -117,7 +117,7 @@ def test_a_pump_that_stops_short_of_its_command_is_named():
     m = found(step, "limit_speed_error", "lowering")
     assert m.value == pytest.approx(0.25, abs=2 * ROUNDED)
     assert "the pumps' setting stops at 80 % in the log" in m.note
-    assert lines(step)["4-speed"].verdict is Verdict.FAIL
+    assert lines(step)["4-speed"].verdict is Verdict.REFUTED
 
 
 def test_motors_that_stand_elsewhere_are_named():
@@ -138,7 +138,7 @@ def test_a_twin_that_saturates_where_the_crane_does_not_is_said():
     overlap = found(step, "saturation_overlap")
     assert overlap.value < 0.5
     assert "the twin's pumps are at their end for" in overlap.note
-    assert lines(step)["4-overlap"].verdict is Verdict.FAIL
+    assert lines(step)["4-overlap"].verdict is Verdict.REFUTED
 
 
 # --- data that show less ---------------------------------------------------------------------------------------------------------------------------
@@ -150,8 +150,8 @@ def test_data_without_saturation_are_a_no_that_says_what_to_log():
     assert not step.parts
     line = lines(step)["4"]
     assert line.verdict is Verdict.NOT_SHOWN
-    assert line.no
-    assert "log hoisting and lowering with the joystick beyond what the winch can" in line.said
+    assert line.failed
+    assert "log hoisting and lowering with the joystick beyond what the winch can" in line.message
     assert step.statements[0].startswith("The velocity limits are not shown")
 
 
@@ -172,7 +172,7 @@ def test_without_the_joystick_the_driven_twin_still_tells():
     step = checked(without(limits_record(own_limits_log()), "v_op"))
     assert abs(found(step, "limit_speed_error", "hoisting").value) < ALIKE
     assert found(step, "limit_speed_error_whole").value is None
-    assert not lines(step)["4-speed-whole"].no
+    assert not lines(step)["4-speed-whole"].failed
     assert any("v_op was not logged" in text for text in step.statements)
 
 
@@ -186,7 +186,7 @@ def test_without_the_motors_the_driven_twin_cannot_tell_and_says_so():
     step = checked(without(limits_record(own_limits_log()), "u_m", "alpha_m"))
     line = lines(step)["4-speed"]
     assert line.verdict is Verdict.NOT_SHOWN
-    assert "log u_m or alpha_m" in line.said
+    assert "log u_m or alpha_m" in line.message
     assert abs(found(step, "limit_speed_error_whole", "lowering").value) < ALIKE
 
 

@@ -42,7 +42,7 @@ def found(step: ParametersStep, name: str) -> float:
 
 
 def failed(step: ParametersStep) -> set[str]:
-    return {line.key for line in judge(load_criteria("paper-f"), step.measures, (StepNumber.PARAMETERS,)) if line.no}
+    return {line.key for line in judge(load_criteria("paper-f"), step.measures, (StepNumber.PARAMETERS,)) if line.failed}
 
 
 def first(step: ParametersStep) -> str:

@@ -42,6 +42,9 @@ def _show(found: Certificate) -> None:
     mark = "SYNTHETIC " if data["synthetic"] and "SYNTHETIC" not in data["title"] else ""
     wrapped(f"{mark}{data['title']}")
     wrapped(data["verdict"])
+    for line in data["decisive"]:
+        wrapped(f"{line['verdict']:<10}{line['key']}  {line['text']}", " " * 10)
+    wrapped(data["risks"])
     criteria, twin = data["criteria"], data["twin"]
     lengths = [d["duration"] for d in data["data"]]
     rows = [

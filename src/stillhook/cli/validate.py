@@ -25,11 +25,12 @@ def validate(
     out: Annotated[Path | None, typer.Option("--out", help="Folder for report, certificate, figures, tables (default: none).")] = None,
     steps: Annotated[str | None, typer.Option(help="Only these of the steps 0 to 5, such as 1,2; no certificate then.")] = None,
     criteria: Annotated[str | None, typer.Option(help="Criteria file, or name of a set, in place of the campaign's.")] = None,
+    all_: Annotated[bool, typer.Option("--all", help="Every line and every finding in full, not only those that are not shown.")] = False,
     json: Json = False,
 ) -> None:
-    """Does a crane file represent a crane? Logs of its tests against the twin, in five steps, judged line by line (paper F).
+    """Does a crane file represent a crane? Logs of its tests against the twin, in steps, judged line by line (paper F).
 
-    Exit code 1 if a criterion failed, or could not be shown.
+    Exit code 1 if a criterion is refuted, or one that must be shown is not.
 
     Example: stillhook validate sea-trial/campaign.toml --out validation
     """
@@ -54,7 +55,7 @@ def validate(
 
         print_json(to_dict(found))
     else:
-        _print(found, tables=numbers is not None)
+        _print(found, tables=numbers is not None, everything=all_ or numbers is not None)
     if out is not None:
         from stillhook.validate.report_files import save_validation
 
@@ -80,60 +81,73 @@ def _numbers(text: str | None) -> list[StepNumber] | None:
     return [known[part] for part in wanted]
 
 
-def _print(found: Validation, *, tables: bool) -> None:
-    from stillhook.validate.report_texts import SEGMENT_HEAD, found_on_the_way, segment_cells, segments, sentence, title
+def _print(found: Validation, *, tables: bool, everything: bool) -> None:
+    """The verdict and what decides it, load cases, steps, lines. everything: also what agrees, in full; tables: those of the steps."""
+    from stillhook.validate.report_texts import SEGMENT_HEAD, found_on_the_way, segment_cells, segments, title
 
-    print_table(SEGMENT_HEAD, [list(segment_cells(s)) for s in segments(found)], title=title(found))
+    wrapped(title(found))
+    _print_verdict(found)
+    print("\nload cases")
+    print_table(SEGMENT_HEAD, [list(segment_cells(s)) for s in segments(found)])
     for text in found_on_the_way(found):
         _item(text)
-    for step in found.steps:
-        _print_step(found, step, tables=tables)
-    _print_verdict(found)
-    print()
+    _print_steps(found, tables=tables, everything=everything)
+    _print_lines(found, everything=everything)
+
+
+def _print_verdict(found: Validation) -> None:
+    """The sentence, the lines that decide, and the risks."""
+    from stillhook.validate.report_texts import deciding_title, decisive, decisive_cells, risks, sentence
+
     wrapped(sentence(found))
-
-
-def _print_step(found: Validation, step: Step, *, tables: bool) -> None:
-    from stillhook.validate.report_texts import columns_of_words, step_verdict
-
+    lines = decisive(found)
+    if lines:
+        wrapped(f"{deciding_title(any(line.failed for line in lines))}:")
+    for verdict, key, text in (decisive_cells(found, line) for line in lines):
+        wrapped(f"{verdict:<10}{key}  {text}", " " * 10)
     print()
-    wrapped(f"step {int(step.number)}, {step.title}: {step_verdict(found, step)}")
+    wrapped(risks(found.lines))
+
+
+def _print_steps(found: Validation, *, tables: bool, everything: bool) -> None:
+    """How each step came out; what it found where lines of it are in the way, or everything is asked for."""
+    from stillhook.validate.report_texts import STEP_HEAD, lines_of, step_row, step_verdict
+
+    print("\nsteps")
+    print_table(STEP_HEAD, [list(step_row(found, step)) for step in found.steps], texts={1, len(STEP_HEAD) - 1})
+    for step in found.steps:
+        if everything or any(line.failed for line in lines_of(found, step)):
+            print()
+            wrapped(f"step {int(step.number)}, {step.title}: {step_verdict(found, step)}")
+            _print_step(step, tables=tables)
+
+
+def _print_step(step: Step, *, tables: bool) -> None:
+    from stillhook.validate.report_texts import columns_of_words
+
     for text in step.statements:
         _item(text)
     for table in step.tables if tables else ():
         print_table(table.header, [list(row) for row in table.rows], title=table.title, texts=columns_of_words(table))
 
 
-def _print_verdict(found: Validation) -> None:
-    """Every criterion as a short paragraph: a table of them would be wider than a terminal."""
-    from stillhook.validate.report_texts import MEANING, lines_of, verdict_word
+def _print_lines(found: Validation, *, everything: bool) -> None:
+    """Every line in a table; in full only those that are not shown, or all of them."""
+    from stillhook.validate.lines import Verdict
+    from stillhook.validate.report_texts import MEANING, TERSE_HEAD, terse_cells, verdict_word
 
-    for step in found.steps:
-        lines = lines_of(found, step)
-        if lines:
-            print(f"\nverdict, step {int(step.number)}: {step.title}")
-        for line in lines:
-            wrapped(f"{verdict_word(line):<10}{line.key}  {line.said} [{line.source}]", " " * 10)
+    print("\nlines")
+    print_table(TERSE_HEAD, [list(terse_cells(found, line)) for line in found.lines], texts={0, len(TERSE_HEAD) - 1})
+    full = found.lines if everything else [line for line in found.lines if line.judged and line.verdict is not Verdict.SHOWN]
+    if full:
+        print()
+    for line in full:
+        wrapped(f"{verdict_word(line):<10}{line.key}  {line.message} [{line.source}]", " " * 10)
     there = {line.verdict for line in found.lines}
     print()
     for verdict, text in MEANING.items():
         if verdict in there:
             wrapped(f"{verdict.value}: {text}")
-    _print_no(found)
-
-
-def _print_no(found: Validation) -> None:
-    """What stands in the way, once more and together."""
-    from stillhook.validate.report_texts import line_cells, verdict_word
-
-    no = [line for line in found.lines if line.no]
-    if no:
-        print("\nin the way")
-    for line in no:
-        key, what, figure, between, limit, *_ = line_cells(found, line)
-        found_is = f"{figure} ({between})" if between else figure
-        asked = f"{limit} is asked" if line.measure is None or line.measure.value is not None else line.measure.note
-        wrapped(f"{verdict_word(line):<10}{key}  {what}: {found_is}, {asked}", " " * 10)
 
 
 def _item(text: str) -> None:
@@ -151,6 +165,6 @@ def _print_written(out: Path, written: tuple[str, ...]) -> None:
 def _print_missing(found: Validation, out: Path | None, criteria: str | None) -> None:
     """What there is not, and how to get it."""
     if out is None and found.whole:
-        wrapped("report, figures and certificate: --out FOLDER; tables of a step: --steps 4")
+        wrapped("every line in full: --all; report, figures and certificate: --out FOLDER; tables of a step: --steps 4")
     elif criteria is not None and found.whole:
         wrapped("no certificate with --criteria: name the criteria in the campaign file, so that it can be checked later")

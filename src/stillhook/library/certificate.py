@@ -15,7 +15,7 @@ from stillhook.certified import Certified
 from stillhook.errors import ValidateError
 from stillhook.units import KINDS, came
 
-FORMAT = "stillhook certificate 1"
+FORMAT = "stillhook certificate 2"
 """What a certificate's file begins to say; the number changes with the meaning of its contents."""
 LARGEST = 50_000_000
 """Bytes; a certificate has some hundred kB."""
@@ -23,12 +23,15 @@ DIGITS = 10
 """Significant digits of a number in a certificate."""
 _GIVE = "Give the certificate.json that stillhook validate wrote."
 _LOG = {"test": str, "file": str, "sha256": str}
-_LINE = {"key": str, "verdict": str, "said": str, "cells": {"key": str, "what": str, "found": str, "limit": str, "verdict": str}}
+_CELLS = {"key": str, "what": str, "found": str, "limit": str, "verdict": str}
+_LINE = {"key": str, "verdict": str, "message": str, "failed": bool, "cells": _CELLS}
+_DECIDES = {"verdict": str, "key": str, "text": str}
 _TWIN = {"statement": str, "version": str, "code": str, "method": str, "level": int, "variant": int, "libraries": {}}
 _WHOLE: dict[str, Any] = {
-    "title": str, "date": str, "verdict": str, "synthetic": bool, "passed": bool, "twin": _TWIN,
+    "title": str, "date": str, "verdict": str, "outcome": str, "synthetic": bool, "passed": bool, "twin": _TWIN,
     "campaign": {"file": str, "sha256": str, "logs": [_LOG]}, "crane": {"name": str, "title": str, "content": {}, "toml": str},
-    "criteria": {"name": str, "version": str, "digest": str}, "lines": [_LINE], "data": [{"duration": float | int}],
+    "criteria": {"name": str, "version": str, "digest": str},
+    "lines": [_LINE], "decisive": [_DECIDES], "risks": str, "data": [{"duration": float | int}],
 }  # fmt: skip
 """What is read of a certificate, by type."""
 _KINDS = {"load": "mass", "s_w": "length", "s_tip_pp": "length", "period": "time"}

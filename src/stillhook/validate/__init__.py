@@ -4,7 +4,7 @@ Source: Moslatt 2020 paper F and sections 2.5-2.6.
 
 >>> from stillhook import validate
 >>> found = validate.validate("sea-trial/campaign.toml")  # doctest: +SKIP
->>> found.passed, [line.said for line in found.lines if line.no]  # doctest: +SKIP
+>>> found.passed, [line.message for line in found.lines if line.failed]  # doctest: +SKIP
 >>> validate.save_validation(found, "validation")  # doctest: +SKIP
 """
 

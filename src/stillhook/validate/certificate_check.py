@@ -199,7 +199,7 @@ def _lines(told: Mapping[str, Any], now: Mapping[str, Any]) -> Iterator[str]:
     for key in {**before, **after}:
         x, y = (side[key]["verdict"] if key in side else "none" for side in (before, after))
         if x != y:
-            yield f"{key}: {x} -> {y}: {after[key]['said'] if key in after else before[key]['said']}"
+            yield f"{key}: {x} -> {y}: {after[key]['message'] if key in after else before[key]['message']}"
 
 
 def _envelope(told: Mapping[str, Any], now: Mapping[str, Any]) -> Iterator[str]:

@@ -20,11 +20,11 @@ from stillhook.library import crane_toml
 from stillhook.library.certificate import FORMAT
 from stillhook.validate.campaign import Campaign
 from stillhook.validate.certificate_envelope import envelope_of
-from stillhook.validate.certificate_words import level_of, limitations, verdict_of
-from stillhook.validate.lines import Line, Measure, Step, say
+from stillhook.validate.certificate_words import certified_outcome, level_of, limitations
+from stillhook.validate.lines import CriterionResult, Measure, Outcome, Step, say
 from stillhook.validate.measures import MEASURES
 from stillhook.validate.record import Record
-from stillhook.validate.report_texts import SEGMENT_HEAD, line_cells, segment_cells, segments, step_verdict
+from stillhook.validate.report_texts import SEGMENT_HEAD, decisive, decisive_cells, line_cells, risks, segment_cells, segments, step_verdict
 from stillhook.validate.validation import Validation
 
 METHOD_FOLDERS = ("validate", "io")
@@ -37,6 +37,9 @@ OF_ORDINARY_SIZE = ("", "time", "length", "speed", "pressure", "force", "mass", 
 CELLS = ("key", "what", "found", "interval", "limit", "verdict", "data", "source")
 """What people read of a verdict line; see `stillhook.validate.report_texts.LINE_HEAD`."""
 
+DECIDING = ("verdict", "key", "text")
+"""What people read of a line that decides the verdict."""
+
 
 def content_of(validation: Validation) -> dict[str, Any]:
     """What a validation certifies, or fails to: nothing in it hangs on the folder of campaign or certificate.
@@ -47,7 +50,8 @@ def content_of(validation: Validation) -> dict[str, Any]:
         raise ValidateError("certificate: only some of the steps 0 to 5 were taken. Take them all for a certificate.")
     campaign = validation.campaign
     envelope = envelope_of(validation.records, campaign.criteria.settings["window"])
-    passed, verdict = verdict_of(validation, envelope)
+    outcome, verdict = certified_outcome(validation, envelope)
+    passed = outcome is Outcome.PASSED
     level = level_of(passed, campaign.synthetic)
     return {
         "format": FORMAT,
@@ -55,7 +59,10 @@ def content_of(validation: Validation) -> dict[str, Any]:
         "date": campaign.date.isoformat(),
         "synthetic": campaign.synthetic,
         "passed": passed,
+        "outcome": outcome.value,
         "verdict": verdict,
+        "decisive": [dict(zip(DECIDING, decisive_cells(validation, line), strict=True)) for line in decisive(validation)],
+        "risks": risks(validation.lines),
         "crane": crane_part(campaign.crane),
         "twin": {"level": level.level, "variant": level.variant, "statement": level.statement, **versions()},
         "campaign": campaign_part(campaign),
@@ -130,9 +137,9 @@ def plain(x: Any) -> Any:
     return plain(x.tolist()) if hasattr(x, "tolist") else x
 
 
-def _line(validation: Validation, line: Line) -> dict[str, Any]:
+def _line(validation: Validation, line: CriterionResult) -> dict[str, Any]:
     measure = {"measure": _numbers(line.measure) if line.measure is not None else None}
-    return {**plain(line.to_dict()), **measure, "no": line.no, "cells": dict(zip(CELLS, line_cells(validation, line), strict=True))}
+    return {**plain(line.to_dict()), **measure, "cells": dict(zip(CELLS, line_cells(validation, line), strict=True))}
 
 
 def _step(validation: Validation, step: Step) -> dict[str, Any]:
@@ -150,7 +157,7 @@ def _numbers(measure: Measure) -> dict[str, Any]:
     """A measure without what is rounding in it."""
     data: dict[str, Any] = plain(measure.to_dict())
     if measure.quantity in OF_ORDINARY_SIZE:
-        data |= {n: 0.0 for n in ("value", "low", "high") if data[n] is not None and abs(data[n]) < ROUNDING}
+        data |= {n: 0.0 for n in ("value", "low", "high", "structural") if data[n] is not None and abs(data[n]) < ROUNDING}
     return data
 
 

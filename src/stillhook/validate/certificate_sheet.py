@@ -10,24 +10,26 @@ from stillhook.certified import SHORT, UNSIGNED
 from stillhook.library import crane_from_toml, sheet
 from stillhook.library.certificate import certified_of
 from stillhook.units import KINDS, number, show
-from stillhook.validate.lines import TITLES, StepNumber
+from stillhook.validate.lines import TITLES, Outcome, StepNumber
 from stillhook.validate.measures import SETTINGS
 from stillhook.validate.report import JUDGED, caption
-from stillhook.validate.report_texts import LONGEST_NUMBER, MEANING, SHOWS
+from stillhook.validate.report_texts import LONGEST_NUMBER, MEANING, SHOWS, deciding_title
 
 HEADING = {True: "Validation certificate", False: "Validation report"}
-WORD = {True: "PASSED", False: "NOT PASSED"}
+WORD = {o.value: o.value.upper() for o in Outcome}
 MARK = "SYNTHETIC: simulated logs, no crane was measured"
 INSIDE = (
     "A run of the twin is inside when each of these lies in its range; one outside says so and is not covered. Between the tests the model "
     "interpolates."
 )
-NONE = "The criteria are not met, so nothing is validated. This document tells what was found and may not be used as a certificate."
+NONE = (
+    "The criteria are not shown to be met, so nothing is validated. This document reports the results and may not be used as a certificate."
+)
 HOLDS = (
     "It holds for the crane file of appendix D and the code named above, as long as neither they nor the logs change: "
     "stillhook certificate check certificate.json computes it again and tells."
 )
-NO_HOLD = "When the twin or the tests have been mended, validate again: stillhook validate campaign.toml."
+NO_HOLD = "When the twin or the tests have been corrected, validate again: stillhook validate campaign.toml."
 HOW = (
     "This document was set from its JSON file, whose digest is its number. The same logs, campaign, criteria, crane file and code give the "
     "same bytes of both files, on any day and in any folder.",
@@ -41,12 +43,13 @@ def sheet_of(data: Mapping[str, Any], figures: Sequence[str]) -> dict[str, Any]:
     """Every text of the document by its place in the template. data of a certificate; figures: stems of their files, "step-5-..."."""
     date, passed = datetime.date.fromisoformat(data["date"]), data["passed"]
     first = {
-        "heading": HEADING[passed], "word": WORD[passed], "passed": passed, "synthetic": data["synthetic"], "mark": MARK,
+        "heading": HEADING[passed], "word": WORD[data["outcome"]], "passed": passed, "synthetic": data["synthetic"], "mark": MARK,
         "year": date.year, "month": date.month, "day": date.day, "date": data["date"],
         "number": in_fours(data["digest"][:SHORT]), "made_by": f"Stillhook {data['twin']['version']}",
         "crane_name": data["crane"]["name"], "crane_title": data["crane"]["title"], "verdict": _verdict(data),
         "facts": _facts(data), "envelope": _envelope(data), "envelope_note": INSIDE if passed else NONE,
-        "unmet": [line["said"] for line in data["lines"] if line["no"]], "holds": HOLDS if passed else NO_HOLD,
+        "unmet": [line["message"] for line in data["lines"] if line["failed"]], "decisive": data["decisive"], "risks": data["risks"],
+        "decisive_title": deciding_title(any(line["failed"] for line in data["lines"])), "holds": HOLDS if passed else NO_HOLD,
     }  # fmt: skip
     found = {
         "judged": JUDGED, "lines": list(_lines(data)), "meanings": _meanings(data), "limitations": data["limitations"],
@@ -72,7 +75,7 @@ def _set(x: Any) -> Any:
 
 def _verdict(data: Mapping[str, Any]) -> str:
     """The verdict in a sentence, without the word that stands above it."""
-    text = str(data["verdict"]).removeprefix(f"{WORD[data['passed']]}: ")
+    text = str(data["verdict"]).removeprefix(f"{WORD[data['outcome']]}: ")
     return text[:1].upper() + text[1:]
 
 
@@ -104,7 +107,7 @@ def _lines(data: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
     for number_ in StepNumber:
         lines = [line for line in data["lines"] if line["step"] == number_]
         if lines:
-            rows = [{**line["cells"], "behind": line["cells"]["data"], "no": line["no"]} for line in lines]
+            rows = [{**line["cells"], "behind": line["cells"]["data"], "failed": line["failed"]} for line in lines]
             yield {"title": f"Step {int(number_)}: {TITLES[number_]}", "rows": rows}
 
 
@@ -156,7 +159,7 @@ def _step(step: Mapping[str, Any], data: Mapping[str, Any], figures: Sequence[st
     return {
         "number": step["step"], "title": step["title"], "shows": SHOWS[StepNumber(step["step"])],
         "verdict": f"This step: {step['verdict']}.", "statements": step["statements"],
-        "no": any(line["no"] for line in data["lines"] if line["step"] == step["step"]),
+        "failed": any(line["failed"] for line in data["lines"] if line["step"] == step["step"]),
         "tables": [_joined_header(t) | {"title": t["title"], "columns": _columns(t)} for t in step["tables"]],
         "figures": [{"file": f"{name}.png", "caption": caption(name)} for name in own],
     }  # fmt: skip
@@ -186,8 +189,8 @@ def _criteria_facts(data: Mapping[str, Any]) -> list[list[str]]:
 def _criteria(data: Mapping[str, Any]) -> list[list[str]]:
     rows = []
     for c in data["criteria"]["criteria"]:
-        limit = f"{c['kind']} {'±' if c['kind'] == 'within' else ''}{c['written']}, by {c['by']}"
-        counts = ("yes" if c["needed"] else "if shown") if c["judged"] else "no"
+        limit = f"{c['kind']} {'±' if c['kind'] == 'within' else ''}{c['written']}"
+        counts = (c["ask"] if c["needed"] else f"{c['ask']}, if there are data") if c["judged"] else "for information"
         rows.append([c["key"], c["what"], limit, counts, "; ".join(t for t in (c["source"], c["reason"]) if t)])
     return rows
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
-from stillhook.validate.lines import Verdict
+from stillhook.validate.lines import Outcome, Verdict
 from stillhook.validate.report_texts import sentence
 from stillhook.validate.validation import Validation
 
@@ -45,14 +45,17 @@ ALWAYS = (
 )
 
 
-def verdict_of(validation: Validation, envelope: Mapping[str, Any] | None) -> tuple[bool, str]:
-    """Whether anything is certified, and the verdict in a sentence. Criteria that nothing counts in, or that do without heave compensation,
-    certify nothing, even where all of them are met."""
-    if not any(line.judged for line in validation.lines):
-        return False, f"NOT PASSED: no criterion of {validation.campaign.criteria.label} counts on these data, so that nothing was shown."
-    if validation.passed and envelope is None:
-        return False, "NOT PASSED: no stretch with heave compensation could be compared, so that the twin is validated for nothing."
-    return validation.passed, sentence(validation)
+def certified_outcome(validation: Validation, envelope: Mapping[str, Any] | None) -> tuple[Outcome, str]:
+    """What a certificate says the validation came to, and the verdict in a sentence. Criteria that nothing counts in, or that do without
+    heave compensation, certify nothing, even where all of them are met."""
+    outcome = validation.outcome
+    if outcome is Outcome.NOT_JUDGED:
+        label = validation.campaign.criteria.label
+        return outcome, f"NOT JUDGED: no criterion of {label} counts on these data, so that nothing was shown."
+    if outcome is Outcome.PASSED and envelope is None:
+        said = "NOT SHOWN: no part of the logs with heave compensation could be compared, so that the twin is validated for nothing."
+        return Outcome.NOT_SHOWN, said
+    return outcome, sentence(validation)
 
 
 def level_of(passed: bool, synthetic: bool) -> Level:
@@ -79,6 +82,6 @@ def limitations(validation: Validation, passed: bool) -> list[dict[str, Any]]:
 def _not_shown(validation: Validation) -> Iterator[str]:
     for line in validation.lines:
         if line.verdict is Verdict.NOT_SHOWN:
-            counts = "counts as a no" if line.no else "does not count for the verdict"
-            yield f"{line.key} ({counts}): {line.said}"
+            weight = "in the way" if line.failed else "not in the way"
+            yield f"{line.key} ({weight}): {line.message}"
     yield from (f"Remark: {text}" for text in validation.campaign.remarks)

@@ -32,22 +32,24 @@ class Limit(StrEnum):
     WITHIN = "within"
 
 
-class By(StrEnum):
-    """What of a measure must meet the limit: its value, its whole 95 % interval, or any part of that interval."""
+class Ask(StrEnum):
+    """What a line must come to. SHOWN: the data must show that the limit is met; NOT_REFUTED: they must not refute it, for a limit that
+    data can refute but hardly prove; then "not shown" stands in the way only where the estimate itself misses the limit."""
 
-    VALUE = "value"
-    WHOLE = "whole"
-    ANY = "any"
+    SHOWN = "shown"
+    NOT_REFUTED = "not refuted"
 
 
 _LIMITS = {kind.replace(" ", "_"): kind for kind in Limit}
-ROW = ("key", "step", "what", "measure", *_LIMITS, "by", "judged", "needed", "source", "reason")
+ROW = ("key", "step", "what", "measure", *_LIMITS, "ask", "judged", "needed", "source", "reason")
+BEFORE = "by"
+"""Field of criteria files until criteria set version 1: which part of the interval counted."""
 
 
 @dataclass(frozen=True)
 class Criterion:
     """One criterion. measure: name of the measure that it judges; kind of limit; limit in SI; quantity of the measure; written: the limit
-    as the file has it ("5 cm"); by: what must meet it; judged: counts for the verdict; needed: data that cannot tell count as a no;
+    as the file has it ("5 cm"); ask: what the line must come to; judged: counts for the verdict; needed: no data at all stand in the way;
     source and reason of the limit."""
 
     key: str
@@ -58,14 +60,14 @@ class Criterion:
     limit: float
     quantity: str
     written: str
-    by: By = By.VALUE
+    ask: Ask = Ask.SHOWN
     judged: bool = True
     needed: bool = True
     source: str = ""
     reason: str = ""
 
     @property
-    def asked(self) -> str:
+    def limit_text(self) -> str:
         """The limit in words: "at most 5 cm"."""
         return f"{self.kind.value} {'+-' if self.kind is Limit.WITHIN else ''}{self.written}"
 
@@ -91,7 +93,7 @@ class Criteria:
 
     def to_dict(self) -> dict[str, Any]:
         """The set as plain data for JSON, in SI."""
-        rows = [{**asdict(c), "step": int(c.step), "kind": c.kind.value, "by": c.by.value} for c in self.criteria]
+        rows = [{**asdict(c), "step": int(c.step), "kind": c.kind.value, "ask": c.ask.value} for c in self.criteria]
         return {
             "name": self.name, "version": self.version, "source": self.source, "settings": dict(self.settings),
             "changes": list(self.changes), "criteria": rows, "digest": self.digest,
@@ -123,9 +125,9 @@ def load_criteria(name_or_path: str | Path) -> Criteria:
         what = "Standard deviation of the deviation"
         measure = "e_c_pp_deviation_s"
         at_most = "2 cm"
-        by = "whole"                  # value (default), whole or any of the 95 % interval
-        judged = true                 # false: shown only
-        needed = true                 # false: does not count where the data cannot tell
+        ask = "shown"                 # default; "not refuted": a limit that data can refute but hardly prove
+        judged = true                 # false: for information
+        needed = true                 # false: does not count where there are no data
 
     Errors: ValidateError (SpecError where it is no TOML) of one line that names file, row, what came and what is allowed.
     """
@@ -211,6 +213,11 @@ def _settings(top: Fields, base: Criteria | None) -> dict[str, float]:
 
 def _row(row: Fields, old: Criterion | None, label: str) -> Criterion:
     """A row as given, on top of the row of the base with its key."""
+    if BEFORE in row:
+        raise ValidateError(
+            f'{row.place}{BEFORE} is no field any more: the whole 95 % interval decides. Leave it out, or write '
+            'ask = "not refuted" where it was "any".'
+        )
     row.known(ROW)
     if old is None:
         row.need("step", "what", "measure")
@@ -224,9 +231,9 @@ def _row(row: Fields, old: Criterion | None, label: str) -> Criterion:
     step = row.table.get("step", int(known.step))
     if isinstance(step, bool) or step != int(known.step):
         raise row.wrong("step", f"{measure} is found in step {int(known.step)}.")
-    by = row.text("by", old.by.value if old else By.VALUE.value)
-    if by not in list(By):
-        raise row.wrong("by", f"not one of {', '.join(By)}.")
+    ask = row.text("ask", old.ask.value if old else Ask.SHOWN.value)
+    if ask not in list(Ask):
+        raise row.wrong("ask", f"not one of {', '.join(Ask)}.")
     if kinds:
         kind, (limit, written) = Limit(_LIMITS[kinds[0]]), row.figure(kinds[0], known.quantity)
         if kind is Limit.WITHIN and limit < 0.0:
@@ -236,7 +243,7 @@ def _row(row: Fields, old: Criterion | None, label: str) -> Criterion:
         kind, limit, written = old.kind, old.limit, old.written
     new = Criterion(
         key=row.text("key"), step=known.step, what=row.text("what", old.what if old else None), measure=measure, kind=kind, limit=limit,
-        quantity=known.quantity, written=written, by=By(by), judged=row.flag("judged", old.judged if old else True),
+        quantity=known.quantity, written=written, ask=Ask(ask), judged=row.flag("judged", old.judged if old else True),
         needed=row.flag("needed", old.needed if old else True), source=row.text("source", old.source if old else f"given in {label}"),
     )  # fmt: skip
     source, reason = _why(row, new, old, label)
@@ -252,19 +259,19 @@ def _why(row: Fields, new: Criterion, old: Criterion | None, label: str) -> tupl
         return new.source, reason
     if _meaning(new) == _meaning(old):
         return old.source, reason or old.reason
-    return f"changed in {label}; {old.asked} in {old.source}", reason
+    return f"changed in {label}; {old.limit_text} in {old.source}", reason
 
 
 def _meaning(c: Criterion) -> tuple[Any, ...]:
-    return c.measure, c.kind, c.limit, c.by, c.judged, c.needed
+    return c.measure, c.kind, c.limit, c.ask, c.judged, c.needed
 
 
 def _changes(base: Criteria, kept: tuple[Criterion, ...], settings: Mapping[str, float]) -> tuple[str, ...]:
     """What a set has otherwise than its base."""
     old, new = {c.key: c for c in base.criteria}, {c.key: c for c in kept}
     said = [f"setting {n}: {settings[n]:g} in place of {base.settings[n]:g} (SI)" for n in settings if settings[n] != base.settings[n]]
-    said += [f"{c.key} ({c.what}, {c.asked}) dropped" for key, c in old.items() if key not in new]
-    said += [f"{c.key} ({c.what}, {c.asked}) added" for key, c in new.items() if key not in old]
+    said += [f"{c.key} ({c.what}, {c.limit_text}) dropped" for key, c in old.items() if key not in new]
+    said += [f"{c.key} ({c.what}, {c.limit_text}) added" for key, c in new.items() if key not in old]
     for key, c in new.items():
         if key in old and _meaning(c) != _meaning(old[key]):
             said.append(f"{c.key}: {_terms(c)} in place of {_terms(old[key])}")
@@ -272,7 +279,7 @@ def _changes(base: Criteria, kept: tuple[Criterion, ...], settings: Mapping[str,
 
 
 def _terms(c: Criterion) -> str:
-    return f"{c.measure} {c.asked} by {c.by.value}{'' if c.judged else ', shown only'}{'' if c.needed else ', not needed'}"
+    return f"{c.measure} {c.limit_text}, to be {c.ask.value}{'' if c.judged else ', for information'}{'' if c.needed else ', not needed'}"
 
 
 def _digested(criteria: Criteria) -> Criteria:

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import IntEnum, StrEnum
 from typing import Any
 
 from stillhook.units import KINDS, in_display, number
+
+RISK = 0.025
+"""Chance that a true figure lies beyond one end of a 95 % interval."""
 
 
 class StepNumber(IntEnum):
@@ -32,12 +36,26 @@ TITLES: Mapping[StepNumber, str] = {
 
 
 class Verdict(StrEnum):
-    """pass, fail, "not shown" (the data cannot tell: counts as a no where the criterion is needed), "told" (shown, not judged)."""
+    """What the data make of a criterion, from the 95 % interval of its figure alone.
 
-    PASS = "pass"
-    FAIL = "fail"
+    SHOWN: the whole interval meets the limit; REFUTED: no part of it does; NOT_SHOWN: some of it does, or there is no figure; INFO: not
+    judged. A figure without an interval (a count, a maximum) is shown or refuted by its value.
+    """
+
+    SHOWN = "shown"
     NOT_SHOWN = "not shown"
-    TOLD = "told"
+    REFUTED = "refuted"
+    INFO = "for information"
+
+
+class Outcome(StrEnum):
+    """What all lines together come to. PASSED: nothing stands in the way; REFUTED: a line is refuted; NOT_SHOWN: none is, but something
+    that must be shown is not; NOT_JUDGED: no line counts."""
+
+    PASSED = "passed"
+    NOT_SHOWN = "not shown"
+    REFUTED = "refuted"
+    NOT_JUDGED = "not judged"
 
 
 @dataclass(frozen=True)
@@ -45,7 +63,8 @@ class Measure:
     """One number that a step found in the data, in SI.
 
     name: key in JSON, such as "e_c_pp_deviation"; quantity a key of `stillhook.units.KINDS`, "" for a pure number (shares, counts);
-    low, high: 95 % interval, None where it has none; test: name of the test or load case that it is of, "" for all; data: what it rests
+    low, high: total 95 % interval (sampling and structural together), None where it has none; structural: half width, in the quantity, that
+    the form of a law leaves beside the sampling error; test: name of the test or load case that it is of, "" for all; data: what it rests
     on ("4 load cases, 2140 s, 71 effective windows"); note: what else a reader must know, such as the cause it points at, one line.
     value None: the data cannot tell, and `note` says why.
     """
@@ -58,10 +77,11 @@ class Measure:
     test: str = ""
     data: str = ""
     note: str = ""
+    structural: float = 0.0
 
     def to_dict(self) -> dict[str, Any]:
         """The measure as plain data for JSON, in SI."""
-        names = ("name", "value", "low", "high", "quantity", "test", "data", "note")
+        names = ("name", "value", "low", "high", "structural", "quantity", "test", "data", "note")
         return {name: getattr(self, name) for name in names}
 
 
@@ -75,10 +95,13 @@ def say(value: float | None, quantity: str, digits: int = 3) -> str:
 
 
 @dataclass(frozen=True)
-class Line:
-    """One line of the verdict: a criterion, the figure that was found, the limit and the data behind it.
+class CriterionResult:
+    """One line of the verdict: a criterion, the figure for it, the limit and the data behind it.
 
-    judged: whether the line counts for the verdict. limit as text ("at most 5 cm"); source of the criterion ("paper F table 2", "ours").
+    judged: whether the line counts for the verdict; required: whether it stands in the way where it is not shown; limit as text ("at most
+    5 cm"); source of the criterion ("paper F table 2", "ours"); message: all of it in one sentence; used: the farthest end of the interval
+    (of a figure without one: the figure) as a part of the limit, above 1 beyond it, NaN where there is none; figures: how many figures
+    with an interval were judged (one a test or load case), 0 where the line was judged by a value or not at all.
     """
 
     key: str
@@ -89,19 +112,33 @@ class Line:
     limit: str
     judged: bool
     source: str
-    said: str
+    message: str
+    required: bool = True
+    used: float = math.nan
+    figures: int = 0
 
     @property
-    def no(self) -> bool:
-        """Whether this line makes the verdict a no."""
-        return self.judged and self.verdict in (Verdict.FAIL, Verdict.NOT_SHOWN)
+    def failed(self) -> bool:
+        """Whether this line stands in the way of a certificate."""
+        return self.judged and (self.verdict is Verdict.REFUTED or (self.verdict is Verdict.NOT_SHOWN and self.required))
+
+    @property
+    def consumer_risk(self) -> float | None:
+        """Chance that the line is "shown" though a true figure is at or beyond the limit, at most; None for a line without an interval."""
+        return RISK if self.judged and self.figures else None
+
+    @property
+    def producer_risk(self) -> float | None:
+        """Chance that the line is "refuted" though all true figures meet the limit, at most; None for a line without an interval."""
+        return min(1.0, self.figures * RISK) if self.judged and self.figures else None
 
     def to_dict(self) -> dict[str, Any]:
         """The line as plain data for JSON."""
         return {
             "key": self.key, "step": int(self.step), "what": self.what, "verdict": self.verdict.value, "judged": self.judged,
-            "limit": self.limit, "source": self.source, "said": self.said,
-            "measure": self.measure.to_dict() if self.measure is not None else None,
+            "required": self.required, "failed": self.failed, "limit": self.limit, "source": self.source, "message": self.message,
+            "used": self.used if math.isfinite(self.used) else None, "figures": self.figures, "consumer_risk": self.consumer_risk,
+            "producer_risk": self.producer_risk, "measure": self.measure.to_dict() if self.measure is not None else None,
         }  # fmt: skip
 
 

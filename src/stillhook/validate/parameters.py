@@ -16,8 +16,8 @@ from stillhook.validate.implied import Implied, implied_by
 from stillhook.validate.implied_measures import by_name, measures
 from stillhook.validate.implied_parts import parts_of
 from stillhook.validate.implied_rows import table
-from stillhook.validate.judging import in_words, meets
-from stillhook.validate.lines import Measure, Step, StepNumber
+from stillhook.validate.judging import in_words, verdict_of
+from stillhook.validate.lines import Measure, Step, StepNumber, Verdict
 from stillhook.validate.record import Record
 
 
@@ -41,24 +41,33 @@ def check_parameters(campaign: Campaign, records: tuple[Record, ...], progress: 
 
 
 def said(criteria: Criteria, told: Sequence[Measure]) -> tuple[str, ...]:
-    """Statements: what breaks a limit first, by how much it does, then all that agrees in one line, then what the data cannot tell."""
+    """Statements: what breaks a limit first, by how much it does, what the data leave open, then all that agrees in one line, then what the
+    data cannot tell."""
     broken: list[tuple[float, str]] = []
     unknown: dict[str, list[str]] = {}
-    fine = []
+    fine, wide = [], []
     for name, mine in by_name(told).items():
         for c in (c for c in criteria.criteria if c.measure == name):
-            met = [(m, meets(c, m)) for m in mine]
-            wrong = [m for m, ok in met if ok is False]
+            met = [(m, verdict_of(c, m)) for m in mine]
+            wrong = [m for m, verdict in met if verdict is Verdict.REFUTED]
+            open_ = [m for m, verdict in met if verdict is Verdict.NOT_SHOWN and m.value is not None]
             if wrong:
                 worst = max(wrong, key=lambda m: abs(m.value or 0.0))
                 broken.append((abs(worst.value or 0.0) / c.limit, _wrong(c, worst, len(wrong), len(mine))))
-            elif all(ok is None for _, ok in met):
+            elif all(m.value is None for m in mine):
                 unknown.setdefault(mine[0].note, []).append(c.what)
+            elif open_:
+                wide.append(f"{_small(c.what)} ({in_words(c, _largest(open_))}, limit {c.limit_text})")
             else:
                 fine.append(_small(c.what))
-    agree = (f"Within limits: {'; '.join(fine) if broken else f'all {len(fine)} checks that the data allow'}.",) if fine else ()
+    agree = (f"Within limits: {'; '.join(fine) if broken or wide else f'all {len(fine)} checks that the data allow'}.",) if fine else ()
+    unsure = (f"Neither shown nor refuted, part of the interval is beyond the limit: {'; '.join(wide)}.",) if wide else ()
     lacks = (f"{'; '.join([what[0], *(_small(w) for w in what[1:])])} cannot be told: {note}." for note, what in unknown.items())
-    return (*(text for _, text in sorted(broken, key=lambda b: -b[0])), *agree, *lacks)
+    return (*(text for _, text in sorted(broken, key=lambda b: -b[0])), *unsure, *agree, *lacks)
+
+
+def _largest(found: Sequence[Measure]) -> float:
+    return max((m.value for m in found if m.value is not None), key=abs)
 
 
 def _small(what: str) -> str:
@@ -71,7 +80,7 @@ def _wrong(c: Criterion, m: Measure, wrong: int, all_: int) -> str:
     many = f" ({wrong} of {all_})" if all_ > 1 else ""
     assert m.value is not None
     cause = f": {m.note}" if m.note else ""
-    return f"{c.what}{where}{many}: {in_words(c, m.value)}, {c.asked} is asked{cause}."
+    return f"{c.what}{where}{many}: {in_words(c, m.value)}, limit {c.limit_text}{cause}."
 
 
 def _data(found: Implied) -> dict[str, Any]:

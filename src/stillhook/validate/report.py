@@ -8,8 +8,9 @@ from stillhook.certified import Envelope
 from stillhook.io.page import bullets, heading, page, paragraph, picture, subheading, table
 from stillhook.validate.campaign import Campaign
 from stillhook.validate.certificate_envelope import envelope_of
-from stillhook.validate.lines import Line, Step, Table
+from stillhook.validate.lines import CriterionResult, Step, Table
 from stillhook.validate.report_texts import (
+    DECISIVE_HEAD,
     FULL_HEAD,
     MEANING,
     SEGMENT_HEAD,
@@ -17,10 +18,14 @@ from stillhook.validate.report_texts import (
     SHOWS,
     STEP_HEAD,
     columns_of_words,
+    deciding_title,
+    decisive,
+    decisive_cells,
     found_on_the_way,
     full_cells,
     joined,
     lines_of,
+    risks,
     segment_cells,
     segments,
     sentence,
@@ -33,9 +38,10 @@ from stillhook.validate.validation import Validation
 
 SYNTHETIC = "SYNTHETIC: these logs were simulated, measured on no crane. What follows says nothing about a real one."
 JUDGED = (
-    "A figure with a 95 % interval is judged as the criteria file says for each criterion: by the figure itself, by the whole interval "
-    "(all of it must keep the limit), or by any part of it (it fails only where all of it breaks the limit, for a limit that data can "
-    "refute but not prove)."
+    "Each line is judged by the 95 % interval of its figure alone: shown where the whole interval meets the limit, refuted where no part "
+    "of it does, else not shown. What must be shown (the rule) stands in the way while it is not shown. What must not be refuted, because "
+    "data can refute its limit but hardly prove it, stands in the way where it is refuted, or is not shown and the estimate itself misses "
+    "the limit."
 )
 METHOD = (
     "Method: the five verification steps and the acceptance criteria of G.-A. Moslåt 2020 (section 2.6, paper F table 2), with criteria "
@@ -48,21 +54,34 @@ def report(validation: Validation, figures: Mapping[str, bytes]) -> str:
     """The page as text. figures: PNG by stem, see `stillhook.validate.figures.figures`."""
     parts = [
         paragraph(sentence(validation), no=not validation.passed, yes=validation.passed and validation.whole),
+        *_decisive(validation),
+        paragraph(risks(validation.lines)),
         _about(validation.campaign),
-        heading("Verdict"),
-        table(STEP_HEAD, (step_row(validation, step) for step in validation.steps), words=True),
-        *_verdict(validation),
-        _legend(validation.lines),
         heading("Load cases"),
         paragraph("Unbroken parts of the logs with one load in one mode. Wire out: least to most; tip p-p: its largest over 30 s."),
         table([joined(h) for h in SEGMENT_HEAD], map(segment_cells, segments(validation))),
         *_covered(validation),
         *_found_on_the_way(validation),
+        heading("Steps"),
+        table([joined(h) for h in STEP_HEAD], (step_row(validation, step) for step in validation.steps), words=True),
+        heading("Verdict, line by line"),
+        *_verdict(validation),
+        _legend(validation.lines),
     ]
     for step in validation.steps:
         parts += _step(validation, step, figures)
     parts += [heading("How it is judged"), paragraph(JUDGED), paragraph(METHOD)]
     return page(f"Validation of {title(validation)}", parts, synthetic=SYNTHETIC if validation.campaign.synthetic else "")
+
+
+def _decisive(validation: Validation) -> list[str]:
+    """The lines that decide the verdict."""
+    lines = decisive(validation)
+    if not lines:
+        return []
+    title = deciding_title(any(line.failed for line in lines))
+    rows = (decisive_cells(validation, line) for line in lines)
+    return [paragraph(f"{title}:"), table(DECISIVE_HEAD, rows, no=_failed(lines), words=True)]
 
 
 def _about(campaign: Campaign) -> str:
@@ -86,19 +105,19 @@ def _verdict(validation: Validation) -> list[str]:
     lines = [line for step in validation.steps for line in lines_of(validation, step)]
     if not lines:
         return [paragraph("No criterion judges these steps.")]
-    return [table(SHORT_HEAD, (short_cells(validation, line) for line in lines), no=_no(lines), words=True)]
+    return [table(SHORT_HEAD, (short_cells(validation, line) for line in lines), no=_failed(lines), words=True)]
 
 
-def _lines(validation: Validation, lines: Sequence[Line]) -> str:
+def _lines(validation: Validation, lines: Sequence[CriterionResult]) -> str:
     """Verdict lines in full."""
-    return table(FULL_HEAD, (full_cells(validation, line) for line in lines), no=_no(lines), words=True)
+    return table(FULL_HEAD, (full_cells(validation, line) for line in lines), no=_failed(lines), words=True)
 
 
-def _no(lines: Sequence[Line]) -> list[int]:
-    return [i for i, line in enumerate(lines) if line.no]
+def _failed(lines: Sequence[CriterionResult]) -> list[int]:
+    return [i for i, line in enumerate(lines) if line.failed]
 
 
-def _legend(lines: Sequence[Line]) -> str:
+def _legend(lines: Sequence[CriterionResult]) -> str:
     there = {line.verdict for line in lines}
     return bullets(f"{v.value}: {text}." for v, text in MEANING.items() if v in there)
 
@@ -124,8 +143,8 @@ def _step(validation: Validation, step: Step, figures: Mapping[str, bytes]) -> I
     lines = lines_of(validation, step)
     yield heading(f"Step {number}: {step.title}")
     yield paragraph(SHOWS[step.number])
-    no = any(line.no for line in lines)
-    yield paragraph(f"Step {number} alone: {step_verdict(validation, step)}.", no=no)
+    failed = any(line.failed for line in lines)
+    yield paragraph(f"Step {number} alone: {step_verdict(validation, step)}.", no=failed)
     yield bullets(step.statements) if step.statements else paragraph("Nothing stands out.")
     for found in step.tables:
         yield from _table(found)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stillhook.validate.ahc import AhcStep
-from stillhook.validate.report_texts import segments, sentence
+from stillhook.validate.report_texts import decisive, risks, segments, sentence
 from stillhook.validate.validation import Validation
 
 if TYPE_CHECKING:
@@ -25,8 +25,11 @@ def to_dict(validation: Validation) -> dict[str, Any]:
         "crane": campaign.crane.name,
         "criteria": campaign.criteria.to_dict(),
         "passed": validation.passed,
+        "outcome": validation.outcome.value,
         "whole": validation.whole,
         "verdict": sentence(validation),
+        "decisive": [line.key for line in decisive(validation)],
+        "risks": risks(validation.lines),
         "lines": [line.to_dict() for line in validation.lines],
         "segments": [dataclasses.asdict(s) | {"mode": s.mode.value} for s in segments(validation)],
         "steps": [step.to_dict() for step in validation.steps],

@@ -8,17 +8,17 @@ from collections.abc import Iterable, Sequence
 
 from stillhook.units import number
 from stillhook.validate.campaign import MARK
-from stillhook.validate.criteria import By, Criterion
-from stillhook.validate.judging import in_words
-from stillhook.validate.lines import Line, Step, StepNumber, Table, Verdict
+from stillhook.validate.criteria import Ask, Criterion, Limit
+from stillhook.validate.judging import in_words, interval_words, outcome_of, structural_words
+from stillhook.validate.lines import RISK, CriterionResult, Outcome, Step, StepNumber, Table, Verdict
 from stillhook.validate.record import Segment
 from stillhook.validate.validation import Validation
 
 MEANING = {
-    Verdict.PASS: "the data show that the criterion is met",
-    Verdict.FAIL: "the data show that it is not met",
-    Verdict.NOT_SHOWN: "the data cannot tell; in capitals it makes the verdict a no, for what counts must be shown (the line says by what)",
-    Verdict.TOLD: "for information, no part of the verdict",
+    Verdict.SHOWN: "the whole 95 % interval meets the limit; a figure without an interval (marked by value) meets it",
+    Verdict.NOT_SHOWN: "part of the interval meets the limit and part does not, or there is no figure; in capitals it stands in the way",
+    Verdict.REFUTED: "no part of the interval meets the limit; a figure without an interval misses it",
+    Verdict.INFO: "no part of the verdict",
 }
 SHOWS = {
     StepNumber.DATA: "Do the tests cover enough loads, wire lengths, motion and time for a verdict on this crane?",
@@ -32,7 +32,11 @@ SEGMENT_HEAD = ("test", "from\n[s]", "for\n[s]", "load\n[t]", "wire out\n[m]", "
 SHORT_HEAD = ("", "criterion", "found", "limit", "verdict")
 FULL_HEAD = ("", "criterion", "found (95 %)", "limit", "verdict", "rests on", "source")
 LINE_HEAD = ("", "criterion", "found", "95 %", "limit", "verdict", "rests on", "source")
-STEP_HEAD = ("step", "", "pass", "fail", "not shown", "told")
+TERSE_HEAD = ("", "found", "95 %", "limit", "verdict")
+DECISIVE_HEAD = ("verdict", "", "what decides")
+STEP_HEAD = ("step", "", "shown", "not\nshown", "refuted", "info", "verdict")
+DECISIVE = 3
+"""Lines that stand directly below the verdict."""
 
 
 LONGEST_NUMBER = 20  # characters: a longer cell is text
@@ -56,15 +60,94 @@ def sentence(validation: Validation) -> str:
     judged = [line for line in lines if line.judged]
     criteria = campaign.criteria.label
     part = "" if validation.whole else f" This is {_steps(validation.steps)} only: a certificate needs all steps, 0 to {max(StepNumber)}."
-    if not judged:
-        return f"NOT JUDGED: {criteria} has no criterion that counts here.{part}"
-    if validation.passed:
-        this = f"the {MARK} crane of these logs" if campaign.synthetic else "this crane"
-        what = f'"{campaign.crane.name}" as described represents {this}, inside what was tested' if validation.whole else "no objection"
-        return f"PASSED: {what}: {_count(len(judged), 'criterion', 'criteria')} of {criteria} met.{part}"
-    no = [line for line in judged if line.no]
-    found = [f"{n} {v.value} ({_keys(line for line in no if line.verdict is v)})" for v, n in Counter(x.verdict for x in no).items()]
-    return f"NOT PASSED: of {_count(len(judged), 'criterion', 'criteria')} of {criteria}, {' and '.join(found)}.{part}"
+    count = _count(len(judged), "criterion", "criteria")
+    failed = [line for line in judged if line.failed]
+    match validation.outcome:
+        case Outcome.NOT_JUDGED:
+            return f"NOT JUDGED: {criteria} has no criterion that counts here.{part}"
+        case Outcome.PASSED:
+            this = f"the {MARK} crane of these logs" if campaign.synthetic else "this crane"
+            represents = f'"{campaign.crane.name}" as described represents {this}, inside what was tested'
+            what = represents if validation.whole else "no objection"
+            shown = sum(line.verdict is Verdict.SHOWN for line in judged)
+            open_ = [line for line in judged if line.verdict is Verdict.NOT_SHOWN]
+            rest = f"; {len(open_)} not shown and not refuted ({_keys(open_)})" if open_ else ""
+            return f"PASSED: {what}: of {count} of {criteria}, {shown} shown{rest}.{part}"
+        case Outcome.NOT_SHOWN:
+            keys = f"{len(failed)} not shown ({_keys(failed)})" if failed else "none shown"
+            return f"NOT SHOWN: of {count} of {criteria}, none refuted, but {keys}.{part}"
+        case Outcome.REFUTED:
+            found = [
+                f"{n} {v.value} ({_keys(line for line in failed if line.verdict is v)})"
+                for v in (Verdict.REFUTED, Verdict.NOT_SHOWN)
+                if (n := sum(line.verdict is v for line in failed))
+            ]
+            return f"REFUTED: of {count} of {criteria}, {' and '.join(found)}.{part}"
+
+
+def decisive(validation: Validation) -> list[CriterionResult]:
+    """The lines that decide the verdict, DECISIVE at most: what stands in the way, refuted first and the farthest beyond its limit first;
+    where it passed, those that compare twin and crane and use most of their limits (coverage of the data has no nearly)."""
+    judged = [line for line in validation.lines if line.judged]
+    failed = [line for line in judged if line.failed]
+    if failed:
+        return sorted(failed, key=lambda line: (line.verdict is not Verdict.REFUTED, -_used(line)))[:DECISIVE]
+    compared = [line for line in judged if line.step is not StepNumber.DATA and math.isfinite(line.used)]
+    return sorted(compared or judged, key=lambda line: -_used(line))[:DECISIVE]
+
+
+def deciding_title(failed: bool) -> str:
+    """What stands above the lines that decide the verdict."""
+    return "In the way, the farthest beyond its limit first" if failed else "The closest to their limits"
+
+
+def _used(line: CriterionResult) -> float:
+    return -math.inf if math.isnan(line.used) else line.used
+
+
+def decisive_cells(validation: Validation, line: CriterionResult) -> tuple[str, str, str]:
+    """A deciding line: verdict, key, and what was found against what limit, and how close that is."""
+    key, what, figure, between, limit, verdict, *_ = line_cells(validation, line)
+    m = line.measure
+    if m is None or m.value is None or math.isnan(m.value):
+        return verdict, key, f"{what}: no figure; {m.note if m is not None and m.note else 'nothing of the kind is in these data'}"
+    where = f" in {m.test}" if m.test else ""
+    interval = f" ({between})" if line.figures else ""
+    return verdict, key, f"{what}{where}: {figure}{interval}, limit {limit}; {_how_close(validation, line)}"
+
+
+def _how_close(validation: Validation, line: CriterionResult) -> str:
+    """How close the far end of the interval is to the limit."""
+    end = "the far end of the interval" if line.figures else "that"
+    if math.isnan(line.used):
+        return f"{end} is {'beyond' if line.failed else 'within'} it"
+    if criterion(validation, line).kind is Limit.AT_LEAST:
+        least = 1.0 / line.used if line.used > 0.0 else math.inf
+        return f"{end} is {number(least, 3)} times the limit"
+    if line.used >= 2.0:
+        return f"{end} is {number(line.used, 3)} times the limit"
+    return f"{end} is at {number(100.0 * line.used, 3)} % of the limit"
+
+
+def risks(results: Iterable[CriterionResult]) -> str:
+    """Consumer's and producer's risk, and how many lines they are of."""
+    judged = [line for line in results if line.judged and line.verdict is not Verdict.INFO]
+    sampled = [line for line in judged if line.figures]
+    bare = [line for line in judged if not line.figures and line.measure is not None and line.measure.value is not None]
+    if not sampled:
+        return "No judged line has an interval, so no risk of sampling can be stated." if judged else "No line was judged."
+    percent, most = f"{100.0 * RISK:g} %", max(line.figures for line in sampled)
+    several = f", n times that at most where the worst of n tests is judged (n up to {most} here)" if most > 1 else ""
+    text = (
+        f"{_count(len(sampled), 'line was', 'lines were')} judged by the 95 % interval of the figure. Consumer's risk: such a line is "
+        f"called shown in at most {percent} of campaigns where its true figure is at the limit or beyond. Producer's risk: it is called "
+        f"refuted in at most {percent} of campaigns where its true figure is at the limit or within{several}. Both are of one line, and as "
+        "good as the intervals are (coverage is measured on synthetic campaigns)."
+    )
+    if bare:
+        count = _count(len(bare), "line was", "lines were")
+        text += f" {count} judged by value, without an interval (counts, maxima): no risk is stated of them."
+    return text
 
 
 def _steps(steps: Sequence[Step]) -> str:
@@ -72,7 +155,7 @@ def _steps(steps: Sequence[Step]) -> str:
     return f"step {numbers[0]}" if len(numbers) == 1 else f"steps {', '.join(numbers[:-1])} and {numbers[-1]}"
 
 
-def _keys(lines: Iterable[Line]) -> str:
+def _keys(lines: Iterable[CriterionResult]) -> str:
     return ", ".join(line.key for line in lines)
 
 
@@ -80,28 +163,38 @@ def _count(n: int, one: str, many: str) -> str:
     return f"{n} {one if n == 1 else many}"
 
 
-def criterion(validation: Validation, line: Line) -> Criterion:
+def criterion(validation: Validation, line: CriterionResult) -> Criterion:
     """The criterion behind a verdict line."""
     return next(c for c in validation.campaign.criteria.criteria if c.key == line.key)
 
 
-def line_cells(validation: Validation, line: Line) -> tuple[str, ...]:
+def line_cells(validation: Validation, line: CriterionResult) -> tuple[str, ...]:
     """A verdict line as cells, see LINE_HEAD: the figure and its 95 % interval in the unit of the limit, the data and the reason."""
     c, m = criterion(validation, line), line.measure
-    between = f"{in_words(c, m.low)} to {in_words(c, m.high)}" if m is not None and m.low is not None and m.high is not None else ""
-    behind = (m.test, m.data, m.note) if m is not None else ()
-    figure = "-" if m is None or m.value is None else in_words(c, m.value)
-    asked = line.limit + _BY[c.by]
-    return line.key, line.what, figure, between, asked, verdict_word(line), "; ".join(x for x in behind if x), line.source
+    behind = (m.test, structural_words(c, m), m.data, m.note) if m is not None else ()
+    known = m is not None and m.value is not None
+    between = interval_words(c, m) if m is not None and known else ""
+    figure = in_words(c, m.value) if m is not None and m.value is not None else "-"
+    limit = line.limit + (", not to be refuted" if c.ask is Ask.NOT_REFUTED else "")
+    between = between or ("by value" if known else "")
+    return line.key, line.what, figure, between, limit, verdict_word(line), "; ".join(x for x in behind if x), line.source
 
 
-def short_cells(validation: Validation, line: Line) -> tuple[str, ...]:
+def terse_cells(validation: Validation, line: CriterionResult) -> tuple[str, ...]:
+    """A verdict line without words on the criterion, see TERSE_HEAD."""
+    key, _, figure, between, _, verdict, *_ = line_cells(validation, line)
+    unit = figure.partition(" ")[2]
+    bare = between.removesuffix(f" {unit}") if unit else between
+    return key, figure, bare, line.limit, "info" if line.verdict is Verdict.INFO else verdict
+
+
+def short_cells(validation: Validation, line: CriterionResult) -> tuple[str, ...]:
     """A verdict line in short, see SHORT_HEAD."""
     key, what, figure, _, limit, verdict, *_ = line_cells(validation, line)
     return key, what, figure, limit, verdict
 
 
-def full_cells(validation: Validation, line: Line) -> tuple[str, ...]:
+def full_cells(validation: Validation, line: CriterionResult) -> tuple[str, ...]:
     """A verdict line in full with few columns, see FULL_HEAD."""
     key, what, figure, between, *rest = line_cells(validation, line)
     return key, what, f"{figure} ({between})" if between else figure, *rest
@@ -112,12 +205,9 @@ def joined(header: str) -> str:
     return header.replace("-\n", "").replace("\n", " ")
 
 
-_BY = {By.VALUE: "", By.WHOLE: " (whole interval)", By.ANY: " (any of the interval)"}
-
-
-def verdict_word(line: Line) -> str:
-    """The verdict; a no in capitals."""
-    return line.verdict.value.upper() if line.no else line.verdict.value
+def verdict_word(line: CriterionResult) -> str:
+    """The verdict; in capitals where it stands in the way."""
+    return line.verdict.value.upper() if line.failed else line.verdict.value
 
 
 def segment_cells(segment: Segment) -> tuple[str, ...]:
@@ -149,10 +239,10 @@ def found_on_the_way(validation: Validation) -> list[str]:
 def step_row(validation: Validation, step: Step) -> tuple[str, ...]:
     """How the criteria of a step came out, see STEP_HEAD."""
     counts = Counter(line.verdict for line in lines_of(validation, step))
-    return str(int(step.number)), step.title, *(str(counts[v]) if counts[v] else "" for v in Verdict)
+    return str(int(step.number)), step.title, *(str(counts[v]) if counts[v] else "" for v in Verdict), step_verdict(validation, step)
 
 
-def lines_of(validation: Validation, step: Step) -> list[Line]:
+def lines_of(validation: Validation, step: Step) -> list[CriterionResult]:
     """The verdict lines of a step."""
     return [line for line in validation.lines if line.step == step.number]
 
@@ -162,5 +252,6 @@ def step_verdict(validation: Validation, step: Step) -> str:
     lines = [line for line in lines_of(validation, step) if line.judged]
     if not lines:
         return "not judged"
-    no = [line for line in lines if line.no]
-    return f"not passed ({_keys(no)})" if no else "passed"
+    failed = [line for line in lines if line.failed]
+    outcome = outcome_of(lines)
+    return f"{outcome.value} ({_keys(failed)})" if failed else "passed" if outcome is Outcome.PASSED else "nothing shown, nothing refuted"

@@ -14,9 +14,9 @@ from stillhook.validate.campaign import Campaign, load_campaign
 from stillhook.validate.controller import check_controller
 from stillhook.validate.data_set import check_data
 from stillhook.validate.dynamics import check_dynamics
-from stillhook.validate.judging import judge
+from stillhook.validate.judging import judge, outcome_of
 from stillhook.validate.limits import check_limits
-from stillhook.validate.lines import Line, Step, StepNumber, Verdict
+from stillhook.validate.lines import CriterionResult, Outcome, Step, StepNumber
 from stillhook.validate.parameters import check_parameters
 from stillhook.validate.reading import read_records
 from stillhook.validate.record import Record
@@ -46,16 +46,21 @@ class Validation:
     campaign: Campaign
     records: tuple[Record, ...]
     steps: tuple[Step, ...]
-    lines: tuple[Line, ...]
+    lines: tuple[CriterionResult, ...]
 
     @property
     def whole(self) -> bool:
         return {s.number for s in self.steps} == set(StepNumber)
 
     @property
+    def outcome(self) -> Outcome:
+        """What all lines together come to."""
+        return outcome_of(self.lines)
+
+    @property
     def passed(self) -> bool:
-        """Whether something was judged, and no judged line is a no."""
-        return any(line.judged and line.verdict is Verdict.PASS for line in self.lines) and not any(line.no for line in self.lines)
+        """Whether something was shown, and no line stands in the way."""
+        return self.outcome is Outcome.PASSED
 
     def step(self, number: StepNumber) -> Step:
         """A step that was taken. Errors: KeyError."""
