@@ -17,6 +17,7 @@ CM3 = parse("1 cm^3/rev", "displacement")
 LEVER = 1.5  # m, of the wire on the drum
 RATIO = 450.0
 COUNT = 11
+STEP = 16.0  # s, of one stretch with its ramps: hoisting, then lowering
 LEAK_SPREAD = 1.04  # lowering runs faster than hoisting at one pump command
 STAIR = (20, 40, 60, 90, 120, 160, 200, 250, 300, 350, 400, 450, 500, 550, 600, 650, 700, 750, 800, 900, 1000)
 CRANE_2 = ((215, 0, False), (215, 77, False), (215, 107, False), (164, 0, False), (164, 77, False), (164, 107, False), (200, 0, False),
@@ -61,9 +62,9 @@ def exact(y: Y, tests, stair, loss) -> Points:
     rows = []
     for k, (D, load, held) in enumerate(tests):
         D_m, T_d = D * CM3, (load + 3.0) * 1e3 * G * LEVER
-        for n in stair:
+        for i, n in enumerate(stair):
             up, down = n * RPM, n * LEAK_SPREAD * RPM
             dp_up, dp_down = pressure(1, up, D_m, T_d, y, loss), pressure(-1, down, D_m, T_d, y, loss)
-            rows.append((k, up, down, dp_up, dp_down, D_m, T_d, COUNT, 0.0, held))
+            rows.append((k, up, down, dp_up, dp_down, D_m, T_d, COUNT, 0.0, held, 2 * i * STEP, (2 * i + 1) * STEP))
     a = np.array(rows, dtype=float).T
-    return Points(tuple(str(k + 1) for k in range(len(tests))), a[0].astype(np.intp), *a[1:9], a[9] > 0.0)
+    return Points(tuple(str(k + 1) for k in range(len(tests))), a[0].astype(np.intp), *a[1:9], a[9] > 0.0, a[10], a[11])

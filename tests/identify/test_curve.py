@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +14,7 @@ from typer.testing import CliRunner
 
 from stillhook.cli.identify_curve import curve as command
 from stillhook.errors import IdentifyError
-from stillhook.identify.curve import friction_curve
+from stillhook.identify.curve import CurvePoint, friction_curve, with_visits
 from stillhook.identify.window_figure import curve_figure, window_figure
 from stillhook.identify.windows import WindowSettings
 from stillhook.io.log import Log
@@ -171,3 +172,77 @@ def test_bad_options_are_refused_before_the_log_is_read(tmp_path: Path, app: typ
     for option, value in (("--least-length", "2"), ("--least-speed", "fast")):
         result = CliRunner().invoke(app, [str(tmp_path / "none.csv"), option, value])
         assert value in str(result.exception)
+
+
+# ---- what no single visit shows
+
+
+def test_visits_that_differ_by_more_than_each_shows_widen_every_interval() -> None:
+    """Friction that changes from visit to visit (place of the wire, oil): an interval of 12 N must not stand beside a neighbour 121 N off."""
+    rng, inside, alone = np.random.default_rng(5), [], []
+    visit = CurvePoint(0.0, 0.0, 6.0, 0.0, 6.0, None, None)  # type: ignore[arg-type]
+    for _ in range(200):
+        v = np.linspace(0.05, 0.6, 9)
+        raw = [replace(visit, speed=float(x), friction=friction(x) + 60.0 * float(e)) for x, e in zip(v, rng.standard_normal(9), strict=True)]
+        found = with_visits(raw)
+        inside += [p.interval[0] < friction(p.speed) < p.interval[1] for p in found]
+        alone += [p.interval[0] < friction(p.speed) < p.interval[1] for p in raw]
+    assert np.mean(alone) < 0.3
+    assert 0.90 <= np.mean(inside) <= 0.98
+
+
+def test_visits_that_agree_are_left_as_they_are() -> None:
+    exact = CurvePoint(0.0, 0.0, 6.0, 0.0, 6.0, None, None)  # type: ignore[arg-type]
+    found = with_visits([replace(exact, speed=v, friction=friction(v)) for v in (0.1, 0.2, 0.3, 0.4)])
+    assert [p.u_friction for p in found] == [6.0] * 4
+
+
+def test_a_log_without_the_signals_is_refused_with_the_columns_that_are_needed(tmp_path: Path, app: typer.Typer) -> None:
+    file, _ = written(tmp_path)
+    problem = str(CliRunner().invoke(app, [str(file), "--position", "position"]).exception)
+    assert "with the columns of time, speed, effort, position under [signals]" in problem
+    assert 'among "t", "v", "F", "x"' in problem
+
+
+def quick(hold: float, *, spring: float = 0.0, noise: float = 20.0) -> Log:
+    """A ram that holds every speed for no longer than this [s]; bins of 0.05 s."""
+    rng, dt = np.random.default_rng(3), 0.05
+    parts = [np.zeros(40)]
+    for s in (0.3, 0.4, 0.5, 0.6):
+        for v in (s, -s):
+            parts += [np.linspace(0.0, v, 4), np.full(round(hold / dt), v), np.linspace(v, 0.0, 4), np.zeros(40)]
+    v = np.concatenate(parts)
+    F = STIFF + spring * np.cumsum(v) * dt + np.sign(v) * np.where(np.abs(v) > 1e-3, friction(0.0) + 2000.0 * np.abs(v), 0.0)
+    signals = {"speed": v + 1e-3 * rng.standard_normal(len(v)), "effort": F + noise * rng.standard_normal(len(v))}
+    return Log("quick.csv", dt * (np.arange(len(v)) + 0.5), signals, {k: np.zeros(len(v), dtype=bool) for k in signals}, (), (), 20.0, len(v))
+
+
+def test_a_log_of_short_steps_is_read_with_shorter_stretches_and_says_so() -> None:
+    found = friction_curve(quick(2.2))
+    assert found.adapted
+    assert found.least_length == 1.0  # smoothing and guard take 1.2 s of a hold
+    assert len(found.points) == 4
+    for p in found.points:
+        assert p.interval[0] < friction(p.speed) < p.interval[1]
+    assert found.to_dict()["least_length_adapted"]
+    assert not friction_curve(ram(spring=0.0)).adapted
+
+
+def test_steps_too_short_for_any_stretch_say_that_shorter_ones_were_tried() -> None:
+    with pytest.raises(IdentifyError, match=r"Stretches down to 0\.7 s were tried as well\.$"):
+        friction_curve(quick(1.5))
+
+
+def test_a_least_length_that_was_asked_for_is_not_adapted() -> None:
+    with pytest.raises(IdentifyError, match=r'take shorter stretches: --least-length "'):
+        friction_curve(quick(2.2), settings=WindowSettings(least_length="2 s"))
+
+
+def test_shorter_stretches_do_not_let_a_load_pass_that_changes_along_the_way() -> None:
+    with pytest.raises(IdentifyError, match="no speed at which both directions can be compared"):
+        friction_curve(quick(2.2, spring=SPRING))
+
+
+def test_steps_that_are_too_short_name_the_option_that_takes_them(tmp_path: Path, app: typer.Typer) -> None:
+    with pytest.raises(IdentifyError, match=r'take shorter stretches: --least-length "'):
+        friction_curve(ram(spring=0.0), settings=WindowSettings(least_length="40 s"))

@@ -130,24 +130,25 @@ def test_one_load_leaves_directions_blind_and_a_full_campaign_none():
 
 
 @pytest.mark.parametrize("name", ["crane-2", "L4593"])
-def test_stated_intervals_cover_the_truth_in_two_hundred_campaigns(name):
+def test_stated_intervals_cover_the_truth_in_twenty_campaigns(name):
     """0.5 bar and 0.2 % of speed on every stretch. The 95 % band of the predicted friction at held-out points covers as often as it
-    says; parameters are checked on a fifth of the campaigns, whose profiles take longer. Bounds: three standard errors of the count."""
+    says; parameters are checked on half of the campaigns, whose profiles take longer. Bounds: three standard errors of the count. The
+    page friction-coverage.md has hundreds, with drift."""
     y, clean = truth(name), stage(truth(name)).held_out()
     clean = clean.where(clean.omega > 250 * RPM)
     rng, inside, worst, hits = np.random.default_rng(17), [], [], {n: [] for n in Y_NAMES}
-    for k in range(200):
+    for k in range(20):
         points = stage(y, rng=rng)
         fit = fit_system(points, LOSS)
         off = np.abs(predicted(clean, LOSS, fit.y) - predicted(clean, LOSS, y))
         inside.append(np.mean(off <= t_factor(fit.dof) * predicted_sd(clean, fit)))
         worst.append(100.0 * np.max(off / clean.T_N))
-        if k % 5 == 0:
+        if k % 2 == 0:
             for i in profile_intervals(points, LOSS, fit):
                 hits[i.name].append(i.low <= getattr(y, i.name) <= i.high)
     standard_error = np.std(inside) / np.sqrt(len(inside))
     assert np.mean(inside) > 0.95 - 3.0 * standard_error
     assert np.max(worst) < CLAIM
     for n, found in hits.items():
-        if len(found) > 20:
+        if len(found) > 4:
             assert np.mean(found) > 0.95 - 3.0 * np.sqrt(0.95 * 0.05 / len(found)), n

@@ -197,6 +197,20 @@ def test_a_grossly_wrong_load_forbids_the_set(noisy, tmp_path, capsys):
     assert not (tmp_path / "out" / "friction.toml").exists()
 
 
+@pytest.mark.parametrize(("stated", "code"), [("98 t", 1), ("103 t", 0)])
+def test_a_load_contradiction_of_nine_per_cent_forbids_the_set_and_one_of_four_stands_in_it(noisy, tmp_path, capsys, stated, code):
+    path = edited(noisy, tmp_path, lambda text: only(text.replace('load = "107 t"', f'load = "{stated}"'), lambda t: "true" not in t))
+    assert run(["identify", "friction", str(path), "--out", str(tmp_path / "out")]) == code
+    printed = capsys.readouterr().out
+    assert f"the campaign file says {stated}" in printed
+    assert ("NOT USABLE: test" in printed) == (code == 1)
+    file = tmp_path / "out" / "friction.toml"
+    assert file.exists() == (code == 0)
+    if code == 0:
+        assert file.read_text().startswith('# WARNING: test "')
+        assert any("the campaign file says 103 t" in s for s in load_friction(file).evidence.statements)
+
+
 def test_an_uncertain_motor_loss_is_told(noisy, tmp_path):
     found = load_losses("A6VM215")
     evidence = Evidence.fitted(["X_4"], np.array([[4.0]]), dof=50.0, data="a map")

@@ -11,6 +11,7 @@ import pytest
 from scipy.signal import lfilter
 
 from stillhook.errors import IdentifyError
+from stillhook.identify import windows
 from stillhook.identify.means import converter_step, mean_and_uncertainty
 from stillhook.identify.windows import Steady, WindowSettings, steady_windows
 from stillhook.io.log import Finding, Log
@@ -419,3 +420,14 @@ def test_settings_are_refused_with_a_reason() -> None:
 def test_an_effort_array_of_another_length_is_refused() -> None:
     with pytest.raises(IdentifyError, match="Give one for each bin"):
         steady_windows(staircase((800.0,)), "omega_m", np.zeros(3))
+
+
+def test_pauses_and_ramps_are_not_reported_as_rejected_stretches():
+    """What was taken for a short step and is the winch at rest or between two speeds is left out of the reasons; a short step is not."""
+    v = np.concatenate([np.full(20, 0.001), np.linspace(0.0, 1.0, 20), np.full(20, 1.0)])
+    v = v + 1e-4 * np.random.default_rng(1).standard_normal(len(v))
+    signals = {"speed": v, "effort": np.ones(len(v))}
+    log = Log("steps.csv", 0.1 * (np.arange(len(v)) + 0.5), signals, {k: np.zeros(len(v), dtype=bool) for k in signals}, (), (), 10.0, len(v))
+    search = windows._Search(log, "speed", "effort", None, (), (), {}, WindowSettings())
+    pause, ramp, step = (search.rejected(a, b, 1, "short", "too short") for a, b in ((2, 18), (22, 38), (42, 58)))
+    assert [search.pause_or_ramp(r) for r in (pause, ramp, step)] == [True, True, False]

@@ -37,6 +37,7 @@ def curve(
 
     Example: stillhook identify curve bench.csv --mapping bench.toml --out results
     """
+    from stillhook.errors import LogError
     from stillhook.identify.curve import friction_curve
     from stillhook.io.log import describe, read_log, read_mapping
     from stillhook.whole import check_folder
@@ -45,7 +46,13 @@ def curve(
     if out is not None:
         check_folder(out, OUT_FILES)
     with progress_bar(log.name) as bar:
-        read = read_log(log, None if mapping is None else read_mapping(mapping), progress=bar)
+        try:
+            read = read_log(log, None if mapping is None else read_mapping(mapping), progress=bar)
+        except LogError as problem:
+            if mapping is None and "no heading names a signal" in str(problem):
+                raise LogError(f"{str(problem).split(' Give a mapping')[0]} {_needed(speed, effort, position, command)}") from None
+            raise
+    _signals(read, speed, effort, position, command)
     found = friction_curve(read, speed=speed, effort=effort, position=position, command=command, settings=settings)
     if out is not None:
         _write(out, found, read, effort)
@@ -57,6 +64,26 @@ def curve(
         _print(found)
         if out is not None:
             print(f"written to {out}: {', '.join(OUT_FILES)}")
+
+
+def _needed(speed: str, effort: str, position: str | None, command: str | None) -> str:
+    """Which columns a mapping must name, with a row to write."""
+    names = ["time", speed, effort, *(n for n in (position, command) if n is not None)]
+    row = f'{speed} = {{ column = "...", quantity = "speed", unit = "m/s" }}'
+    return f"Give a mapping (--mapping file.toml) with the columns of {', '.join(names)} under [signals], such as {row}."
+
+
+def _signals(log: Log, speed: str, effort: str, position: str | None, command: str | None) -> None:
+    """Refuse a log without the signals that the options name. Errors: LogError that names all of them."""
+    from stillhook.errors import LogError
+
+    wanted = {"--speed": speed, "--effort": effort, "--position": position, "--command": command}
+    there = {*log.signals, *(("dp_m",) if {"p_a", "p_b"} <= set(log.signals) else ())}
+    missing = [f"{name} ({option})" for option, name in wanted.items() if name is not None and name not in there]
+    if missing:
+        have = ", ".join(sorted(there))
+        way = _needed(speed, effort, position, command)
+        raise LogError(f"{log.source}: no signal {', '.join(missing)}. It has {have}: name one of these with the option. {way}")
 
 
 def _settings(least_length: str | None, least_speed: str | None) -> WindowSettings:
@@ -80,6 +107,8 @@ def _print(found: FrictionCurve) -> None:
         way = "-" if p.way is None else " to ".join(found.text("position", x, 3) for x in p.way)
         friction, half = found.text("effort", p.friction), found.text("effort", 0.5 * (p.interval[1] - p.interval[0]), 2)
         rows.append([found.text("speed", p.speed), friction, half, found.text("effort", p.load), str(p.up.n), str(p.down.n), way])
+    if found.adapted:
+        print(f"no speed was held for 2 s: stretches from {found.least_length:g} s on are used (--least-length sets it)")
     head = ["speed", "friction", "+- (95 %)", "load", "bins up", "bins down", "way"]
     print_table(head, rows, title=f"{found.source}: half the difference of both directions")
     told = [*found.steady.rejected, *found.unpaired]

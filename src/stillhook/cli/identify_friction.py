@@ -118,7 +118,7 @@ def _write(result: Friction, out: Path) -> list[str]:
     """Set, report, numbers, tables and figures, all or nothing. A set that must not be used is not written."""
     from stillhook.identify.friction_figures import figures
     from stillhook.identify.friction_report import report
-    from stillhook.identify.friction_result import friction_set, points_table, second_loop_sets, stretches_table, to_dict
+    from stillhook.identify.friction_result import friction_set, points_table, second_loop_sets, stretches_table, to_dict, warnings
     from stillhook.io.page import png
     from stillhook.io.results import save_json
     from stillhook.library.sets import set_toml
@@ -134,7 +134,7 @@ def _write(result: Friction, out: Path) -> list[str]:
         points_table(result).write_csv(part / POINTS)
         stretches_table(result).write_csv(part / STRETCHES)
         if result.usable:
-            (part / SET).write_text(set_toml(friction_set(result, "friction")), encoding="utf-8")
+            (part / SET).write_text(warnings(result) + set_toml(friction_set(result, "friction")), encoding="utf-8")
             for item in second_loop_sets(result) if result.second is not None else ():
                 (part / f"{item.name}.toml").write_text(set_toml(item), encoding="utf-8")
         else:

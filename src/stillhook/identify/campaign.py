@@ -12,6 +12,7 @@ from stillhook.crane import Crane, Motor, Plant, Source
 from stillhook.engine.pack import drum_record
 from stillhook.errors import IdentifyError
 from stillhook.io.fields import Fields, described, no_log_twice, no_name_twice
+from stillhook.io.hook_depth import HookDepth, hook_depth
 from stillhook.io.log_mapping import mapping_from
 from stillhook.io.log_types import Signal
 from stillhook.library import load_crane
@@ -22,7 +23,7 @@ from stillhook.physics.scalar import G
 from stillhook.units import came, show
 
 TOP = ("title", "crane", "motors", "motor", "signals", "accuracy", "test", "synthetic")
-TEST = ("name", "log", "D_m", "D_mt", "load", "layer", "s_w", "hold_out", "signals", "start", "end")
+TEST = ("name", "log", "D_m", "D_mt", "load", "layer", "s_w", "depth", "h_tip", "hold_out", "signals", "start", "end")
 ACCURACY = ("p", "omega_m")
 MARK = "SYNTHETIC"  # in a title, or synthetic = true: simulated, measured on no crane
 SignalMap = Mapping[str, Signal]
@@ -33,9 +34,11 @@ MOST_ACCURACY = 0.2  # of a speed reading: a sensor worse than that measures not
 class CraneTest:
     """One staircase: hook load and displacement constant, hoisting and lowering in turn.
 
-    ``load`` mass on the hook without the hook [kg]; ``D_m`` displacement of one motor [m^3/rad], None where the log has it;
-    ``layer`` of wire in use, ``s_w`` wire out [m]: one of them, or neither where the log has s_w; ``hold_out`` kept from every fit;
-    ``start``, ``end`` the part of the log that counts [s].
+    ``load`` mass on the hook without the hook, below the water line less its buoyancy [kg]; ``D_m`` displacement of one motor [m^3/rad],
+    None where the log has it; ``layer`` of wire in use, ``s_w`` wire out [m]: one of them, or neither where the log has s_w;
+    ``hold_out`` kept from every fit; ``start``, ``end`` the part of the log that counts [s]; ``hook`` where the file says how deep the
+    hook is; ``wire`` mass of the wire out that the winch carries, less its buoyancy [kg]: 0 where the file does not say, and until the
+    log is measured.
     """
 
     name: str
@@ -48,6 +51,8 @@ class CraneTest:
     mapping: SignalMap | None
     start: float
     end: float
+    hook: HookDepth | None = None
+    wire: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -69,8 +74,8 @@ class Campaign:
     synthetic: bool
 
     def weight(self, test: CraneTest) -> float:
-        """Weight of load and hook [N]."""
-        return (test.load + self.crane.hook_mass) * G
+        """Weight of load, hook and wire out [N]."""
+        return (test.load + self.crane.hook_mass + test.wire) * G
 
     def layer_diameter(self, s_w: float) -> float:
         """Diameter of the wire's centre on the layer in use with s_w of wire out [m]."""
@@ -100,6 +105,8 @@ def load_campaign(path: str | Path) -> Campaign:
         D_m = "215 cm^3/rev"          # of one motor; or D_mt of all together; or a signal D_m or alpha_m
         load = "77 t"                 # on the hook, without the hook
         layer = 6                     # or s_w = "300 m", or a signal s_w
+        depth = "0 m"                 # of the hook below the water line: the wire's weight is added (default: it is not)
+        h_tip = "30 m"                # crane tip above the water line: beside depth, or instead of it, where s_w tells the other
 
     Errors: StillhookError, one line that names file, field, what came and what is allowed.
     """
@@ -195,7 +202,7 @@ def _test(
     assert end is not None
     return CraneTest(
         name=name, log=log, load=load, D_m=_displacement(test, motor, count), layer=_layer(test, crane), s_w=_wire_out(test, crane),
-        hold_out=hold_out, mapping=own, start=start, end=end,
+        hold_out=hold_out, mapping=own, start=start, end=end, hook=_hook(test, own),
     )  # fmt: skip
 
 
@@ -217,6 +224,15 @@ def _wire_out(test: Fields, crane: Crane) -> float | None:
     if s_w is not None and not 0.0 <= s_w <= L_full:
         raise test.wrong("s_w", f'"{crane.name}" has 0 m to {show(L_full, "length")} of wire.')
     return s_w
+
+
+def _hook(test: Fields, mapping: SignalMap | None) -> HookDepth | None:
+    """Depth of the hook; where no signal tells the wire out, what is stated must. Errors: IdentifyError."""
+    hook = hook_depth(test)
+    if hook is not None and mapping is not None and "s_w" not in mapping:
+        s_w = test.quantity("s_w", "length")
+        hook.wire_out() if s_w is None else hook.tip_height(s_w)
+    return hook
 
 
 def _layer(test: Fields, crane: Crane) -> int | None:

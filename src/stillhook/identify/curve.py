@@ -7,14 +7,14 @@ turns with the direction is in it: dry and viscous friction, hysteresis, and wha
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stillhook.errors import IdentifyError
-from stillhook.identify.means import NORMAL_95, mean_and_uncertainty
+from stillhook.identify.means import NORMAL_95, mean_and_uncertainty, students_factor
 from stillhook.identify.pairs import Pair, pair_windows
 from stillhook.identify.steady_records import Rejected, Steady, Window, WindowSettings
 from stillhook.identify.windows import effort_of, kind_of, signal_of, steady_windows
@@ -25,6 +25,13 @@ FloatArray = NDArray[np.float64]
 
 SAME_STROKE = 0.05
 """Stretches of one stroke that differ in speed by less are compared as one: friction changes by far less than its uncertainty."""
+FEWEST_VISITS = 3
+"""Points from which each can be compared with its neighbours."""
+SHORTER = (1.4, 1.0, 0.7)
+"""Least lengths of a stretch that are tried in turn where every motion is shorter than the default [s]: down to two periods of 3 Hz. What
+a stretch may drift by does not shrink with its length, so a load that changes along the way is refused as with long ones."""
+FEWEST_BINS = 10
+"""Bins of the log that such a least length must hold."""
 FEWEST_PLACES = 10
 """Bins that both directions must have on their common way: fewer say nothing of the scatter along it."""
 
@@ -34,7 +41,8 @@ class CurvePoint:
     """Friction at one speed, from one stretch of each direction; SI of the signals.
 
     ``speed`` mean magnitude of both; ``friction`` half the difference, ``load`` half the sum of effort; ``u_friction``, ``u_load``
-    standard uncertainties; ``way`` ends of the positions that both passed, ``load_way`` load at these ends (none without position).
+    standard uncertainties; ``u_visit`` the part of u_friction by which visits differ (place, time, temperature), which no single visit
+    shows; ``way`` ends of the positions that both passed, ``load_way`` load at these ends (none without position).
     """
 
     speed: float
@@ -46,6 +54,7 @@ class CurvePoint:
     down: Window
     way: tuple[float, float] | None = None
     load_way: tuple[float, float] | None = None
+    u_visit: float = 0.0
 
     @property
     def interval(self) -> tuple[float, float]:
@@ -56,7 +65,8 @@ class CurvePoint:
 
 @dataclass(frozen=True)
 class FrictionCurve:
-    """``points`` by speed; ``steady`` stretches used and rejected; ``unpaired`` stretches without a partner; what was asked."""
+    """``points`` by speed; ``steady`` stretches used and rejected; ``unpaired`` stretches without a partner; what was asked;
+    ``least_length`` of a stretch [s], ``adapted`` where it is shorter than the default because the log holds no speed for longer."""
 
     source: str
     speed: str
@@ -66,6 +76,8 @@ class FrictionCurve:
     points: tuple[CurvePoint, ...]
     steady: Steady
     unpaired: tuple[Rejected, ...]
+    least_length: float = WindowSettings().least_length
+    adapted: bool = False
 
     def text(self, what: str, value: float, digits: int = 4) -> str:
         """A "speed", "effort" or "position" with its unit; in SI where none is known."""
@@ -79,6 +91,7 @@ class FrictionCurve:
         return {
             "source": self.source, "speed": self.speed, "effort": self.effort, "position": self.position, "kinds": dict(self.kinds),
             "points": points, "rejected": rejected, "trimmed": [asdict(r) for r in self.steady.trimmed], "time": dict(self.steady.time),
+            "least_length": self.least_length, "least_length_adapted": self.adapted,
         }  # fmt: skip
 
 
@@ -99,12 +112,48 @@ def friction_curve(
     Parameters: log from `read_log`; speed, effort, command, held, made_of, kinds, settings as in `steady_windows`; position name of
     the signal on which the load depends besides the direction (a spring, a slope). With a position, both directions are compared
     place by place on the way that both passed at steady speed, and effort need not be steady in time; the scatter along the way,
-    a friction that itself depends on the place included, is in the uncertainty.
+    a friction that itself depends on the place included, is in the uncertainty. Without a least_length in the settings, a log whose
+    motions are all too short for the default is read with the longest of `SHORTER` that gives a point.
     Errors: IdentifyError where a signal is missing or no two stretches can be compared, with the first reasons.
     """
     asked = settings or WindowSettings()
     if position is not None:
         asked = asked.for_effort_of_place()
+    every = (speed, effort, position, command, held, made_of, kinds)
+    found = _curve(log, *every, asked)
+    if isinstance(found, FrictionCurve):
+        return found
+    if "least_length" not in asked.model_fields_set and found.all_short:
+        for length in SHORTER:
+            if length < FEWEST_BINS * float(np.median(np.diff(log.t))):
+                break
+            shorter = _curve(log, *every, asked.model_copy(update={"least_length": length}))
+            if isinstance(shorter, FrictionCurve):
+                return replace(shorter, adapted=True)
+        raise IdentifyError(f"{found.text} Stretches down to {SHORTER[-1]:g} s were tried as well.")
+    raise IdentifyError(found.text)
+
+
+@dataclass(frozen=True)
+class _Nothing:
+    """No point, and why; all_short: for no other reason than that motions were too short."""
+
+    text: str
+    all_short: bool
+
+
+def _curve(
+    log: Log,
+    speed: str,
+    effort: str | FloatArray,
+    position: str | None,
+    command: str | None,
+    held: Sequence[str],
+    made_of: Sequence[str],
+    kinds: Mapping[str, str] | None,
+    asked: WindowSettings,
+) -> FrictionCurve | _Nothing:
+    """The curve with these settings; parameters as `friction_curve`."""
     known = {"speed": kind_of(log, speed, kinds), "effort": kind_of(log, effort, kinds)}
     named = {**(kinds or {}), **known}
     steady = steady_windows(log, speed, effort, command=command, held=held, made_of=made_of, kinds=named, settings=asked)
@@ -130,9 +179,32 @@ def friction_curve(
             else:
                 unpaired += [Rejected(w.start, w.end, w.direction, w.speed, w.effort, point, "no common way") for w in (pair.up, pair.down)]
     if not points:
-        raise IdentifyError(_nothing(log, steady, unpaired))
+        short = not steady.windows and all(r.code == "short" for r in steady.rejected)
+        return _Nothing(_nothing(log, steady, unpaired), short)
     name = effort if isinstance(effort, str) else "effort"
-    return FrictionCurve(log.source, speed, name, position, known, tuple(sorted(points, key=lambda p: p.speed)), steady, tuple(unpaired))
+    return FrictionCurve(log.source, speed, name, position, known, with_visits(points), steady, tuple(unpaired), asked.least_length)
+
+
+def with_visits(points: Sequence[CurvePoint]) -> tuple[CurvePoint, ...]:
+    """The points by speed, their uncertainty widened by what visits differ by beyond the scatter within each.
+
+    Every point but the first and the last is left out once and compared with the straight line between its neighbours in speed. What
+    these differences hold beyond the uncertainties of the three is the variance between visits, one for the whole log, with Student's
+    factor for their number; a friction curved between three neighbouring speeds counts as such a difference. With fewer than three
+    points there is no telling.
+    """
+    by_speed = sorted(points, key=lambda p: p.speed)
+    if len(by_speed) < FEWEST_VISITS:
+        return tuple(by_speed)
+    v, f, u = (np.array([getattr(p, name) for p in by_speed]) for name in ("speed", "friction", "u_friction"))
+    gap = v[2:] - v[:-2]
+    part = np.where(gap > 0.0, (v[1:-1] - v[:-2]) / np.where(gap > 0.0, gap, 1.0), 0.5)
+    off = f[1:-1] - (1.0 - part) * f[:-2] - part * f[2:]
+    shares = 1.0 + (1.0 - part) ** 2 + part**2
+    beyond = off**2 - u[1:-1] ** 2 - ((1.0 - part) * u[:-2]) ** 2 - (part * u[2:]) ** 2
+    variance = max(float(np.sum(beyond) / np.sum(shares)), 0.0)
+    u_visit = float(np.sqrt(variance)) * students_factor(float(len(off)))
+    return tuple(replace(p, u_friction=float(np.hypot(p.u_friction, u_visit)), u_visit=u_visit) for p in by_speed)
 
 
 def _stroke(w: Window, windows: Sequence[Window]) -> list[Window]:
@@ -170,9 +242,15 @@ def _place_by_place(log: Log, pair: Pair, strokes: Sequence[Sequence[Window]], e
 
 
 def _nothing(log: Log, steady: Steady, unpaired: Sequence[Rejected]) -> str:
-    reasons = [r.reason for r in (*unpaired, *steady.rejected)]
+    every = (*unpaired, *steady.rejected)
+    reasons = [r.reason for r in every]
+    longest = max((r.end - r.start for r in every if r.code == "short"), default=0.0)
+    if longest > 0.0:
+        hint = f'Hold each speed longer, in both directions, or take shorter stretches: --least-length "{0.9 * longest:.2g} s".'
+    else:
+        hint = "Hold each speed longer, in both directions."
     first = f", the first because: {reasons[0]}" if reasons else ""
     return (
         f"{log.source}: no speed at which both directions can be compared, among {len(steady.windows)} steady stretches and "
-        f"{len(steady.rejected)} rejected ones{first}. Hold each speed longer, in both directions."
+        f"{len(steady.rejected)} rejected ones{first}. {hint}"
     )

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stillhook.identify.friction_fit import Y_4_MOST, FrictionFit, sigma_of
+from stillhook.identify.friction_fit import Y_4_MOST, FrictionFit
 from stillhook.identify.friction_model import Y_LINEAR
 from stillhook.identify.points import Points
 from stillhook.identify.uncertainty import Interval, blind_directions, correlation
@@ -30,6 +30,12 @@ OUTLIER = 4.0  # standard uncertainties: one in 16,000 by chance
 FEW = 5  # outliers that are listed one by one
 LACK = 3.0
 """Scatter beyond the stretches' own, over that, from which on the model (and not the sensors) is said to leave it."""
+
+
+DRIFT_SHOWN = parse("0.1 bar", "pressure")
+"""Drift of the zero over a test from which it is worth a word: that of a good transmitter in a changing temperature."""
+COURSE_SHOWN = 0.01
+"""The same for the friction, over itself: two kelvin of oil."""
 
 
 @dataclass(frozen=True)
@@ -104,14 +110,35 @@ def judge(points: Points, fit: FrictionFit, intervals: Sequence[Interval]) -> tu
     """What the fit itself shows: bounds, open or useless intervals, parameters bound together, outliers, what the model leaves over."""
     seen = points.fitted()
     out = [*_nothing(fit), *_bounds(fit), *_intervals(intervals), *_together(points, fit)]
-    sigma = sigma_of(seen, fit.tau)
+    sigma = fit.noise.sigma
     far = np.flatnonzero(np.abs(fit.residual) > OUTLIER * sigma)
     if len(far):
         places = ", ".join(f'test "{seen.names[seen.test[i]]}" at {show(float(seen.omega[i]), "rotation", 3)}' for i in far[:FEW])
         more = f" and {len(far) - FEW} more" if len(far) > FEW else ""
         text = f"{len(far)} pairs lie more than {OUTLIER:g} standard uncertainties off: {places}{more}. Look at their stretches."
         out.append(Statement("outliers", False, text))
-    return (*out, *_left_over(seen, fit))
+    return (*out, *_drift(fit), *_left_over(seen, fit))
+
+
+def _drift(fit: FrictionFit) -> list[Statement]:
+    """Slow drift of the transmitters, and friction that goes with time, where the campaign shows them."""
+    zero, course = fit.noise.zero_drift, fit.noise.friction_drift
+    out = []
+    if zero > DRIFT_SHOWN:
+        text = (
+            f"The zero of p_a - p_b drifts by about {show(zero, 'pressure', 2)} over a test, as hoisting and lowering together show. It is "
+            "taken off, and what stays of it is in the intervals. Let the transmitters warm up and read them at rest before and after each "
+            'test; what repeats badly beyond that belongs into the campaign file: [accuracy] p = "0.1 bar".'
+        )
+        out.append(Statement("zero drift", False, text))
+    if course > COURSE_SHOWN:
+        text = (
+            f"Friction goes with time or test beside speed and load, by about {course:.1%} (oil that warms up, or a law of another form): "
+            "at rising speeds this cannot be told from friction that goes with speed, so the intervals are wider. Warm the oil up first, "
+            "and run the speeds once more in falling order."
+        )
+        out.append(Statement("friction drift", False, text))
+    return out
 
 
 def _nothing(fit: FrictionFit) -> list[Statement]:

@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from stillhook.errors import IdentifyError
+from stillhook.identify.drift import DP_FLOOR, Noise, freedom, noise_of, spread
 from stillhook.identify.friction_model import Y_LINEAR, Y_NAMES, Loss, Y, motor_loss_at, system_columns, system_friction_at, system_slope
 from stillhook.identify.points import FloatArray, Points
 from stillhook.units import parse
@@ -22,12 +23,10 @@ Y_4_LEAST, Y_4_MOST = parse("5 rev/min", "rotation"), parse("1500 rev/min", "rot
 """Bounds of the search: a winch does not run steadily below 5 rev/min of its motors, and an exponential that fades over more
 than 1500 rev/min is a straight line over the speeds that it can reach, which Y_5 describes already."""
 Y_4_GRID = np.geomspace(Y_4_LEAST, Y_4_MOST, 61)
-DP_FLOOR = 1.0
-"""Least standard uncertainty of a friction pressure [Pa]: a hundred-thousandth of a bar, so that noise-free data keep their numbers."""
 EVIDENCE = 2.0
 """Improvement of AICc that a constant term Y_2 must bring to be kept (Burnham and Anderson's "substantial support" ends there)."""
-ROUNDS, SETTLED = 6, 1e-3
-"""Rounds of estimating scatter and parameters in turn, at most; it has settled when it changes by a thousandth (two or three do)."""
+ROUNDS = 2
+"""Rounds of estimating variances and parameters in turn: a third changes the scatter by less than a thousandth."""
 
 
 @dataclass(frozen=True)
@@ -35,15 +34,19 @@ class FrictionFit:
     """Identified system friction.
 
     ``y`` parameters in SI (a dropped one is 0); ``names`` those that were free; ``covariance`` of them in SI, in that order, taken
-    as if bounds were not there (so never too small); ``at_bound`` free ones that ended on zero, or Y_4 on an end of its range;
+    as if bounds were not there (so never too small), ``own`` the part of it that the weights of the fit know; ``at_bound`` free ones
+    that ended on zero, or Y_4 on an end of its range;
     ``dropped`` those left out (Y_4 too where nothing fades); ``given`` those that were not asked; ``evidence`` by name, how much
-    AICc improves with it (negative: worse); ``residual`` measured less modelled friction per shaft at the fitted points [N m];
-    ``tau`` scatter of dp_F beyond what the stretches themselves showed [Pa]; ``chi2``, ``dof``.
+    AICc improves with it (negative: worse); ``residual`` measured less modelled friction per shaft at the fitted points, what the sums
+    of pressure show of the drifting zero taken off [N m]; ``tau`` scatter of dp_F beyond what the stretches themselves showed [Pa];
+    ``chi2`` whitened; ``dof`` degrees of freedom of the predicted friction, ``freedom`` by parameter (fewer than points less parameters
+    where errors go together); ``noise`` how the points' errors go together.
     """
 
     y: Y
     names: tuple[str, ...]
     covariance: FloatArray
+    own: FloatArray
     at_bound: tuple[str, ...]
     dropped: tuple[str, ...]
     given: Mapping[str, float]
@@ -51,7 +54,9 @@ class FrictionFit:
     residual: FloatArray
     tau: float
     chi2: float
-    dof: int
+    dof: float
+    freedom: Mapping[str, float]
+    noise: Noise
 
     def sd(self, name: str) -> float:
         """Standard error of a free parameter in SI, NaN for one that was left out."""
@@ -80,25 +85,63 @@ class Target:
 
 
 class Problem:
-    """Weighted least squares in the five linear parameters, for any Y_4.
+    """Generalised least squares in the five linear parameters, for any Y_4.
 
-    ``target`` what is to be explained; ``sigma`` its standard uncertainties [N m], shape (n,); ``used`` the linear parameters that
-    are free; ``given`` parameters that keep a value [SI].
+    ``target`` what is to be explained; ``sigma`` its standard uncertainties [N m], shape (n,), or the lower triangular root of its
+    covariance, (n, n); ``used`` the linear parameters that are free; ``given`` parameters that keep a value [SI]; ``shift`` error of
+    the target that is known and taken off [N m], shape (n,).
     """
 
     def __init__(
-        self, target: Target, sigma: FloatArray, used: tuple[str, ...] = Y_LINEAR, given: Mapping[str, float] | None = None
+        self,
+        target: Target,
+        sigma: FloatArray,
+        used: tuple[str, ...] = Y_LINEAR,
+        given: Mapping[str, float] | None = None,
+        shift: FloatArray | None = None,
     ) -> None:
         self.target, self.sigma, self.used, self.given = target, sigma, used, dict(given or {})
-        self.points, self.weighted = target.points, target.T / sigma
+        self.points, self.T = target.points, target.T if shift is None else target.T - shift
+        self._reduced: dict[float, tuple[FloatArray, FloatArray, FloatArray, float]] = {}
+
+    def whitened(self, A: FloatArray) -> FloatArray:
+        """Rows (n,) or (n, k) as independent ones of unit variance."""
+        if self.sigma.ndim == 1:
+            return np.asarray(A / (self.sigma if A.ndim == 1 else self.sigma[:, None]))
+        from scipy.linalg import solve_triangular
+
+        return np.asarray(solve_triangular(self.sigma, A, lower=True, check_finite=False))
+
+    def whitened_transposed(self, A: FloatArray) -> FloatArray:
+        """Whitened rows (n, k) turned into weights of the target itself."""
+        if self.sigma.ndim == 1:
+            return np.asarray(A / self.sigma[:, None])
+        from scipy.linalg import solve_triangular
+
+        return np.asarray(solve_triangular(self.sigma, A, lower=True, trans="T", check_finite=False))
+
+    def _at(self, Y_4: float) -> tuple[FloatArray, FloatArray, FloatArray, float]:
+        """Q and R of the whitened columns, the target along Q, and the square of what lies beside Q."""
+        if Y_4 in self._reduced:
+            return self._reduced[Y_4]
+        Q, R = np.linalg.qr(self.whitened(self.target.columns(Y_4)))
+        b = self.whitened(self.T)
+        q = Q.T @ b
+        out = Q, R, q, float(np.sum((b - Q @ q) ** 2))
+        if len(self._reduced) < len(Y_4_GRID):
+            self._reduced[Y_4] = out
+        return out
 
     def solve(self, Y_4: float, fixed: Mapping[str, float] | None = None, T: FloatArray | None = None) -> tuple[Y, float]:
-        """Best parameters at this Y_4 and their chi^2; ``fixed`` linear parameters keep the values given [SI]."""
+        """Best parameters at this Y_4 and their chi^2; ``fixed`` linear parameters keep the values given [SI]; ``T`` another target."""
         from scipy.optimize import nnls
 
         fixed = fixed or {}
-        A = self.target.columns(Y_4) / self.sigma[:, None]
-        b = self.weighted if T is None else T / self.sigma
+        Q, A, b, beside = self._at(Y_4)
+        if T is not None:
+            whole = self.whitened(T)
+            b = Q.T @ whole
+            beside = float(np.sum((whole - Q @ b) ** 2))
         for name, value in fixed.items():
             b = b - value * A[:, Y_LINEAR.index(name)]
         free = [n for n in self.used if n not in fixed]
@@ -107,10 +150,10 @@ class Problem:
         size[size == 0.0] = 1.0
         found, norm = nnls(part / size, b) if free else (np.zeros(0), float(np.linalg.norm(b)))
         values = {**dict.fromkeys(Y_LINEAR, 0.0), **dict(zip(free, map(float, found / size), strict=True)), **fixed}
-        return Y(**values, Y_4=Y_4), float(norm) ** 2
+        return Y(**values, Y_4=Y_4), float(norm) ** 2 + beside
 
-    def best(self, fixed: Mapping[str, float] | None = None, T: FloatArray | None = None) -> tuple[Y, float]:
-        """Best parameters over all Y_4, and their chi^2; ``fixed`` may hold Y_4 itself."""
+    def best(self, fixed: Mapping[str, float] | None = None, T: FloatArray | None = None, *, fine: float = 1e-7) -> tuple[Y, float]:
+        """Best parameters over all Y_4, and their chi^2; ``fixed`` may hold Y_4 itself; ``fine`` how well ln Y_4 is to be found."""
         fixed = {**self.given, **(fixed or {})}
         if "Y_4" in fixed:
             return self.solve(fixed.pop("Y_4"), fixed, T)
@@ -119,10 +162,10 @@ class Problem:
         rough = [self.solve(v, fixed, T)[1] for v in Y_4_GRID]
         i = int(np.argmin(rough))
         lo, hi = np.log(Y_4_GRID[max(i - 1, 0)]), np.log(Y_4_GRID[min(i + 1, len(Y_4_GRID) - 1)])
-        fine = minimize_scalar(
-            lambda v: self.solve(math.exp(v), fixed, T)[1], bounds=(lo, hi), method="bounded", options={"xatol": 1e-7}
+        found = minimize_scalar(
+            lambda v: self.solve(math.exp(v), fixed, T)[1], bounds=(lo, hi), method="bounded", options={"xatol": fine}
         )
-        at = math.exp(fine.x) if fine.fun < rough[i] else float(Y_4_GRID[i])
+        at = math.exp(found.x) if found.fun < rough[i] else float(Y_4_GRID[i])
         return self.solve(at, fixed, T)
 
 
@@ -150,41 +193,58 @@ def fit_system(
         raise IdentifyError(f"{len(seen)} measured points for {wanted - 1} parameters: at least {wanted} are needed. Add steps or tests.")
     target = Target(seen, seen.T_f - motor_loss_at(seen, loss))
     if "Y_2" not in used or keep_Y_2 is True:
-        return _fit(target, used, given, u_extra)
-    full = _fit(target, used, given, u_extra)
+        return _fit(target, loss, used, given, u_extra)
+    full = _fit(target, loss, used, given, u_extra)
     without = tuple(n for n in used if n != "Y_2")
-    lean = _fit(target, without, given, full.tau)
+    lean = _fit(target, loss, without, given, u_extra, known=full.noise)
     gain = _aicc(lean) - _aicc(full)
     if keep_Y_2 is None and gain > EVIDENCE:
         return replace(full, evidence={"Y_2": gain})
-    return replace(_fit(target, without, given, u_extra), evidence={"Y_2": gain})
+    return replace(_fit(target, loss, without, given, u_extra, start=full.noise), evidence={"Y_2": gain})
 
 
 def _aicc(fit: FrictionFit) -> float:
     """Akaike's criterion for small samples with the scatter held; only differences count."""
-    k, n = len(fit.names), fit.dof + len(fit.names)
+    k, n = len(fit.names), len(fit.residual)
     return fit.chi2 + 2 * k + 2 * k * (k + 1) / max(n - k - 1, 1)
 
 
-def _fit(target: Target, used: tuple[str, ...], given: Mapping[str, float], u_extra: float | None) -> FrictionFit:
-    seen = target.points
-    tau = float(np.sqrt(np.mean(seen.u_dp**2))) if u_extra is None else u_extra
-    for _ in range(ROUNDS):
-        y, _ = Problem(target, sigma_of(seen, tau), used, given).best()
-        residual = target.T - system_friction_at(seen, y)
-        dof = len(seen) - len(_free(used, given))
-        if u_extra is not None:
-            break
-        before, tau = tau, _scatter(residual / seen.D_m, seen.u_dp, dof)
-        if abs(tau - before) <= SETTLED * tau + DP_FLOOR:
-            break
-    sigma = sigma_of(seen, tau)
+def _fit(
+    target: Target,
+    loss: Loss,
+    used: tuple[str, ...],
+    given: Mapping[str, float],
+    u_extra: float | None,
+    *,
+    known: Noise | None = None,
+    start: Noise | None = None,
+) -> FrictionFit:
+    """One fit; with known noise no variance is estimated, else from start, where there is one."""
+    seen, noise = target.points, known if known is not None else start
+    problem = Problem(target, sigma_of(seen, float(np.sqrt(np.mean(seen.u_dp**2)))), used, given)
+    for _ in range(ROUNDS if noise is None else 1):
+        if noise is not None:
+            problem = Problem(target, noise.root, used, given, noise.shift)
+        y, _ = problem.best()
+        names = tuple(n for n in _free(used, given) if n != "Y_4" or y.Y_1 > 0.0 or y.Y_3 > 0.0)
+        J = jacobian(seen, y, names)
+        if known is None:
+            noise = noise_of(seen, loss, y, J, noise.sd if noise is not None else None, pair=u_extra)
+    assert noise is not None
+    problem = Problem(target, noise.root, used, given, noise.shift)
+    y, chi2 = problem.best()
     names = tuple(n for n in _free(used, given) if n != "Y_4" or y.Y_1 > 0.0 or y.Y_3 > 0.0)
-    J = jacobian(seen, y, names) / sigma[:, None]
-    dropped = tuple(n for n in Y_NAMES if n not in names and n not in given)
+    J = jacobian(seen, y, names)
+    white = problem.whitened(J)
+    own = covariance(white)
+    weights = own @ problem.whitened_transposed(white).T
+    dof = freedom(noise, np.vstack([weights, J.mean(axis=0) @ weights]))
+    beyond = float(np.mean((noise.sigma / seen.D_m) ** 2 - seen.u_dp**2 - DP_FLOOR**2))
     return FrictionFit(
-        y=y, names=names, covariance=covariance(J), at_bound=_at_bound(y, names), dropped=dropped, given=dict(given),
-        evidence={}, residual=residual, tau=tau, chi2=float(np.sum((residual / sigma) ** 2)), dof=dof,
+        y=y, names=names, covariance=spread(noise, weights, own), own=own, at_bound=_at_bound(y, names),
+        dropped=tuple(n for n in Y_NAMES if n not in names and n not in given), given=dict(given), evidence={},
+        residual=problem.T - system_friction_at(seen, y), tau=math.sqrt(max(beyond, 0.0)), chi2=chi2,
+        dof=float(dof[-1]), freedom=dict(zip(names, map(float, dof), strict=False)), noise=noise,
     )  # fmt: skip
 
 
@@ -197,18 +257,6 @@ def _free(used: tuple[str, ...], given: Mapping[str, float]) -> tuple[str, ...]:
 def sigma_of(points: Points, tau: float) -> FloatArray:
     """Standard uncertainty of the friction torque with the common scatter tau [Pa] in it [N m]."""
     return np.asarray(points.D_m * np.sqrt(points.u_dp**2 + tau**2 + DP_FLOOR**2))
-
-
-def _scatter(dp: FloatArray, u: FloatArray, dof: int) -> float:
-    """Common scatter [Pa] that brings chi^2 down to its expectation; 0 where the stretches' own uncertainty explains all."""
-    from scipy.optimize import brentq
-
-    def excess(tau: float) -> float:
-        return float(np.sum(dp**2 / (u**2 + tau**2 + DP_FLOOR**2))) - dof
-
-    if excess(0.0) <= 0.0:
-        return 0.0
-    return float(brentq(excess, 0.0, 10.0 * float(np.sqrt(np.sum(dp**2))) + 1.0, xtol=1e-9, rtol=1e-9))
 
 
 def jacobian(points: Points, y: Y, names: tuple[str, ...]) -> FloatArray:

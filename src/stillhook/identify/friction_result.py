@@ -11,7 +11,7 @@ from stillhook.crane import Motor, Source, SourceKind, SystemFriction
 from stillhook.identify.friction_fit import FrictionFit, predicted
 from stillhook.identify.friction_model import X_NAMES, Y_NAMES, motor_loss_at
 from stillhook.identify.from_tests import Friction, HeldOut, nominal_share
-from stillhook.identify.measure import Measured, carried
+from stillhook.identify.measure import LOAD_CODE, Measured, carried
 from stillhook.identify.planner import ANYTHING
 from stillhook.identify.points import Points
 from stillhook.identify.uncertainty import correlation
@@ -34,6 +34,12 @@ def friction_set(result: Friction, name: str) -> FrictionSet:
     evidence = Evidence.fitted(fit.names, fit.covariance, dof=fit.dof, data=text, ranges=_ranges(seen), statements=said)
     title = f"System friction of {campaign.crane.name}, from {campaign.title}"
     return FrictionSet(name, title if "SYNTHETIC" in title else made + title, result.system, sources, evidence)
+
+
+def warnings(result: Friction) -> str:
+    """Comment lines at the top of a set whose loads are in doubt; empty where none is."""
+    lines = [" ".join(s.text.split()) for s in result.statements if s.code == LOAD_CODE]
+    return "".join(f"# WARNING: {line}\n" for line in lines)
 
 
 def _sources(result: Friction, fit: FrictionFit, text: str) -> dict[str, Source]:
@@ -173,7 +179,7 @@ def test_rows(result: Friction) -> list[dict[str, Any]]:
 def _test(result: Friction, m: Measured) -> dict[str, Any]:
     error = nominal_share(m.points, result.loss, result.fit.y)
     return {
-        "name": m.test.name, "load": m.test.load, "load_carried": carried(result.campaign, m.test, m.points),
+        "name": m.test.name, "load": m.test.load, "wire": m.test.wire, "load_carried": carried(result.campaign, m.test, m.points),
         "D_m": float(m.points.D_m.mean()), "T_d": float(m.points.T_d.mean()), "hold_out": m.test.hold_out, "log": m.test.log.name,
         "pairs": len(m.points), "stretches": len(m.steady.windows), "rejected": len(m.steady.rejected), "unpaired": len(m.pairs.unpaired),
         "omega_m_min": float(m.points.omega.min()), "omega_m_max": float(m.points.omega.max()),

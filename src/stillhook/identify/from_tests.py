@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from pathlib import Path
 
@@ -159,6 +159,7 @@ def friction(
     campaign = source if isinstance(source, Campaign) else load_campaign(source)
     method, variant = choice(Intervals, intervals, "intervals"), choice(Variant, variant, "variant")
     measured = _measured(campaign, progress)
+    campaign = replace(campaign, tests=tuple(m.test for m in measured))  # with the weight of the wire that the logs show
     points, grid = joined([m.points for m in measured]), joined([m.grid_points for m in measured])
     if not len(points.fitted()):
         raise IdentifyError(f"{campaign.source}: every test is held out. Leave hold_out = false for those that are to be fitted.")

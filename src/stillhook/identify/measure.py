@@ -10,12 +10,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from stillhook.engine.pack import drum_record
+from stillhook.engine.wire_weight import wire_carried
 from stillhook.errors import IdentifyError, LogError, StillhookError
 from stillhook.identify.campaign import Campaign, CraneTest
 from stillhook.identify.diagnosis import Statement
 from stillhook.identify.pairs import Grid, Pairs, on_grid, pair_windows
 from stillhook.identify.points import FloatArray, Points
 from stillhook.identify.windows import Steady, Window, steady_windows
+from stillhook.io.hook_depth import wire_text
 from stillhook.io.log import Log, read_log
 from stillhook.physics.drum import wire_to_layer
 from stillhook.physics.scalar import G
@@ -23,12 +25,13 @@ from stillhook.units import parse, show
 
 GRID = parse("25 rev/min", "rotation")
 """Speed grid of the thesis (eq. 2.8) [rad/s]."""
-LOAD_DOUBT, LOAD_WRONG = 0.03, 0.25
+LOAD_DOUBT, LOAD_WRONG = 0.03, 0.07
 """Difference between the load that is stated and the one that the pressures carry, over the carried one, from which a test is called
-into question, and from which its friction must not be used. The mean of both directions knows the load to some tenths of a per cent."""
-LOAD_MATTERS = parse("10 t", "mass")  # a hook block of another weight than the crane file's makes less
-LOAD_KNOWN = parse("3 t", "mass")
-"""What the weight of hook and wire may be off by: a smaller difference says nothing."""
+into question, and from which its friction must not be used. The mean of both directions knows the load to some tenths of a per cent; a
+wrong load, layer, displacement or gain makes the friction wrong in the same proportion, and the system friction by about twice that."""
+LOAD_KNOWN, LOAD_MATTERS = parse("1.5 t", "mass"), parse("3 t", "mass")
+"""What the weight of hook and wire may be off by, so that a smaller difference says nothing (half a hook block and some wire), and what
+it cannot be off by: both count where the load is light."""
 SPEED_DOUBT, SPEED_WRONG = 0.03, 0.25
 """The same for the motor speed against the wire paid out; a wrong layer makes four per cent."""
 CELL_DOUBT = 0.1  # of the load: a load cell in a sheave has its own friction
@@ -37,6 +40,8 @@ MOST_LOST = 0.5  # share of the stretches that are not used from which that is w
 WIRE_ROOM = parse("20 m", "length")  # by which a wire counter's zero may be off
 SAME_SPEED = 1.05  # ratio of speeds that are one where the slope of friction over speed is taken
 D_DOUBT, D_WRONG = 0.02, 0.25  # of D_max, between the stated and the logged displacement; a closed servo holds it within one per cent
+
+LOAD_CODE = "load"
 
 Progress = Callable[[float], None]
 
@@ -75,7 +80,7 @@ def measure(campaign: Campaign, test: CraneTest, *, progress: Progress | None = 
 def _measure(campaign: Campaign, test: CraneTest, progress: Progress | None) -> Measured:
     notes: list[Statement] = []
     log = _cut(read_log(test.log, test.mapping, progress=progress), test)
-    if campaign.diameter(test) is None and "s_w" in log.signals:
+    if (campaign.diameter(test) is None or test.hook is not None) and "s_w" in log.signals:
         log = _with_whole_wire(campaign, log, notes)
     dp_m = pressure_drop(log)
     omega_m, d = shaft_speed(campaign, test, log)
@@ -91,9 +96,11 @@ def _measure(campaign: Campaign, test: CraneTest, progress: Progress | None) -> 
         raise IdentifyError(_no_pair(log, steady))
     grid = _grid(steady.windows, notes)
     D_m = _displacement(campaign, test, pairs, notes)
+    wire = _wire(campaign, test, log, pairs, notes)
+    test = replace(test, wire=float(np.mean(wire)))
     weight = campaign.weight(test)
     diameters = np.array([_diameter(campaign, p.up, p.down, d) for p in pairs.pairs])
-    points = _points(campaign, test, pairs, D_m, weight * 0.5 * diameters)
+    points = _points(campaign, test, pairs, D_m, (weight + (wire - test.wire) * G) * 0.5 * diameters)
     if len(np.unique(np.round(diameters, 6))) > 1:
         notes.append(_note("layers", "the wire changed its layer; every pair has the drum torque of its own layer"))
     notes += _speed_check(campaign, whole, pairs, diameters) + _load_check(campaign, test, points) + _cell_check(weight, pairs)
@@ -121,8 +128,27 @@ def _with_whole_wire(campaign: Campaign, log: Log, notes: list[Statement]) -> Lo
     if good.all():
         return log
     share = float(np.mean(~good))
-    notes.append(_note("wire", f"s_w is missing in {share:.1%} of the log: filled by straight lines, for the layer"))
+    notes.append(_note("wire", f"s_w is missing in {share:.1%} of the log: filled by straight lines, for the layer and the wire's weight"))
     return replace(log, signals={**log.signals, "s_w": np.interp(log.t, log.t[good], s_w[good])})
+
+
+def _wire(campaign: Campaign, test: CraneTest, log: Log, pairs: Pairs, notes: list[Statement]) -> FloatArray:
+    """Mass of the wire out that the winch carries at every pair, less its buoyancy [kg]; 0 where the file does not say how deep the hook
+    is. Errors: IdentifyError where depth and wire out contradict each other."""
+    n, crane = len(pairs.pairs), campaign.crane
+    if test.hook is None:
+        return np.zeros(n)
+    if "s_w" in log.signals:
+        h_tip = test.hook.tip_height(float(log.signals["s_w"][0]))
+        s_w = np.array([0.5 * (p.up.others["s_w"] + p.down.others["s_w"]) for p in pairs.pairs])
+    elif test.s_w is not None:
+        h_tip, s_w = test.hook.tip_height(test.s_w), np.full(n, test.s_w)
+    else:
+        s_w, h_tip = np.full(n, test.hook.wire_out()), float(test.hook.h_tip or 0.0)
+    on_hook = show(test.load + crane.hook_mass, "mass", 3)
+    text = f"the winch carries load and hook, {on_hook}, and {wire_text(crane, float(s_w.mean()), h_tip)}"
+    notes.append(_note("wire weight", f"{text} in the mean of the pairs" if np.ptp(s_w) > LEAST_TRAVEL else text))
+    return np.array([wire_carried(crane, float(x), h_tip) for x in s_w])
 
 
 def _note(code: str, text: str, *, severe: bool = False) -> Statement:
@@ -266,6 +292,7 @@ def _points(campaign: Campaign, test: CraneTest, pairs: Pairs, D_m: FloatArray, 
     return Points(
         names=(test.name,), test=np.zeros(n, dtype=np.intp), omega_up=omega_up, omega_down=omega_down, dp_up=dp_up, dp_down=dp_down,
         D_m=D_m, T_d=T_d, count=np.full(n, float(campaign.count)), u_dp=u_dp, hold_out=np.full(n, test.hold_out),
+        t_up=np.array([w.middle for w in up]), t_down=np.array([w.middle for w in down]),
     )  # fmt: skip
 
 
@@ -301,20 +328,21 @@ def carried(campaign: Campaign, test: CraneTest, points: Points) -> float:
     if not len(points) or float(points.T_d.min()) <= 0.0:
         return math.nan
     torque = points.count * points.D_m * points.dp_L * campaign.crane.i_hD
-    return float(np.mean(torque / points.T_d)) * campaign.weight(test) / G - campaign.crane.hook_mass
+    return float(np.mean(torque / points.T_d)) * campaign.weight(test) / G - campaign.crane.hook_mass - test.wire
 
 
 def _load_check(campaign: Campaign, test: CraneTest, points: Points) -> list[Statement]:
     """A line where pressures and stated load do not belong together."""
     mass = carried(campaign, test, points)
-    off, whole = abs(mass - test.load), abs(mass + campaign.crane.hook_mass)
+    off, whole = abs(mass - test.load), abs(mass + campaign.crane.hook_mass + test.wire)
     if math.isnan(mass) or off <= max(LOAD_KNOWN, LOAD_DOUBT * whole):
         return []
     text = (
-        f"the pressures carry {show(mass, 'mass', 3)}, the campaign file says {show(test.load, 'mass', 3)}: check load, hook, layer, "
-        "displacement, number of motors, gear ratio and the pressure sensors' gain and offset"
+        f"the pressures carry {show(mass, 'mass', 3)}, the campaign file says {show(test.load, 'mass', 3)}: check load, hook, depth, "
+        "layer, displacement, number of motors, gear ratio and the pressure sensors' gain and offset"
+        f" ({off / whole:.1%} of the carried weight; from {LOAD_WRONG:.0%} on no set is written)"
     )
-    return [_note("load", text, severe=off > max(LOAD_MATTERS, LOAD_WRONG * whole))]
+    return [_note(LOAD_CODE, text, severe=off > max(LOAD_MATTERS, LOAD_WRONG * whole))]
 
 
 def _cell_check(weight: float, pairs: Pairs) -> list[Statement]:

@@ -13,7 +13,7 @@ import numpy as np
 
 from stillhook.crane import TorqueLoss
 from stillhook.errors import IdentifyError
-from stillhook.identify.friction_fit import FrictionFit, cost, covariance, fit_system, predicted, sigma_of
+from stillhook.identify.friction_fit import FrictionFit, cost, covariance, fit_system, predicted
 from stillhook.identify.friction_model import X_NAMES, Y_LINEAR, Loss, Y, mj4, motor_columns, system_friction_at
 from stillhook.identify.points import FloatArray, Points
 from stillhook.units import show
@@ -77,8 +77,8 @@ def second_loop(points: Points, loss: TorqueLoss, fit: FrictionFit, *, rounds: i
 def _motor_fit(seen: Points, system: FrictionFit) -> tuple[TorqueLoss, FloatArray]:
     from scipy.optimize import nnls
 
-    sigma = sigma_of(seen, system.tau)
-    A, b = motor_columns(seen) / sigma[:, None], (seen.T_f - system_friction_at(seen, system.y)) / sigma
+    sigma = system.noise.sigma
+    A, b = motor_columns(seen) / sigma[:, None], (seen.T_f - system.noise.shift - system_friction_at(seen, system.y)) / sigma
     size = np.linalg.norm(A, axis=0)
     x = nnls(A / size, b)[0] / size
     excess = max(float(np.sum((b - A @ x) ** 2)) / max(len(seen) - len(x), 1), 1.0)

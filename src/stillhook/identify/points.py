@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,7 +21,8 @@ class Points:
     ``omega_up``, ``omega_down`` motor speeds of the hoisting and of the lowering stretch, both counted positive [rad/s];
     ``dp_up``, ``dp_down`` pressure drops p_a - p_b of both [Pa]; ``D_m`` displacement of one motor [m^3/rad]; ``T_d`` drum
     torque of the hanging load [N m]; ``count`` motors in the circuit [-]; ``u_dp`` standard uncertainty of dp_F [Pa];
-    ``test`` index into ``names``; ``hold_out`` points that no fit may see.
+    ``test`` index into ``names``; ``hold_out`` points that no fit may see; ``t_up``, ``t_down`` middle of both stretches in the time
+    of their test [s], NaN where no time is known.
 
     Leakage makes the two speeds of a pair differ, and friction that depends on pressure differs between hoisting and lowering.
     Half the difference of the two pressure drops is the mean of the two losses whatever they are, so a model is compared with
@@ -39,6 +40,13 @@ class Points:
     count: FloatArray
     u_dp: FloatArray
     hold_out: BoolArray
+    t_up: FloatArray = field(default_factory=lambda: np.zeros(0))
+    t_down: FloatArray = field(default_factory=lambda: np.zeros(0))
+
+    def __post_init__(self) -> None:
+        for name in ("t_up", "t_down"):
+            if len(getattr(self, name)) != len(self.test):
+                object.__setattr__(self, name, np.full(len(self.test), np.nan))
 
     def __len__(self) -> int:
         return len(self.test)

@@ -32,11 +32,10 @@ from stillhook.io.synthetic import (
     write_log,
 )
 from stillhook.library import changed, crane_toml, load_crane
+from stillhook.library.leakage import form_of
 from stillhook.units import came, parse, show
 from stillhook.whole import whole_folder
 
-C_LEAK_SPEED = 1000.0 * np.pi / 30.0
-"""Motor speed at which the published total leak is split between pumps and motors [rad/s], as in the library's crane files."""
 LAYER_ROOM = 1e-6
 """Layers by which a wire that stays on its layer may seem to leave it: rounding."""
 
@@ -73,7 +72,7 @@ def closed_circuit(crane: Crane) -> Crane:
     if (a.motor.D_max, a.motor.loss, a.motor.C_1, a.motor.C_2) != (p.motor.D_max, p.motor.loss, p.motor.C_1, p.motor.C_2):
         raise SpecError(f'"{crane.name}": active motors {a.motor.type} and passive motors {p.motor.type} differ: they make no one circuit.')
     count = a.motor.count + p.motor.count
-    leak_of_motor = a.motor.C_1 + a.motor.C_2 * C_LEAK_SPEED
+    leak_of_motor = a.motor.C_1 + a.motor.C_2 * form_of(a).at.n_m
     pump_leak = max(a.C_leak - a.motor.count * leak_of_motor, 0.0) * (a.pump.D_total + p.pump.D_total) / a.pump.D_total
     tests = "friction tests: active and passive circuit as one closed circuit (Moslatt 2020 paper D figure 5)"
     V = f"{a.line.V * count / a.motor.count!r} m^3"

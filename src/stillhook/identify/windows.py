@@ -33,6 +33,8 @@ HIGH = 95.0
 """Percentile of a signal's magnitude that stands for "high": above settled values, below the spikes of starting and stopping."""
 REST_SHARE = 0.01
 """Part of full speed below which time that nothing else claims is counted as standing."""
+RAMP_CHANGE, RAMP_STRAIGHT = 0.3, 0.7
+"""Change of speed within a stretch, over its mean, from which it is a ramp, and the least part of the path that is this change."""
 WORTH_TELLING = 0.5
 """Stretches shorter than this part of the least length are ramps and overshoots, and are counted as such, not told one by one."""
 
@@ -71,6 +73,7 @@ def steady_windows(
                     windows.append(found)
                 else:
                     (trimmed if found.code == "start" else rejected).append(found)
+    rejected = [r for r in rejected if not search.pause_or_ramp(r)]
     rejected += search.never_steady([*windows, *rejected])
     key = lambda r: r.start
     time = search.time_by_use(windows, rejected, trimmed)
@@ -184,6 +187,17 @@ class _Search:
             if not any(w.start < self.t[b - 1] and w.end > self.t[a] for w in told):
                 reason = f"moved for {length:.3g} s, at no time at steady speed for {WORTH_TELLING * self.settings.least_length:.3g} s"
                 yield self.rejected(a, b, int(label[a]), "short", reason)
+
+    def pause_or_ramp(self, r: Rejected) -> bool:
+        """Whether what was taken for a short step is the winch at rest, or on its way from one speed to another."""
+        if r.code != "short" or r.direction == 0:
+            return False
+        a, b = (int(k) for k in np.searchsorted(self.t, (r.start, r.end)))
+        v = self.v[a:b]
+        if len(v) < 2 or abs(r.speed) <= self.at_rest():
+            return True
+        net, path = abs(float(v[-1] - v[0])), float(np.sum(np.abs(np.diff(v))))
+        return net > RAMP_CHANGE * abs(r.speed) and path < 1.0 / RAMP_STRAIGHT * net
 
     def at_rest(self) -> float:
         """Speed below which the winch is taken to stand [SI]."""

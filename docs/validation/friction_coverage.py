@@ -1,0 +1,84 @@
+"""Do the 95 % intervals of identified friction hold the truth where transmitters drift and oil warms up? Tables from friction_trials.py."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import numpy as np
+from blocks import claims_table, table
+from friction_trials import SEEDS, Scenario, Trial, kept
+
+PAGE = "friction-coverage.md"
+LEAST, MOST = 0.90, 0.98
+"""Share of intervals that must hold the truth."""
+BLOCK = 0.5
+"""A campaign with this share of its parameters' intervals off, or more, has failed as a block."""
+OURS = [s for s in Scenario if s is not Scenario.OTHER_LAW]
+
+
+def found_of(scenario: Scenario, outcomes: Mapping[str, Any]) -> list[dict[str, Any]]:
+    return [outcomes[key] for seed in SEEDS if (key := Trial(scenario, seed).key) in outcomes]
+
+
+def share(hits: list[Any]) -> str:
+    return f"{100.0 * float(np.mean(hits)):.0f} % of {len(hits)}" if hits else "not run yet"
+
+
+def parameters(found: list[dict[str, Any]]) -> list[bool]:
+    return [hit for one in found for hit in one.get("inside", {}).values()]
+
+
+def band(found: list[dict[str, Any]]) -> list[int]:
+    return [hit for one in found for hit in one["band"]]
+
+
+def blocks_failed(found: list[dict[str, Any]]) -> str:
+    judged = [one["inside"] for one in found if one.get("inside")]
+    return f"{sum(np.mean(list(one.values())) <= BLOCK for one in judged)} of {len(judged)}" if judged else "–"
+
+
+def rows(outcomes: Mapping[str, Any]) -> Iterator[tuple[str, ...]]:
+    for scenario in Scenario:
+        found = found_of(scenario, outcomes)
+        half, error = ([one[name] for one in found] for name in ("half_width", "error"))
+        sizes = (f"{np.median(half):.2g}", f"{np.median(error):.2g}") if found else ("", "")
+        own = share(parameters(found)) if scenario in OURS else "–"
+        yield scenario.value, str(len(found)), own, share(band(found)), blocks_failed(found), *sizes
+
+
+def by_name(outcomes: Mapping[str, Any]) -> Iterator[tuple[str, ...]]:
+    for scenario in OURS:
+        found = [one["inside"] for one in found_of(scenario, outcomes)]
+        yield scenario.value, *(share([one[n] for one in found if n in one]) for n in ("Y_1", "Y_2", "Y_3", "Y_4", "Y_5", "Y_6"))
+
+
+def verdict(hits: list[Any]) -> str:
+    if not hits:
+        return "not run yet"
+    part = float(np.mean(hits))
+    return "within" if LEAST <= part <= MOST else "too few" if part < LEAST else "too many: wider than needed"
+
+
+def compute() -> tuple[dict[str, str], None]:
+    outcomes = kept()
+    limits = f"{100 * LEAST:.0f} to {100 * MOST:.0f} %"
+    claims = {}
+    for scenario in Scenario:
+        found = found_of(scenario, outcomes)
+        name = scenario.value
+        if scenario in OURS:
+            claims[f"{name}: intervals of parameters"] = (limits, share(parameters(found)), verdict(parameters(found)))
+        claims[f"{name}: band of the friction curve"] = (limits, share(band(found)), verdict(band(found)))
+    head = ("campaigns with", "number", "parameters inside", "curve inside", "half or more outside", "half width [N m]", "error [N m]")
+    states = len({one["code"] for one in outcomes.values()})
+    return {
+        "claims": claims_table(claims),
+        "code": f"{len(outcomes)} campaigns, computed by {'one state' if states == 1 else f'{states} states'} of the code.",
+        "coverage": table(head, rows(outcomes)),
+        "parameters": table(("campaigns with", "Y_1", "Y_2", "Y_3", "Y_4", "Y_5", "Y_6"), by_name(outcomes)),
+    }, None
+
+
+def draw(_: None) -> None:
+    """The page has no picture."""
