@@ -15,48 +15,21 @@ from collections.abc import Iterator, Mapping
 from enum import StrEnum
 from typing import Annotated, Any, Self
 
-from pydantic import ConfigDict, Field, model_validator
+from pydantic import Field, model_validator
 
 from stillhook import units as u
 from stillhook.certified import Certified
 from stillhook.errors import UnitError
 from stillhook.physics.scalar import G
-from stillhook.plausible import Ranged
+from stillhook.spec import Count, Fraction, Number, Text
+from stillhook.spec import Source as Source
+from stillhook.spec import SourceKind as SourceKind
+from stillhook.spec import Spec as Spec
 
 INERTIA_TOLERANCE = 0.005  # of J_m_eff: the published value has two digits, the split is ours
 DIAMETER_TOLERANCE = 0.005  # of d_max: printed 5.1 m against 5.104 m from drum, layers and wire
 BRAKE_RESERVE = 1.5  # of the torque of SWL and hook: what a holding brake carries unless the file says so; assumed
 RATIO_TOLERANCE = 0.001  # of i_hD: printed 501.6 against 35.4 * 14.17 = 501.618
-
-Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
-Fraction = Annotated[Number, Field(gt=0, le=1)]
-Count = Annotated[int, Field(strict=True, ge=1, le=1000)]
-Text = Annotated[str, Field(min_length=1)]
-
-
-class Spec(Ranged):
-    """A table of a crane file: frozen, and closed to unknown fields."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-
-class SourceKind(StrEnum):
-    """How far a number can be trusted."""
-
-    PUBLISHED = "published"
-    DATASHEET = "datasheet"
-    FITTED = "fitted"
-    DERIVED = "derived"
-    ASSUMED = "assumed"
-    USER = "user"
-
-
-class Source(Spec):
-    """Where a number is from."""
-
-    text: Text
-    kind: SourceKind
-
 
 class Plant(StrEnum):
     """Winch types: with or without a passive circuit that carries the load."""
@@ -78,6 +51,15 @@ class GasModel(StrEnum):
 
     POLYTROPIC = "polytropic"
     NITROGEN = "nitrogen"
+
+
+class LeakForm(StrEnum):
+    """What the leak of a circuit goes with. All are published and laminar: flow over pressure does not change with pressure."""
+
+    CONSTANT = "constant"
+    STROKE = "stroke"
+    SPEED = "speed"
+    STROKE_SPEED = "stroke+speed"
 
 
 class Packing(StrEnum):
@@ -192,6 +174,23 @@ class Flushing(Spec):
     dp_shuttle: u.Pressure = Field(ge=0, description="pressure between the sides that throws the shuttle fully")
 
 
+class LeakPoint(Spec):
+    """Where the number of a leak holds."""
+
+    p: u.Pressure | None = Field(default=None, gt=0, description="pressure at which the leak was measured; conductances are laminar")
+    alpha_p: Number = Field(default=1.0, ge=0, le=1, description="setting of the pumps")
+    n_m: u.Rotation = Field(default=1000.0 * math.pi / 30.0, ge=0, description="speed of the motors")
+
+
+class Leak(Spec):
+    """Form of a circuit's leak. What pumps (table times leak_scale) and motors (C_1 + C_2 |n_m|) leak `at` a point holds everywhere
+    ("constant": Moslatt 2020 paper E eq. 11), or goes with the pumps' setting alone ("stroke": tables 2.5 and 2.6), with the motors' speed
+    alone ("speed": eq. 2.18), or with both ("stroke+speed": section 2.5.2.4)."""
+
+    form: LeakForm = Field(description="what the leak goes with")
+    at: LeakPoint = Field(default_factory=LeakPoint)
+
+
 class ActiveCircuit(Spec):
     """Closed circuit that moves the winch."""
 
@@ -201,7 +200,8 @@ class ActiveCircuit(Spec):
     boost: Boost
     relief: Relief
     flushing: Flushing
-    C_leak: u.Leakage = Field(ge=0, description="total leak as published (linear analysis only)")
+    C_leak: u.Leakage = Field(ge=0, description="total leak of pumps and motors at leak.at; constant in the linear analysis")
+    leak: Leak | None = Field(default=None, description='form of the leak; default "stroke+speed"')
 
     @model_validator(mode="after")
     def _pressures_in_order(self) -> Self:
@@ -252,6 +252,7 @@ class PassiveCircuit(Spec):
     p_lp: u.Pressure = Field(gt=0, description="pressure of the low side")
     relief: Relief
     line: Line
+    leak: Leak | None = Field(default=None, description='form of the leak; default "stroke+speed"')
 
     @model_validator(mode="after")
     def _pressures_in_order(self) -> Self:

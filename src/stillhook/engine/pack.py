@@ -1,6 +1,5 @@
 """The only place where a crane and a scenario become records that the compiled kernels read."""
 
-import functools
 import math
 from types import ModuleType
 from typing import Any, NamedTuple
@@ -16,14 +15,14 @@ from stillhook.control.power import PowerLimit
 from stillhook.crane import Crane
 from stillhook.engine.gas_fit import gas_record
 from stillhook.engine.winch_type import plant_of
-from stillhook.library import leak_table
+from stillhook.library.leakage import leak_law
 from stillhook.physics.accumulator import Accumulator
 from stillhook.physics.drum import Drum, Inertia, K_wire, layer_diameter
 from stillhook.physics.friction import Bristle, SystemFriction
 from stillhook.physics.line import capacitance
 from stillhook.physics.load import Load
 from stillhook.physics.motor import Motors, TorqueLossFit
-from stillhook.physics.pump import LEAK_KNOTS, PumpLeak, Pumps
+from stillhook.physics.pump import Pumps
 from stillhook.physics.scalar import G
 from stillhook.physics.swash import MotorControl, Servo
 from stillhook.physics.valves import Boost, Flushing, Relief
@@ -109,23 +108,9 @@ def loop_record(crane: Crane, alpha_m: float = 1.0, K_wire: float = 1.0) -> Loop
     )
 
 
-@functools.lru_cache(maxsize=256)
-def pump_leak(pump: spec.PumpSet) -> PumpLeak:
-    """The library's leak table at this pump speed, scaled with the installed size (Moslatt 2020 section 2.5.2.4).
-
-    Speeds between the two measured ones are interpolated linearly; beyond them the line goes on.
-    """
-    table = leak_table(pump.leak)
-    (w_1, w_2), scale = table.omega, pump.D_total / table.D_ref * (1.0 if pump.leak_scale is None else pump.leak_scale)
-    f = (pump.omega_p - w_1) / (w_2 - w_1)
-    rows = sorted(zip(table.D, table.C[0], table.C[1], strict=True))
-    parts = [round(D / table.D_ref, 3) for D, _, _ in rows]
-    assert all(abs(a - b) < 1e-3 for a, b in zip(parts, LEAK_KNOTS, strict=True)), f"{pump.leak}: displacements {parts}"
-    return PumpLeak(*(scale * (C_1 + f * (C_2 - C_1)) for _, C_1, C_2 in rows))
-
-
-def _pumps(pump: spec.PumpSet) -> Pumps:
-    return Pumps(D_max=pump.D_total, omega_p=pump.omega_p, leak=pump_leak(pump))
+def _pumps(circuit: spec.ActiveCircuit | spec.PassiveCircuit) -> Pumps:
+    pump = circuit.pump
+    return Pumps(D_max=pump.D_total, omega_p=pump.omega_p, leak=leak_law(circuit).pumps)
 
 
 def loss_fit(motor: spec.Motor) -> TorqueLossFit:
@@ -134,8 +119,9 @@ def loss_fit(motor: spec.Motor) -> TorqueLossFit:
     return TorqueLossFit(loss.X_1, loss.X_2, loss.X_3, loss.X_4, loss.X_5)
 
 
-def _motors(motor: spec.MotorSet) -> Motors:
-    return Motors(count=float(motor.count), D_max=motor.D_max, C_1=motor.C_1, C_2=motor.C_2, fit=loss_fit(motor))
+def _motors(circuit: spec.ActiveCircuit | spec.PassiveCircuit) -> Motors:
+    motor, leak = circuit.motor, leak_law(circuit)
+    return Motors(count=float(motor.count), D_max=motor.D_max, C_1=leak.C_1, C_2=leak.C_2, fit=loss_fit(motor))
 
 
 def servo_record(servo: spec.Servo, lo: float, hi: float = 1.0) -> Servo:
@@ -153,9 +139,9 @@ def _motor_control(motor: spec.MotorSet) -> MotorControl:
 def active_record(crane: Crane) -> ActiveCircuit:
     a = crane.active
     return ActiveCircuit(
-        pumps=_pumps(a.pump),
+        pumps=_pumps(a),
         pump_servo=servo_record(a.pump.servo, -1.0),
-        motors=_motors(a.motor),
+        motors=_motors(a),
         motor_servo=servo_record(a.motor.servo, a.motor.alpha_min),
         control=_motor_control(a.motor),
         i_C_h=1.0 / capacitance(a.line.V, a.line.bulk_modulus),
@@ -171,11 +157,11 @@ def active_record(crane: Crane) -> ActiveCircuit:
 def _passive(crane: Crane, gas_held: bool) -> active_passive.PassiveCircuit:
     p = crane.passive
     assert p is not None
-    acc, pump = _held(p.accumulator) if gas_held else p.accumulator, _pumps(p.pump)
+    acc, pump = _held(p.accumulator) if gas_held else p.accumulator, _pumps(p)
     return active_passive.PassiveCircuit(
         pumps=pump,
         pump_servo=servo_record(p.pump.servo, -1.0),
-        motors=_motors(p.motor),
+        motors=_motors(p),
         motor_servo=servo_record(p.motor.servo, p.motor.alpha_min),
         accumulator=Accumulator(
             V_stroke=acc.V_stroke,

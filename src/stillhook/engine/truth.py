@@ -23,7 +23,7 @@ class Truth:
     plausible crane. `numbers` lists them with meaning and source; every source is an assumption, because none is published."""
 
     capacitance: float = _assumed(1.0, "oil capacitance of each line, both ends together, over the twin's", _SCATTER)
-    leakage: float = _assumed(1.0, "leak conductance of active pumps and motors over the twin's", _SCATTER)
+    leakage: float = _assumed(1.0, "leak conductance of active pumps and motors over the twin's, on the mean of the tests", _SCATTER)
     inertia: float = _assumed(1.0, "all inertia at the motor shaft over the twin's", _SCATTER)
     friction: float = _assumed(1.0, "friction over that with the twin's mean", "assumed: 1 is a crane whose friction was identified well")
     gear: float = _assumed(1.0, "gear ratio motor to drum over the twin's", "assumed: a gear is what its drawing says")
@@ -44,8 +44,33 @@ class Truth:
     line_omega: float = _assumed(190.0, "frequency of the oil between both ends of a line", "assumed: 20 m of pipe", "frequency")
     line_drop: float = _assumed(1.5e5, "pressure drop of each line at full pump flow", "assumed: sized for few losses", "pressure")
     passive: float = _assumed(1.003, "displacement of the passive motors over nominal", _DATASHEET)
+    active_more: float = _assumed(0.0, "active motors more than in the crane file", "assumed: 0 is a file with the crane's motors")
+    passive_more: float = _assumed(0.0, "passive motors more than in the crane file", "assumed: 0 is a file with the crane's motors")
+    passive_dead: float = _assumed(0.0, "passive motors that take no oil and give no torque, unknown to the PLC", "assumed: all work")
+    precharge: float = _assumed(1.0, "pressure at mid stroke over the twin's; the PLC holds it", _SCATTER)
+    gas_volume: float = _assumed(1.0, "gas over what has the twin's stiffness at GAS_PERIOD", "assumed: a file whose gas fits its log")
+    gas_T: float = _assumed(293.15, "temperature of the gas vessels [K]", "assumed: on deck")
+    gas_tau: float = _assumed(120.0, "time in which the gas takes their temperature", "assumed: minutes, Otis and Pourmovahed 1985", "time")
+    piston_dry: float = _assumed(2e5, "dry friction of the piston's seals as pressure", "assumed: 1 to 3 bar", "pressure")
+    piston_oil: float = _assumed(1.0, "viscous friction of the piston over the twin's", "assumed: nothing is known of it")
+    p_low: float = _assumed(1.0, "low side at rest over the twin's", "assumed: setting of a valve")
+    p_low_rise: float = _assumed(1e5, "rise of the low side with 3000 L/min into it", "assumed: coolers and valves", "pressure")
+    boost: float = _assumed(1.0, "boost pressure over the twin's; flushing opens as far above it", "assumed: setting of a valve")
+    leak_stroke: float = _assumed(0.1, "part of the pumps' leak that goes with their stroke", "assumed: 0 to 15 %, 10 by thesis table 2.6")
+    leak_speed: float = _assumed(0.1, "part of the motors' leak that goes with their speed", "assumed: 0 to 15 %, in the tests' mean")
+    leak_edges: float = _assumed(0.05, "part of all leaks that goes with the root of the pressure", "assumed: valve plates have edges")
+    leak_across: float = _assumed(0.66, "share of a leak that goes from port to port", "assumed: two thirds in the thesis")
+    p_case: float = _assumed(1e5, "pressure in the housings", "assumed: 0 to 2 bar", "pressure")
+    all_constant: float = _assumed(0.0, "part of the file's C_leak that is there at any stroke and speed", "assumed: none")
+    all_stroke: float = _assumed(0.0, "part of it that goes with the pumps' stroke", "assumed: none")
+    all_speed: float = _assumed(0.0, "part of it that goes with the motors' speed", "assumed: none")
     tau_cell: float = _assumed(0.1, "time constant of the load cell's filter", "assumed: typical of load pins", "time")
     cell_gain: float = _assumed(1.002, "load cell over the true tension", "assumed: class of a load pin")
+    cell_zero: float = _assumed(1e3, "what the load cell shows without load", "assumed: class of a load pin", "force")
+    dac_bits: float = _assumed(12.0, "bits of the PLC's outputs, from -1 to 1", "assumed: 12 to 14 are typical")
+    wire_beta: float = _assumed(25.0, "rise of the wire's stiffness with its strain", "assumed: 2 to 8 % from an empty hook to the SWL")
+    wire_strands: float = _assumed(0.01, "share of stiffness that strands carry until they slid", "assumed: 1 % of loss at the first swing")
+    wire_pressed: float = _assumed(0.01, "part by which wire on the drum is pressed flat", "assumed: 0 to 1.5 % of a layer")
     wire_zeta: float = _assumed(0.5, "damping of the wire over the twin's", "assumed: 0.95 of paper C is high for steel")
     wire_mass: float = _assumed(0.3, "most of the moving mass that is lumped in the wire's middle", "assumed: else half of the wire")
     bristle: float = _assumed(0.7, "presliding stiffness over the twin's", "assumed: nothing is known of it")
@@ -58,8 +83,11 @@ class Truth:
     friction_lag: float = _assumed(0.03, "time by which dry friction lags", "assumed: tens of milliseconds are typical", "time")
     oil_swing: float = _assumed(2.0, "amplitude of the oil's temperature about nominal [K]", "assumed: temperature control")
     oil_phase: float = _assumed(0.0, "its phase at the start [rad]; one swing lasts as long as the run", "assumed: mean is nominal")
-    oil_leak: float = _assumed(0.03, "rise of leakage per kelvin", "assumed: HLP 46 at 40 degC, some 4 %")
-    oil_thin: float = _assumed(0.03, "fall of viscous losses per kelvin", "assumed: HLP 46 at 40 degC, some 4 %")
+    oil_thin: float = _assumed(0.03, "fall of viscosity, and so of viscous losses, per kelvin", "assumed: HLP 46 at 40 degC, some 4 %")
+
+
+GAS_PERIOD = 10.0
+"""Period at which `gas_volume` 1 has the twin's stiffness [s]: that of the tests' seas."""
 
 
 class Number(NamedTuple):

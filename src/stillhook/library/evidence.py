@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 from pydantic import Field, ValidationError, field_validator, model_validator
 
 from stillhook import units as u
-from stillhook.crane import Number, Spec, Text
 from stillhook.errors import SpecError
 from stillhook.library.explain import explain
 from stillhook.library.files import EVIDENCE
+from stillhook.spec import Number, Spec, Text
 
 FloatArray = NDArray[np.float64]
 

@@ -14,6 +14,7 @@ from stillhook.library.certificate import read_certified
 from stillhook.library.explain import explain
 from stillhook.library.files import LABELS, Leaf, Tree, file_tree, lay_over, library_tree, nearest, parsed, shelf, sources, tree, values
 from stillhook.library.kinds import FileKind, other_kind
+from stillhook.library.leakage import leak_misfit
 from stillhook.library.sets import is_path, known_losses, known_torques, set_values
 from stillhook.library.write import crane_tree
 from stillhook.units import came
@@ -39,7 +40,24 @@ def load_crane(name_or_path: str | Path) -> Crane:
     Errors: SpecError, UnitError of one line that names file, field, what came and what is allowed.
     """
     label, fields = _fields(name_or_path, ())
-    return _crane(fields, label)
+    crane = _crane(fields, label)
+    misfit = leak_misfit(crane.active) if _states_leak(fields) else None
+    if misfit:
+        raise SpecError(f"{label}: active: {misfit}")
+    return crane
+
+
+def _states_leak(fields: Tree) -> bool:
+    """Whether form or point of the active circuit's leak are a user's: then the total must be that of the parts. A file that takes them
+    from the library and changes a part alone is read as before."""
+    leak = _leak_sources(fields)
+    return bool(leak) and all(leak != _leak_sources(library_tree("cranes", name, "crane")) for name in cranes())
+
+
+def _leak_sources(fields: Tree) -> dict[str, Source]:
+    active = fields.get("active")
+    leak = active.get("leak") if isinstance(active, dict) else None
+    return dict(sources(leak)) if isinstance(leak, dict) else {}
 
 
 def crane_from_toml(text: str, label: str) -> Crane:

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 from stillhook.crane import Crane, SourceKind, effective_inertia, wire_capacity
+from stillhook.library.leakage import form_of, point_text, stated_leak
 from stillhook.library.write import Item, items
 from stillhook.units import KINDS, number, show
 
@@ -75,6 +76,12 @@ def _derived(crane: Crane) -> Iterator[Row]:
             D_m, D_p = circuit.motor.D_total, circuit.pump.D_total
             yield Row(f"{name}.motor.D_total", "all motors", show(D_m, "displacement", DIGITS), kind, "count x D_max")
             yield Row(f"{name}.pump.D_total", "all pumps", show(D_p, "displacement", DIGITS), kind, "sum of D")
+    for name in ("active", "passive"):
+        circuit = getattr(crane, name)
+        if circuit is not None:
+            leak = form_of(circuit)
+            meaning = f"pumps and motors at {point_text(leak.at)}"
+            yield Row(f"{name}.leak", meaning, show(stated_leak(circuit), "leakage", 4), kind, f'table, C_1 and C_2; form "{leak.form}"')
     pump, motor, drum = crane.active.pump, crane.active.motor, crane.drum
     v_w = pump.D_total * pump.omega_p / motor.D_total / crane.i_hD * drum.d_max / 2
     yield Row("v_w", "wire speed, full pumps and motors", show(v_w, "speed"), kind, "paper E eq. 9 without leakage")

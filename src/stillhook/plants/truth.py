@@ -1,9 +1,9 @@
 """The truth plant: an active/passive winch with more physics than the twin's, to make logs that the twin has never seen.
 
 No full-scale log of such a crane is public. This plant stands in for the crane when `stillhook.validate` is tried. Its circuit is that of
-`stillhook.plants.active_passive` (Moslatt 2020 figure 2.1), and it differs where a real crane differs from any twin: the friction law,
-lines with two volumes each, oil that warms and cools, a wire with mass, a load cell with a filter, pumps that slow under load and answer
-late.
+`stillhook.plants.active_passive` (Moslatt 2020 figure 2.1), with laws of its own for gas, piston, leakage, wire, drum, friction and lines,
+oil that warms and cools, a load cell with a filter, pumps that slow under load and answer late. With the twin it shares the PLC's laws of
+the active drive, the servos and the valves.
 Nothing outside synthetic logs is computed with it.
 """
 
@@ -11,54 +11,67 @@ from typing import NamedTuple
 
 from stillhook.control.passive import displacement_for_weight, make_up
 from stillhook.control.plc import Drive, Memory, Plc, Sensed, cycle
-from stillhook.physics.accumulator import accumulator_pressure, piston_loss
 from stillhook.physics.drum import K_wire, wire_at_end
 from stillhook.physics.friction import bristle_update, dry_torque
-from stillhook.physics.motor import motor_leakage, motor_torque
-from stillhook.physics.pump import pump_flow, pump_leakage
+from stillhook.physics.motor import motor_torque
+from stillhook.physics.pump import pump_flow
 from stillhook.physics.scalar import clip, fmax, scalar
 from stillhook.physics.sensor import quantise
 from stillhook.physics.swash import displacement, known_displacement, pilot, swash_acceleration, swash_rate
-from stillhook.physics.valves import external_leakage, internal_leakage, relief_flow
-from stillhook.physics.wire import wire_stiffness
 from stillhook.plants.active_circuit import ActiveCircuit, out_of_boost, out_of_power, overspeed
 from stillhook.plants.active_passive import PassiveCircuit
-from stillhook.plants.hoist import Hoist, drag_loss, drum_geometry
+from stillhook.plants.hoist import Hoist
 from stillhook.plants.sensing import obeyed
-from stillhook.plants.state import Limits, Powers, Sensors, Signals, Tip
+from stillhook.plants.state import Geometry, Limits, Powers, Sensors, Signals, Tip
+from stillhook.plants.truth_drum import TrueDrum, inertia_true, wound
+from stillhook.plants.truth_gas import heating
 from stillhook.plants.truth_laws import (
     Flows,
     Lines,
     Oil,
-    Rope,
-    RopeState,
+    PassiveFlows,
     TrueFriction,
+    TruePassive,
     dry_level_true,
     line_acceleration,
     line_energy,
     moving_loss_true,
+    passive_flows,
+    two_volume_flows,
+)
+from stillhook.plants.truth_leak import TrueLeak
+from stillhook.plants.truth_rope import (
+    Rope,
+    RopeState,
+    half_inverse,
     rope_energy,
     rope_loss,
     rope_state,
-    two_volume_flows,
+    sliding,
+    stretch_under,
 )
 
 
 class Extra(NamedTuple):
-    """What the twin has not. slip part by which the pumps slow per power that they give [1/W]; late part of a PLC cycle by which the pumps'
+    """What the twin has not, or by other laws: lines, oil, friction, rope, drum, leak of the active circuit, passive circuit. slip part
+    by which the pumps slow per power that they give [1/W]; late part of a PLC cycle by which the pumps'
     servo gets a command late [-]; u_limit to which this crane's PLC holds the pump command [-]; i_tau_cell inverse of the load cell's time
-    constant [1/s]; cell_gain it shows over the true tension [-]; passive true displacement of the passive motors over nominal [-]."""
+    constant [1/s]; cell_gain it shows over the true tension [-], cell_zero beyond it [N]; dac smallest step of the PLC's outputs [-]."""
 
     lines: Lines
     oil: Oil
     friction: TrueFriction
     rope: Rope
+    drum: TrueDrum
+    leak: TrueLeak
+    passive: TruePassive
     slip: float
     late: float
     u_limit: float
     i_tau_cell: float
     cell_gain: float
-    passive: float
+    cell_zero: float
+    dac: float
 
 
 class Params(NamedTuple):
@@ -72,8 +85,10 @@ class Params(NamedTuple):
 
 class State(NamedTuple):
     """As that of the twin (`active_passive.State`); p_a, p_b are at the motors, where the transmitters sit. Beside it: p_ap, p_bp at the
-    pumps [Pa]; Q_a pumps to motors, Q_b motors to pumps [m^3/s]; s_mid, v_mid middle of the wire [m, m/s]; g dry level that lags [N m];
-    F_cell tension behind the load cell's filter [N]; T_oil oil above nominal [K] with its rate [K/s]."""
+    pumps [Pa]; Q_a pumps to motors, Q_b motors to pumps [m^3/s]; s_mid, v_mid middle of the wire [m, m/s]; y_up, y_low stretch of
+    the strands of both halves that has not slid off [m]; g dry level that lags [N m]; F_cell tension behind the load cell's filter [N];
+    T_oil
+    oil above nominal [K] with its rate [K/s]; T_gas gas of the accumulator [K]."""
 
     alpha_p: float
     alpha_p_dot: float
@@ -97,10 +112,13 @@ class State(NamedTuple):
     v_load: float
     s_mid: float
     v_mid: float
+    y_up: float
+    y_low: float
     g: float
     F_cell: float
     T_oil: float
     T_oil_dot: float
+    T_gas: float
 
 
 class Command(NamedTuple):
@@ -120,6 +138,7 @@ class Circuit(NamedTuple):
 
     q: RopeState
     f: Flows
+    o: PassiveFlows
     alpha_p: float
     alpha_m: float
     alpha_pp: float
@@ -127,17 +146,26 @@ class Circuit(NamedTuple):
     D_m: float
     D_pm: float
     Q_pp: float
-    Q_lp: float
-    Q_lp_ext: float
-    Q_relief_p: float
-    Q_o: float
-    p_o: float
-    p_hp: float
     g: float
     held: float
     g_to: float
     T_moving: float
     thin: float
+
+
+@scalar
+def _pump_flows(x, alpha_p, alpha_pp, f_pump, f_passive, p):
+    """Flows of active and passive pumps [m^3/s]; their electric motors slow by the power that both give."""
+    Q_p, Q_pp = f_pump * pump_flow(alpha_p, p.active.pumps), f_passive * pump_flow(alpha_pp, p.passive.pumps)
+    slow = 1.0 - p.extra.slip * (Q_p * (x.p_ap - x.p_bp) + Q_pp * p.passive.settings.p_set)
+    return slow * Q_p, slow * Q_pp
+
+
+@scalar
+def _passive(x, Q_pp, alpha_pp, alpha_pm, f_passive, thin, p):
+    """The passive circuit, and the displacement of its motors that work [m^3/rad]."""
+    D_pm = p.extra.passive.D_m * alpha_pm
+    return D_pm, passive_flows(Q_pp, alpha_pp, D_pm, x, f_passive, thin, p.passive.relief, p.extra.passive)
 
 
 @scalar
@@ -148,33 +176,21 @@ def circuit(x, u, geo, tip, p):
     alpha_m = displacement(x.alpha_m, A.motor_servo)
     alpha_pp = displacement(x.alpha_pp, P.pump_servo)
     alpha_pm = displacement(x.alpha_pm, P.motor_servo)
-    more, thin = 1.0 + e.oil.leak * x.T_oil, 1.0 - e.oil.thin * x.T_oil
-    p_o, p_lp = accumulator_pressure(x.V_o, P.accumulator), P.settings.p_lp
+    thin = 1.0 - e.oil.thin * x.T_oil
 
-    q = rope_state(x, geo, tip, p.hoist, e.rope)
+    q = rope_state(x, geo.lever, p.hoist.s_w_0, tip, e.rope)
 
-    Q_p, Q_pp = u.f_pump * pump_flow(alpha_p, A.pumps), u.f_passive * pump_flow(alpha_pp, P.pumps)
-    slow = 1.0 - e.slip * (Q_p * (x.p_ap - x.p_bp) + Q_pp * (p_o - p_lp))
-    Q_p, Q_pp = slow * Q_p, slow * Q_pp
-
+    Q_p, Q_pp = _pump_flows(x, alpha_p, alpha_pp, u.f_pump, u.f_passive, p)
     D_m = A.motors.count * A.motors.D_max * alpha_m
-    f = two_volume_flows(Q_p, alpha_p, D_m, x, u.f_pump, more, A)
+    f = two_volume_flows(Q_p, alpha_p, D_m, x, u.f_pump, thin, e.leak, A)
+    D_pm, o = _passive(x, Q_pp, alpha_pp, alpha_pm, u.f_passive, thin, p)
 
-    D_pm = e.passive * P.motors.count * P.motors.D_max * alpha_pm
-    C_leak = more * (u.f_passive * pump_leakage(alpha_pp, P.pumps.leak) + motor_leakage(x.omega_m, P.motors))
-    Q_lp = internal_leakage(C_leak, p_o - p_lp) + P.accumulator.C_leak * (p_o - p_lp)
-    Q_lp_ext = external_leakage(C_leak, p_o)
-    Q_relief_p = relief_flow(p_o, P.relief)
-    Q_o = Q_pp - D_pm * x.omega_m - Q_lp - Q_lp_ext - Q_relief_p
-    p_hp = p_o + piston_loss(Q_o, P.accumulator)
-
-    T_hyd = D_m * abs(x.p_a - x.p_b) + D_pm * abs(p_hp - p_lp)
+    T_hyd = D_m * abs(x.p_a - x.p_b) + D_pm * abs(o.p_hp - o.p_lp)
     g_to = dry_level_true(x.omega_m, q.F_w * geo.lever, T_hyd, e.friction)
     T_moving = moving_loss_true(x.omega_m, thin, e.friction)
     return Circuit(
-        q, f, alpha_p, alpha_m, alpha_pp, alpha_pm, D_m, D_pm, Q_pp, Q_lp, Q_lp_ext, Q_relief_p, Q_o, p_o, p_hp,
-        x.g + u.brake * p.hoist.T_brake, u.brake, g_to, T_moving, thin,
-    )  # fmt: skip
+        q, f, o, alpha_p, alpha_m, alpha_pp, alpha_pm, D_m, D_pm, Q_pp, x.g + u.brake * p.hoist.T_brake, u.brake, g_to, T_moving, thin
+    )
 
 
 @scalar
@@ -183,7 +199,7 @@ def rates(c, x, u, geo, p):
     A, P, e = p.active, p.passive, p.extra
     T = (
         motor_torque(c.D_m, x.p_a - x.p_b)
-        + motor_torque(c.D_pm, c.p_hp - P.settings.p_lp)
+        + motor_torque(c.D_pm, c.o.p_hp - c.o.p_lp)
         - c.q.F_w * geo.lever
         - c.T_moving
         - dry_torque(x.omega_m, x.z, c.g, c.held, p.hoist.bristle)
@@ -203,7 +219,7 @@ def rates(c, x, u, geo, p):
         p_bp=c.f.Q_pb * e.lines.i_C_p,
         Q_a=line_acceleration(x.p_ap, x.p_a, x.Q_a, c.thin, e.lines),
         Q_b=line_acceleration(x.p_b, x.p_bp, x.Q_b, c.thin, e.lines),
-        V_o=c.Q_o,
+        V_o=c.o.Q_o,
         omega_m=T * geo.i_J,
         s_w=-c.q.v_w,
         z=0.0,
@@ -211,10 +227,13 @@ def rates(c, x, u, geo, p):
         v_load=c.q.a_load,
         s_mid=x.v_mid,
         v_mid=c.q.a_mid,
+        y_up=sliding(x.y_up, c.q.x_up_dot, e.rope),
+        y_low=sliding(x.y_low, c.q.x_low_dot, e.rope),
         g=(c.g_to - x.g) * e.friction.i_tau,
         F_cell=(c.q.F_w - x.F_cell) * e.i_tau_cell,
         T_oil=x.T_oil_dot,
         T_oil_dot=-e.oil.omega * e.oil.omega * x.T_oil,
+        T_gas=heating(x.V_o, x.T_gas, c.o.Q_o, e.passive.acc),
     )
 
 
@@ -226,20 +245,24 @@ def bristle_after(c, x, p, tau):
 
 @scalar
 def geometry(x, p):
-    """The drum during one PLC cycle."""
-    return drum_geometry(x.s_w, p.hoist)
+    """The drum during one PLC cycle; its damping of the wire is not used."""
+    drum = p.extra.drum
+    L_left = drum.L_full - x.s_w
+    w = wound(L_left, drum)
+    return Geometry(w.layer - 1.0 + w.turn / drum.turns, w.d, 0.5 * w.d * drum.i_i, 1.0 / inertia_true(L_left, w, drum), 0.0)
 
 
 @scalar
 def _hanging(s_w, alpha_m, alpha_pm, g, tick, p):
     """The state with everything still; g dry level [N m]."""
-    A, P, e = p.active, p.passive, p.extra
-    k, W = 2.0 * wire_stiffness(s_w, p.hoist.wire), e.rope.W_mid + e.rope.W_load
-    s_mid = tick.s - W / k
-    b = A.boost.p
+    A, rope, acc = p.active, p.extra.rope, p.extra.passive.acc
+    i_L, W = half_inverse(s_w, rope), rope.W_mid + rope.W_load
+    s_mid = tick.s - stretch_under(W, i_L, rope)
+    s_load = s_mid - stretch_under(rope.W_load, i_L, rope)
+    b, oil = A.boost.p, p.extra.oil
     return State(
-        0.0, 0.0, alpha_m, 0.0, 0.0, 0.0, alpha_pm, 0.0, b, b, b, b, 0.0, 0.0, 0.5 * P.accumulator.V_stroke, 0.0, s_w, 0.0,
-        s_mid - e.rope.W_load / k, 0.0, s_mid, 0.0, g, W, e.oil.T_0, e.oil.T_1,
+        0.0, 0.0, alpha_m, 0.0, 0.0, 0.0, alpha_pm, 0.0, b, b, b, b, 0.0, 0.0, 0.5 * acc.V_stroke, 0.0, s_w, 0.0,
+        s_load, 0.0, s_mid, 0.0, 0.0, 0.0, g, W, oil.T_0, oil.T_1, acc.bank.T_w,
     )  # fmt: skip
 
 
@@ -260,7 +283,7 @@ def read(x, m, tick, geo, dp_p, p):
     A, e = p.active, p.extra
     alpha_m = known_displacement(displacement(x.alpha_m, A.motor_servo), m.u_m, A.control)
     s_w = quantise(x.s_w + tick.n_s, p.sensors.q_s)
-    F = quantise(e.cell_gain * x.F_cell + tick.n_F, p.sensors.q_F)
+    F = quantise(e.cell_gain * x.F_cell + e.cell_zero + tick.n_F, p.sensors.q_F)
     ratio = K_wire(geo.d, p.hoist.drum)
     T_passive = motor_torque(p.passive.settings.D_m_max * displacement(x.alpha_pm, p.passive.motor_servo), dp_p)
     dp_load = (F * geo.lever - T_passive) / (A.motors.count * A.motors.D_max * alpha_m)
@@ -273,25 +296,29 @@ def read(x, m, tick, geo, dp_p, p):
 def control(x, m, tick, tip, geo, p):
     """One PLC cycle: plant commands, the PLC's new memory, and the active drive's signals.
 
-    The laws are the twin's; this PLC holds the pump command within u_limit, and the pumps get it a part of a cycle late.
+    The laws of the active drive are the twin's; this PLC holds the pump command within u_limit and puts it out in steps, the pumps get it
+    a part of a cycle late, and its passive circuit works by the pressure at the transmitter.
     """
     A, P, e = p.active, p.passive, p.extra
-    p_hp, before = accumulator_pressure(x.V_o, P.accumulator), m.u_p
-    drive, m = cycle(read(x, m, tick, geo, p_hp - P.settings.p_lp, p), m, p_hp, p.plc)
+    thin, before = 1.0 - e.oil.thin * x.T_oil, m.u_p
+    alpha_pp = displacement(x.alpha_pp, P.pump_servo)
+    _, Q_pp = _pump_flows(x, displacement(x.alpha_p, A.pump_servo), alpha_pp, tick.f_pump, tick.f_passive, p)
+    _, o = _passive(x, Q_pp, alpha_pp, displacement(x.alpha_pm, P.motor_servo), tick.f_passive, thin, p)
+    drive, m = cycle(read(x, m, tick, geo, o.p_hp - P.settings.p_lp, p), m, o.p_hp, p.plc)
     drive = Drive(clip(drive.u_p, -e.u_limit, e.u_limit), drive.u_m, drive.u_ff, drive.u_raw, drive.e_c, drive.brake)
     drive = obeyed(drive, tick)
     u_m, held = pilot(drive.u_m, m.held, A.control)
-    u_pm = displacement_for_weight(m.F, geo.lever, p_hp, P.settings)
+    u_pm = displacement_for_weight(m.F, geo.lever, o.p_hp, P.settings)
     u_pp = make_up(m.p_mean, u_pm, tick.v_op / geo.lever, P.settings)
-    u_p = drive.u_p + e.late * (before - drive.u_p)
+    u_p = quantise(drive.u_p + e.late * (before - drive.u_p), e.dac)
     m = Memory(m.mode, m.datum, m.F, m.p_mean, drive.u_p, m.u_m, m.b_p, m.b_m, held, m.brake, m.idle, m.stroke)
-    return Command(u_p, u_m, u_pp, u_pm, tick.f_pump, tick.f_passive, drive.brake), m, drive
+    return Command(u_p, quantise(u_m, e.dac), u_pp, u_pm, tick.f_pump, tick.f_passive, drive.brake), m, drive
 
 
 @scalar
 def power_units(c, x, p):
     """Hydraulic power that the power units give to active and passive pumps, negative: take back [W]."""
-    return c.f.Q_p * (x.p_ap - x.p_bp) + c.Q_pp * (c.p_hp - p.passive.settings.p_lp)
+    return c.f.Q_p * (x.p_ap - x.p_bp) + c.Q_pp * (c.o.p_hp - c.o.p_lp)
 
 
 @scalar
@@ -301,7 +328,7 @@ def signals(c, x, u, m, drive, tick, geo, p):
     return Signals(
         tick.s, tick.v, tick.a, x.s_w, c.q.v_w, m.datum + tick.s - tick.s_op - x.s_w, drive.e_c,
         drive.u_p, drive.u_m, drive.u_ff, drive.u_raw, c.alpha_p, c.alpha_m, x.p_a, x.p_b, x.omega_m, c.q.F_w,
-        x.s_load, x.v_load, c.f.Q_relief_a + c.f.Q_relief_b, T_f, geo.layers, c.p_hp, c.alpha_pp, c.alpha_pm, x.V_o,
+        x.s_load, x.v_load, c.f.Q_relief_a + c.f.Q_relief_b, T_f, geo.layers, c.o.p_hp, c.alpha_pp, c.alpha_pm, x.V_o,
         u.f_pump, tick.mode, tick.v_op, power_units(c, x, p), u.brake,
     )  # fmt: skip
 
@@ -309,11 +336,10 @@ def signals(c, x, u, m, drive, tick, geo, p):
 @scalar
 def powers(c, x, tip, p):
     """Where the power comes from and where it goes [W]; see `Powers`. The lines' resistance counts as leakage."""
-    P = p.passive
-    f, dp, dp_pumps = c.f, x.p_a - x.p_b, x.p_ap - x.p_bp
+    f, o, dp, dp_pumps = c.f, c.o, x.p_a - x.p_b, x.p_ap - x.p_bp
     T_f = c.T_moving + dry_torque(x.omega_m, x.z, c.g, c.held, p.hoist.bristle)
-    dp_p = c.p_hp - P.settings.p_lp
-    Q_low = c.D_pm * x.omega_m + c.Q_lp - c.Q_pp  # into the low side, whose pressure is held
+    dp_p = o.p_hp - o.p_lp
+    Q_low = o.Q_m + o.Q_lp - c.Q_pp  # into the low side
     throttled = c.thin * p.extra.lines.R * (x.Q_a * x.Q_a + x.Q_b * x.Q_b)
     leaked = f.Q_int_p * dp_pumps + f.Q_int_m * dp + f.Q_ext_pa * x.p_ap + f.Q_ext_pb * x.p_bp + f.Q_ext_ma * x.p_a + f.Q_ext_mb * x.p_b
     return Powers(
@@ -322,12 +348,12 @@ def powers(c, x, tip, p):
         passive_pump=c.Q_pp * dp_p,
         tip=c.q.F_w * tip.v,
         friction=T_f * x.omega_m,
-        leakage=leaked + throttled + c.Q_lp * dp_p + c.Q_lp_ext * c.p_hp,
-        relief=f.Q_relief_a * x.p_ap + f.Q_relief_b * x.p_bp + c.Q_relief_p * c.p_hp,
+        leakage=leaked + throttled + o.Q_lp * dp_p + o.Q_ext * o.p_hp,
+        relief=f.Q_relief_a * x.p_ap + f.Q_relief_b * x.p_bp + o.Q_relief * o.p_hp,
         flushing=f.Q_flush_a * x.p_ap + f.Q_flush_b * x.p_bp,
-        wire=rope_loss(c.q, p.hoist.wire),
-        drag=drag_loss(x.v_load, p.hoist.load),
-        passive=c.Q_o * c.p_hp + P.settings.p_lp * Q_low,
+        wire=rope_loss(c.q, x, p.extra.rope),
+        drag=c.q.P_drag,
+        passive=o.Q_o * o.p_hp + o.p_lp * Q_low,
     )
 
 
@@ -341,7 +367,7 @@ def stored_energy(c, x, geo, p):
 def limits(c, x, u, p):
     """Which limits are passed now; see `Limits`."""
     too_fast = fmax(overspeed(c.alpha_m, x.omega_m, p.active), overspeed(c.alpha_pm, x.omega_m, p.passive))
-    at_end = 1.0 if x.V_o <= 0.0 or x.V_o >= p.passive.accumulator.V_stroke else 0.0
-    relief_p = 1.0 if c.Q_relief_p > 0.0 else 0.0
+    at_end = 1.0 if x.V_o <= 0.0 or x.V_o >= p.extra.passive.acc.V_stroke else 0.0
+    relief_p = 1.0 if c.o.Q_relief > 0.0 else 0.0
     power = out_of_power(power_units(c, x, p), u.f_pump, p.plc, p.active)
     return Limits(too_fast, at_end, relief_p, wire_at_end(x.s_w, p.hoist.drum), power, out_of_boost(c.f, p.active))

@@ -1,16 +1,15 @@
-"""Laws of the truth plant where it differs from the twin: two-volume lines, wire with mass, friction, oil temperature.
+"""Laws of the truth plant where it differs from the twin: two-volume lines, friction, oil temperature, passive circuit.
 
-No printed source gives their numbers: all are assumed (see `stillhook.engine.truth`). Signs and units as in the twin.
+Wire, drum, leakage and gas have modules of their own. No printed source gives their numbers: all are assumed (see
+`stillhook.engine.truth`). Signs and units as in the twin.
 """
 
 from typing import NamedTuple
 
-from stillhook.physics.load import drag_force
-from stillhook.physics.motor import motor_leakage
-from stillhook.physics.pump import pump_leakage
-from stillhook.physics.scalar import exp, fmax, scalar, sqrt
-from stillhook.physics.valves import boost_flows, external_leakage, flushing_flow, internal_leakage, relief_flow
-from stillhook.physics.wire import wire_stiffness
+from stillhook.physics.scalar import exp, scalar, sqrt
+from stillhook.physics.valves import boost_flows, flushing_flow, relief_flow
+from stillhook.plants.truth_gas import TrueAccumulator, piston_friction, standing_pressure
+from stillhook.plants.truth_leak import TrueLeak, gap_motor, gap_pump, leak_across, leak_to_case
 
 OMEGA_TURN = 1.0
 """Motor speed over which the friction's unevenness changes its side [rad/s]."""
@@ -27,13 +26,12 @@ class Lines(NamedTuple):
 
 
 class Oil(NamedTuple):
-    """Slow swing of the oil's temperature about nominal: omega [rad/s]; T_0 [K], T_1 [K/s] at the start of a run; leak rise of leakage,
-    thin fall of viscous losses, each per kelvin [1/K]."""
+    """Slow swing of the oil's temperature about nominal: omega [rad/s]; T_0 [K], T_1 [K/s] at the start of a run; thin fall of the
+    viscosity per kelvin, on which gaps and viscous losses depend [1/K]."""
 
     omega: float
     T_0: float
     T_1: float
-    leak: float
     thin: float
 
 
@@ -53,35 +51,6 @@ class TrueFriction(NamedTuple):
     viscous: float
     turbulent: float
     i_tau: float
-
-
-class Rope(NamedTuple):
-    """Wire in two springs with a mass in the middle: c damping of each half [N s/m]; middle and load: W weight [N], m mass [kg],
-    i_m inverse mass [1/kg]."""
-
-    c: float
-    W_mid: float
-    m_mid: float
-    i_m_mid: float
-    W_load: float
-    m_load: float
-    i_m_load: float
-
-
-class RopeState(NamedTuple):
-    """v_w [m/s]; k of each half [N/m]; upper and lower half: x stretch [m], x_dot [m/s], F tension [N] (F_w upper: what winch and load
-    cell feel); accelerations of middle and load, up positive [m/s^2]."""
-
-    v_w: float
-    k: float
-    x_up: float
-    x_up_dot: float
-    F_w: float
-    x_low: float
-    x_low_dot: float
-    F_low: float
-    a_mid: float
-    a_load: float
 
 
 class Flows(NamedTuple):
@@ -131,57 +100,18 @@ def moving_loss_true(omega_m, thin, f):
 
 
 @scalar
-def rope_state(x, geo, tip, h, rope):
-    """Wire and load at an instant; x State, tip s, v up positive. The middle lies where half of the wire out is above it, so that the
-    wire paid out goes to the upper half. Each half has twice the stiffness of the whole wire."""
-    v_w = x.omega_m * geo.lever
-    k = 2.0 * wire_stiffness(x.s_w, h.wire)
-    x_up, x_up_dot = tip.s - (x.s_w - h.s_w_0) - x.s_mid, tip.v + v_w - x.v_mid
-    x_low, x_low_dot = x.s_mid - x.s_load, x.v_mid - x.v_load
-    F_w = fmax(k * x_up + rope.c * x_up_dot, 0.0)
-    F_low = fmax(k * x_low + rope.c * x_low_dot, 0.0)
-    a_mid = (F_w - F_low - rope.W_mid) * rope.i_m_mid
-    a_load = (F_low - rope.W_load + drag_force(x.v_load, h.load)) * rope.i_m_load
-    return RopeState(v_w, k, x_up, x_up_dot, F_w, x_low, x_low_dot, F_low, a_mid, a_load)
-
-
-@scalar
-def _half_loss(F, x, x_dot, k, i_L, v_w):
-    """Power that stays in one half of the wire [W]: damping, plus the strain that wire carries along as it leaves the drum."""
-    taut = 1.0 if F > 0.0 else 0.0
-    return (F - taut * k * x) * x_dot - taut * 0.5 * k * x * x * i_L * v_w
-
-
-@scalar
-def rope_loss(q, wire):
-    """Power that stays in the wire [W]; q.k / (2 EA) is the inverse of its length."""
-    i_L = 0.5 * q.k / wire.EA
-    return _half_loss(q.F_w, q.x_up, q.x_up_dot, q.k, i_L, q.v_w) + _half_loss(q.F_low, q.x_low, q.x_low_dot, q.k, i_L, q.v_w)
-
-
-@scalar
-def rope_energy(x, q, rope):
-    """Energy in the wire, its mass and the load [J]."""
-    x_up = q.x_up if q.F_w > 0.0 else 0.0
-    x_low = q.x_low if q.F_low > 0.0 else 0.0
-    elastic = 0.5 * q.k * (x_up * x_up + x_low * x_low)
-    moving = 0.5 * (rope.m_mid * x.v_mid * x.v_mid + rope.m_load * x.v_load * x.v_load)
-    return elastic + moving + rope.W_mid * x.s_mid + rope.W_load * x.s_load
-
-
-@scalar
-def two_volume_flows(Q_p, alpha_p, D_m, x, f_pump, more, A):
-    """All flows of the active circuit; Q_p that of the pumps [m^3/s], x State, f_pump share of the pumps that run, more leakage over
-    nominal [-], A ActiveCircuit.
+def two_volume_flows(Q_p, alpha_p, D_m, x, f_pump, thin, leak, A):
+    """All flows of the active circuit; Q_p that of the pumps [m^3/s], x State, f_pump share of the pumps that run, thin viscosity over
+    nominal [-], leak TrueLeak, A ActiveCircuit.
 
     Differs from the twin: pump end and motor end of each line are volumes of their own; pumps, boost, relief and flushing sit at the one,
-    motors at the other, and each unit leaks by the pressures at its own ports.
+    motors at the other, and each unit leaks by the pressures at its own ports and by a law of its own.
     """
-    C_p, C_m = more * f_pump * pump_leakage(alpha_p, A.pumps.leak), more * motor_leakage(x.omega_m, A.motors)
+    C_p, C_m = f_pump * gap_pump(alpha_p, leak), gap_motor(x.omega_m, leak)
     Q_m = D_m * x.omega_m
-    Q_int_p, Q_int_m = internal_leakage(C_p, x.p_ap - x.p_bp), internal_leakage(C_m, x.p_a - x.p_b)
-    Q_ext_pa, Q_ext_pb = external_leakage(C_p, x.p_ap), external_leakage(C_p, x.p_bp)
-    Q_ext_ma, Q_ext_mb = external_leakage(C_m, x.p_a), external_leakage(C_m, x.p_b)
+    Q_int_p, Q_int_m = leak_across(C_p, x.p_ap - x.p_bp, thin, leak), leak_across(C_m, x.p_a - x.p_b, thin, leak)
+    Q_ext_pa, Q_ext_pb = leak_to_case(C_p, x.p_ap, thin, leak), leak_to_case(C_p, x.p_bp, thin, leak)
+    Q_ext_ma, Q_ext_mb = leak_to_case(C_m, x.p_a, thin, leak), leak_to_case(C_m, x.p_b, thin, leak)
     Q_boost_a, Q_boost_b = boost_flows(x.p_ap, x.p_bp, A.boost)
     Q_relief_a, Q_relief_b = relief_flow(x.p_ap, A.relief), relief_flow(x.p_bp, A.relief)
     Q_flush_a, Q_flush_b = flushing_flow(x.p_ap, x.p_bp, A.flushing), flushing_flow(x.p_bp, x.p_ap, A.flushing)
@@ -206,3 +136,43 @@ def line_energy(x, lines):
     """Energy of the oil in both lines, squeezed and moving [J]."""
     ends = (x.p_ap * x.p_ap + x.p_bp * x.p_bp) / lines.i_C_p + (x.p_a * x.p_a + x.p_b * x.p_b) / lines.i_C_m
     return 0.5 * (ends + (x.Q_a * x.Q_a + x.Q_b * x.Q_b) / lines.i_I)
+
+
+class TruePassive(NamedTuple):
+    """Passive circuit: acc TrueAccumulator; leak TrueLeak of its pumps and motors; D_m all motors that work [m^3/rad]; p_lp low side at
+    rest [Pa], R_lp its rise with the flow into it [Pa s/m^3]."""
+
+    acc: TrueAccumulator
+    leak: TrueLeak
+    D_m: float
+    p_lp: float
+    R_lp: float
+
+
+class PassiveFlows(NamedTuple):
+    """Flows [m^3/s]: Q_m motors out of the high side; Q_lp leak to the low side, Q_ext to the housings; Q_relief; Q_o into the accumulator.
+    Pressures [Pa]: p_o behind the standing piston, p_hp behind the moving one, where the transmitter sits, p_lp low side."""
+
+    Q_m: float
+    Q_lp: float
+    Q_ext: float
+    Q_relief: float
+    Q_o: float
+    p_o: float
+    p_hp: float
+    p_lp: float
+
+
+@scalar
+def passive_flows(Q_pp, alpha_pp, D_pm, x, f_passive, thin, relief, P):
+    """The passive circuit at an instant; Q_pp flow of its pumps [m^3/s], alpha_pp their stroke [-], D_pm displacement of the motors that
+    work [m^3/rad], f_passive share of the pumps that run [-], thin viscosity over nominal [-], relief Relief, P TruePassive."""
+    Q_m = D_pm * x.omega_m
+    p_o = standing_pressure(x.V_o, x.T_gas, P.acc)
+    p_lp = P.p_lp + P.R_lp * (Q_m - Q_pp)
+    C = f_passive * gap_pump(alpha_pp, P.leak) + gap_motor(x.omega_m, P.leak)
+    Q_lp = leak_across(C, p_o - p_lp, thin, P.leak) + P.acc.C_leak * (p_o - p_lp)
+    Q_ext = leak_to_case(C, p_o, thin, P.leak)
+    Q_relief = relief_flow(p_o, relief)
+    Q_o = Q_pp - Q_m - Q_lp - Q_ext - Q_relief
+    return PassiveFlows(Q_m, Q_lp, Q_ext, Q_relief, Q_o, p_o, p_o + piston_friction(Q_o, P.acc), p_lp)

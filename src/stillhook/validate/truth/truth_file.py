@@ -5,10 +5,11 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator
 
-from stillhook.engine.pack import pump_leak
 from stillhook.engine.truth import numbers
+from stillhook.engine.truth_circuits import M_N2, active_leak, gas_bank, working
 from stillhook.engine.truth_friction import true_friction
 from stillhook.physics.line import capacitance
+from stillhook.plants.truth_leak import gap_motor, gap_pump
 from stillhook.validate.truth.plan import Plan
 from stillhook.validate.truth.scatter import Setting
 
@@ -36,8 +37,13 @@ def _follows(plan: Plan, made: Setting) -> Iterator[str]:
     a, truth, law = plan.crane.active, made.truth, true_friction(plan.crane, made.truth)
     yield "\n[follows]"
     yield f"C_h = {truth.capacitance * capacitance(a.line.V, a.line.bulk_modulus)!r}  # m^3/Pa, each line"
-    yield f"leakage_at_20_percent = {truth.leakage * (pump_leak(a.pump).C_20 + a.motor.count * a.motor.C_1)!r}  # m^3/s/Pa, winch at rest"
+    leak, at = active_leak(plan.crane, truth), working(plan.crane)
+    C = float(gap_pump(at.stroke, leak) + gap_motor(at.speed, leak))
+    yield f"leakage = {C!r}  # m^3/s/Pa, at {at.stroke!r} of the pumps' stroke, motors at {at.speed!r} rad/s, {at.pressure!r} Pa"
     yield f"J_m_eff = {truth.inertia * plan.crane.inertia.J_m_eff!r}  # kg m^2, full drum"
+    bank = gas_bank(plan.crane, truth)
+    yield f"gas_volume = {bank.V_mid!r}  # m^3, with the piston at mid stroke"
+    yield f"gas_mass = {bank.n * M_N2!r}  # kg"
     yield f"friction_mean = {law.mean_truth!r}  # N m, over the loads and speeds of the tests"
     yield f"friction_mean_of_twin = {law.mean_twin!r}  # N m"
     yield f"friction_difference = {law.difference!r}  # rms of the relative difference in shape"
@@ -52,5 +58,8 @@ def _log(made: Setting) -> Iterator[str]:
     yield f"swapped = {str(f.swapped > 0.0).lower()}"
     yield f"gap = {f.gap!r}  # s, in the middle of the longest log"
     yield f"cell_unit = {f.cell_unit!r}"
+    yield f"zero_a = {f.zero_a!r}  # Pa"
     yield "\n[log.gain]"
     yield from (f"{name} = {c.gain!r}" for name, c in made.calibration.items())
+    yield "\n[log.drift]"
+    yield from (f"{name} = {{ size = {d.size!r}, period = {d.period!r}, phase = {d.phase!r} }}" for name, d in made.drift.items())

@@ -88,7 +88,9 @@ def write_campaign(
     _check(plan, seed, named, size)
     check_campaign_folder(folder)
     check_folder(folder, (CRANE_FILE,))
-    made = setting(seed, apart=apart)
+    assert plan.crane.passive is not None
+    counts = {"motors": plan.crane.active.motor.count, "passive_motors": plan.crane.passive.motor.count}
+    made = setting(seed, apart=apart, **counts)
     if named is not None:
         made = with_defect(made, plan.crane, named, size)
     sensors = ahc_sensors(plan.crane, motor_speed_max(plan.crane, plan.crane.active.motor.alpha_min), made.calibration)
@@ -136,7 +138,8 @@ def _test(plan: Plan, i: int, seed: int, made: Setting, sensors: Sensors, path: 
     case = case_of(test, i, seed, made)
     run = simulate_truth(plan.crane, case, made.truth, progress=progress)
     rng = np.random.default_rng([seed, i, 2])
-    signals = _as_logged(plan.crane, case, run, made, sensors, rng)
+    begins = sum(t.duration for t in plan.tests[:i])
+    signals = _as_logged(plan.crane, case, run, made, sensors, begins, rng)
     time = np.round(made.clock.stamps(run["time"].values, rng), 4)
     lost = made.faults.gap if test is max(plan.tests, key=lambda t: t.duration) else 0.0
     keep = abs(time - 0.5 * test.duration) >= 0.5 * lost
@@ -145,14 +148,19 @@ def _test(plan: Plan, i: int, seed: int, made: Setting, sensors: Sensors, path: 
     return [] if status == "ok" else [f'test "{test.name}": went beyond limits: {status}']
 
 
-def _as_logged(crane: Crane, case: Scenario, run: Any, made: Setting, sensors: Sensors, rng: np.random.Generator) -> dict[str, FloatArray]:
-    """What the log holds of every signal [SI]. The tip is what the PLC got, encoder and load cell carry the noise that it saw."""
+def _as_logged(
+    crane: Crane, case: Scenario, run: Any, made: Setting, sensors: Sensors, begins: float, rng: np.random.Generator
+) -> dict[str, FloatArray]:
+    """What the log holds of every signal [SI]; begins time since the campaign began [s]. The tip is what the PLC got, encoder and load
+    cell carry the noise that it saw."""
     t_cycle, faults = crane.control.t_cycle, made.faults
     rows = Drive(crane, case).rows(0, run.sizes["time"])
     seen = {field: rows[:, i] for i, field in enumerate(Tick._fields)}
     truth = {c.name: run[c.name].values for c in AHC_COLUMNS} | {name: seen[column] for name, column in READ.items()}
     truth["s_w"] = truth["s_w"] + seen["n_s"]
-    truth["F_w"] = made.truth.cell_gain * filtered(truth["F_w"], t_cycle / made.truth.tau_cell) + seen["n_F"]
+    truth["F_w"] = made.truth.cell_gain * filtered(truth["F_w"], t_cycle / made.truth.tau_cell) + made.truth.cell_zero + seen["n_F"]
+    truth |= {name: truth[name] + drift.at(begins + run["time"].values) for name, drift in made.drift.items()}
+    truth["p_a"] = truth["p_a"] + faults.zero_a
     out = {c.name: logged(truth[c.name], sensors[c.name], t_cycle, rng) for c in AHC_COLUMNS}
     out["F_w"] = out["F_w"] / faults.cell_unit
     if faults.swapped > 0.0:
