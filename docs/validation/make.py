@@ -18,6 +18,7 @@ CASES = (
     "controllers_at_their_best",
     "feedforward_gains",
     "frequency_road",
+    "friction_coverage",
     "hull_convergence",
     "offshore_100t",
     "offshore_200t",

@@ -8,10 +8,11 @@ from typing import Any
 
 import numpy as np
 from blocks import claims_table, table
+from detection_limits import limits
 from truth_trials import APART, DEFECT_SEEDS, SEEDS, Trial, kept
 
 from stillhook.validate.truth import Defect
-from stillhook.validate.truth.defects import told
+from stillhook.validate.truth.defects import DEFECTS, told
 
 PAGE = "truth-defects.md"
 MOST_FALSE = 5
@@ -19,6 +20,10 @@ MOST_FALSE = 5
 PAPER_MEAN, PAPER_S = 0.033, 0.015  # m, paper F
 TUNED = {"C_h": ("capacitance", "capacitance"), "C_leak": ("leakage", "leakage"), "J_m_eff": ("inertia", "inertia")}
 """Name of a tuned number -> what it is, and its place in the truth (each as a multiple of the twin's)."""
+LEAST_HELD, MOST_HELD = 0.90, 0.98
+"""Between what shares of the 95 % intervals must hold the true value."""
+FEWEST = 50
+"""Intervals below which a share says little."""
 CLOSE = 0.05
 NAMES: Mapping[Defect, tuple[str, ...]] = {
     Defect.LEAKAGE: ("leak",),
@@ -33,6 +38,17 @@ NAMES: Mapping[Defect, tuple[str, ...]] = {
     Defect.SATURATION: ("commands stop at", "holds the pump command"),
     Defect.GAP: ("gap", "no samples", "missing"),
     Defect.LOAD_CELL: ("the column is in",),
+    Defect.PRECHARGE: ("precharge",),
+    Defect.GAS_VOLUME: ("gas volume", "volume of gas", "m^3 of gas"),
+    Defect.PASSIVE_MOTORS: ("passive motors", "dead"),
+    Defect.MOTOR_COUNT: ("passive motors", "number of motors"),
+    Defect.ACTIVE_COUNT: ("active motors", "displacement", "number of motors", "motor flow"),
+    Defect.SENSOR_A: ("transmitter", "p_a", "pressures A and B"),
+    Defect.LEAK_CONSTANT: ("leak",),
+    Defect.LEAK_STROKE: ("leak",),
+    Defect.LEAK_SPEED: ("leak",),
+    Defect.DISPLACEMENT: ("displacement", "motor flow"),
+    Defect.BOOST: ("boost",),
 }
 """Words of which one must stand in a line or statement that names the defect."""
 LONGEST = 200
@@ -128,6 +144,34 @@ def tuned_rows(groups: Mapping[str, list[dict[str, Any]]]) -> Iterator[tuple[str
             yield label, what, spread, f"{close} of {len(rows)}", f"{inside} of {len(rows)}"
 
 
+def covered(found: list[dict[str, Any]]) -> dict[str, list[tuple[bool, float]]]:
+    """For each interval that is printed and whose true value is known: whether it holds it, and half of its width [SI]."""
+    out: dict[str, list[tuple[bool, float]]] = {}
+    for one in found:
+        for name, _, true, _, low, high in one.get("measured", ()):
+            out.setdefault(name, []).append((low <= true <= high, 0.5 * (high - low)))
+        for name, (_, where) in TUNED.items():
+            factor, low, high = one.get("tuned", {}).get(name, (None, None, None))
+            if None not in (factor, low, high):
+                out.setdefault(f"tuned {name}", []).append((low <= one["truth"][where] <= high, 0.5 * (high - low)))
+    return out
+
+
+def coverage_rows(found: list[dict[str, Any]]) -> Iterator[tuple[str, ...]]:
+    for name, held in sorted(covered(found).items()):
+        share, n = sum(inside for inside, _ in held) / len(held), len(held)
+        width = float(np.median([half for _, half in held]))
+        judged = "few" if n < FEWEST else "yes" if LEAST_HELD <= share <= MOST_HELD else "too narrow" if share < LEAST_HELD else "wide"
+        yield f"`{name}`", f"{100.0 * share:.0f} % of {n}", f"{width:.2g}", judged
+
+
+def limit_rows(outcomes: Mapping[str, Any]) -> Iterator[tuple[str, ...]]:
+    for limit in limits(outcomes):
+        seen = limit.smallest_text if limit.smallest is not None else f"not detectable up to: {limit.largest_text}"
+        sizes = [f"{x:.3g}" for x in DEFECTS[Defect(limit.defect)].ladder]
+        yield f"`{limit.defect}`", seen, ", ".join(sizes).replace("-", "−"), str(limit.campaigns)
+
+
 def computed_by(outcomes: Mapping[str, Any]) -> str:
     states = len({one["code"] for one in outcomes.values()})
     again = "`python docs/validation/truth_trials.py --new` computes them by the present one"
@@ -144,7 +188,8 @@ def compute() -> tuple[dict[str, str], None]:
     few = "not run yet" if not right else "reproduced" if false * 100 <= MOST_FALSE * len(right) else "too many"
     tuned = list(tuned_rows({"well matched": right, "10 to 30 % apart": apart}))
     claims = {
-        "defects turned down or named": ("12 of 12", f"{good} of {all_}", whole),
+        "defects turned down or named": (f"{len(Defect)} of {len(Defect)}", f"{good} of {all_}", whole),
+        "intervals that hold the true value, of each printed figure": ("90 to 98 %", *held_of(right)),
         "well-matched twins turned down": (f"at most {MOST_FALSE} of 100", f"{false} of {len(right)}", few),
         "mean deviation of the 30 s peak-to-peak error (paper F: the real crane)": ("3.3 cm", *range_of(mean, PAPER_MEAN)),
         "its standard deviation": ("1.5 cm", *range_of(s, PAPER_S)),
@@ -153,9 +198,22 @@ def compute() -> tuple[dict[str, str], None]:
         "claims": claims_table(claims),
         "code": computed_by(outcomes),
         "defects": table(("defect", "turned down", "lines (in how many, where not in all)", "named by"), defect_rows(outcomes)),
+        "limits": table(("defect", "detected from", "sizes tried", "campaigns each"), limit_rows(outcomes)),
+        "coverage": table(("figure", "95 % intervals with the truth", "half width, median [SI]", "90 to 98 %"), coverage_rows(right)),
         "false-alarms": f"{false} of {len(right)} are turned down, by\n\n" + table(("line", "campaigns"), false_rows(right)),
         "tuned": table(("twin", "number", "tuned over true, less 1: median (range)", "within 5 %", "interval holds the truth"), tuned),
     }, None
+
+
+def held_of(found: list[dict[str, Any]]) -> tuple[str, str]:
+    """Smallest and largest share of intervals that hold the true value, over all figures with enough of them; and the verdict."""
+    shares = [sum(inside for inside, _ in held) / len(held) for held in covered(found).values() if len(held) >= FEWEST]
+    if not shares:
+        return "", "not run yet"
+    span = f"{100.0 * min(shares):.0f} to {100.0 * max(shares):.0f} %"
+    narrow, wide = sum(x < LEAST_HELD for x in shares), sum(x > MOST_HELD for x in shares)
+    said = [f"{narrow} of {len(shares)} too narrow"] * bool(narrow) + [f"{wide} of {len(shares)} wider than needed"] * bool(wide)
+    return span, ", ".join(said) or "reproduced"
 
 
 def draw(_: None) -> None:

@@ -1,27 +1,55 @@
-"""Campaigns of a known truth through `stillhook validate`, kept in truth-trials.json: half an hour's work that the page is made from.
+"""Campaigns of a known truth through `stillhook validate`, kept in truth-trials.json: an hour's work that the page is made from.
 
     python docs/validation/truth_trials.py            run what is not in the file yet
     python docs/validation/truth_trials.py 20         run no more than the next 20 of them
     python docs/validation/truth_trials.py --new      run also what was computed by other code
+    python docs/validation/truth_trials.py precharge  run those of this defect alone ("none": without a defect, "apart")
+
+It may be stopped at any time: what is done is in the file. Then `python docs/validation/detection_limits.py` writes the table that
+certificates print, and `python docs/validation/make.py truth_defects` the page.
 """
 
 from __future__ import annotations
 
+import datetime
+import functools
 import json
 import sys
+import time
 import tomllib
-from collections.abc import Iterator, Mapping
-from concurrent.futures import ProcessPoolExecutor
+from collections.abc import Callable, Iterator, Mapping
+from concurrent.futures import ProcessPoolExecutor, as_completed
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, NamedTuple
 
+import numpy as np
+
+from stillhook.engine.pack import drum_record
+from stillhook.engine.truth import Truth
+from stillhook.engine.truth_circuits import leak_over_twin
+from stillhook.engine.truth_friction import true_friction
 from stillhook.errors import StillhookError
+from stillhook.library import load_crane
+from stillhook.library.leakage import Point
+from stillhook.physics.drum import layer_diameter, layers_filled
+from stillhook.physics.scalar import G
+from stillhook.plants.truth_drum import TrueDrum, wound
 from stillhook.validate import validate
-from stillhook.validate.certificate_content import versions
-from stillhook.validate.lines import StepNumber
+from stillhook.validate.campaign import Kind, load_campaign
+from stillhook.validate.certificate_content import method_hash, versions
+from stillhook.validate.detection import LIMITS_FILE
+from stillhook.validate.dynamics import DynamicsStep
+from stillhook.validate.implied_friction import States, slope_beside
+from stillhook.validate.implied_parts import Part, by_test, parts_of
+from stillhook.validate.implied_regression import FloatArray
+from stillhook.validate.lines import Measure, StepNumber, Verdict
+from stillhook.validate.parameters import ParametersStep
+from stillhook.validate.reading import read_records
 from stillhook.validate.report_texts import found_on_the_way
-from stillhook.validate.truth import Defect, write_campaign
+from stillhook.validate.truth import Defect, sea_trials, write_campaign
+from stillhook.validate.truth.defects import DEFECTS
+from stillhook.validate.truth.scatter import STATED_DELAY
 from stillhook.validate.validation import Validation
 
 STORE = Path(__file__).resolve().parent / "truth-trials.json"
@@ -32,18 +60,32 @@ DIGITS = 4
 WORKERS = 2
 FIGURES = ("2b", "2b-s")
 """Lines whose value and interval are kept."""
+PASSIVE = 6
+SEEN_BY: Mapping[Defect, tuple[int, ...]] = {
+    Defect.LEAKAGE: (1, 4), Defect.FRICTION: (1,), Defect.LAYER: (1,), Defect.GEAR: (1,), Defect.PRESSURE_LINES: (0,),
+    Defect.MRU_DELAY: (1,),
+    Defect.MOTOR_OFFSET: (1,), Defect.K_1: (2,), Defect.CLOCK: (1,), Defect.SATURATION: (2, 3), Defect.GAP: (0,), Defect.LOAD_CELL: (1,),
+    Defect.PRECHARGE: (1, PASSIVE), Defect.GAS_VOLUME: (1, PASSIVE), Defect.PASSIVE_MOTORS: (1, PASSIVE), Defect.MOTOR_COUNT: (1, PASSIVE),
+    Defect.ACTIVE_COUNT: (1, 2), Defect.SENSOR_A: (1,), Defect.LEAK_CONSTANT: (1, 4), Defect.LEAK_STROKE: (1, 4), Defect.LEAK_SPEED: (1, 4),
+    Defect.DISPLACEMENT: (1, 3), Defect.BOOST: (1,),
+}  # fmt: skip
+"""Steps that are taken where a defect has not its usual size: those that are made to see it. What another step would see besides is not
+counted there, so a limit may come out too large, never too small."""
 
 
 class Trial(NamedTuple):
-    """One campaign: seed; defect, "" for none; apart: capacitance, leakage and inertia 10 to 30 % off."""
+    """One campaign: seed; defect, "" for none; apart: capacitance, leakage and inertia 10 to 30 % off; size of the defect, None for the
+    usual one."""
 
     seed: int
     defect: str = ""
     apart: bool = False
+    size: float | None = None
 
     @property
     def key(self) -> str:
-        return "-".join([self.defect or ("apart" if self.apart else "none"), str(self.seed)])
+        name = self.defect or ("apart" if self.apart else "none")
+        return "-".join([name if self.size is None else f"{name}@{self.size:.4g}", str(self.seed)])
 
 
 def trials() -> Iterator[Trial]:
@@ -52,32 +94,152 @@ def trials() -> Iterator[Trial]:
     yield from (Trial(seed) for seed in SEEDS[:10])
     yield from (Trial(seed, apart=True) for seed in APART[:4])
     yield from (Trial(seed, defect.value) for seed in DEFECT_SEEDS[1:] for defect in Defect)
-    yield from (Trial(seed) for seed in SEEDS[10:])
+    yield from (Trial(seed) for seed in SEEDS[10:50])
+    yield from (t for defect in Defect for t in rungs(defect))
+    yield from (Trial(seed) for seed in SEEDS[50:])
     yield from (Trial(seed, apart=True) for seed in APART[4:])
+
+
+def rungs(defect: Defect) -> Iterator[Trial]:
+    """Campaigns of a defect at the sizes of its ladder beside its usual one."""
+    change = DEFECTS[defect]
+    yield from (Trial(seed, defect.value, size=x) for x in change.ladder if x != change.size for seed in DEFECT_SEEDS)
 
 
 def outcome(trial: Trial) -> dict[str, Any]:
     """What validation says of a campaign, short enough for a file; figures in SI."""
     with TemporaryDirectory() as folder:
         defect = Defect(trial.defect) if trial.defect else None
-        written = write_campaign(Path(folder) / "tests", seed=trial.seed, defect=defect, apart=trial.apart)
-        truth = tomllib.loads(written.truth.read_text(encoding="utf-8"))["crane"]
-        known = {n: _short(truth[n]["value"]) for n in ("capacitance", "leakage", "inertia")}
+        written = write_campaign(Path(folder) / "tests", seed=trial.seed, defect=defect, size=trial.size, apart=trial.apart, threads=1)
+        truth = tomllib.loads(written.truth.read_text(encoding="utf-8"))
+        known = {n: _short(truth["crane"][n]["value"]) for n in ("capacitance", "leakage", "inertia")}
+        steps = None if trial.size is None or defect is None else [int(n) for n in StepNumber if n in SEEN_BY[defect]]
         try:
-            found = validate(written.campaign)
-            told = list(dict.fromkeys(t for step in found.steps for t in step.statements)) + found_on_the_way(found)
-            return {"truth": known, **_found(found), **({"statements": told} if defect and found.passed else {})}
+            found = validate(written.campaign, steps=steps)
         except StillhookError as refused:
             return {"truth": known, "refused": str(refused).replace(folder, "")}
+        if (more := _leak(truth, _leak_points(found).get("C_leak_error"))) is not None:
+            known["leakage"] = _short(1.0 + more)  # over the twin's at the point of which step 4 speaks, not on the mean of the tests
+        named = list(dict.fromkeys(t for step in found.steps for t in step.statements)) + found_on_the_way(found)
+        statements = {"statements": named} if defect and not any(line.failed for line in found.lines) else {}
+        measured = {} if defect else {"measured": list(against(found, truth, written.campaign))}
+        return {"truth": known, **_found(found), **statements, **measured}
+
+
+def against(found: Validation, truth: Mapping[str, Any], campaign: Path) -> Iterator[list[Any]]:
+    """Every measure with an interval whose true value is known: name, test, true, value, low, high [SI]. campaign: its file."""
+    points = _leak_points(found)
+    friction = functools.cache(lambda: friction_at(campaign, truth))
+    for step in found.steps:
+        for m in step.measures:
+            if None in (m.value, m.low, m.high):
+                continue
+            if m.name == "friction_error":
+                true = friction()
+            elif m.name in points:
+                true = _leak(truth, points[m.name])
+            else:
+                true = TRUE[m.name](truth, m) if m.name in TRUE else None
+            if true is not None:
+                yield [m.name, m.test, *(_short(x) for x in (true, m.value, m.low, m.high))]
+
+
+def _crane(truth: Mapping[str, Any], name: str) -> float:
+    return float(truth["crane"][name]["value"])
+
+
+def _leak_points(found: Validation) -> dict[str, Point]:
+    """Point of which each measure of the leakage speaks: the crane file's, or the working point of the data."""
+    out: dict[str, Point | None] = {}
+    for step in found.steps:
+        if isinstance(step, ParametersStep) and step.implied is not None and step.implied.balance is not None:
+            leak = step.implied.balance.leak
+            out |= {"leakage_error": leak.judged_at, "leakage_here_error": leak.at}
+        if isinstance(step, DynamicsStep):
+            out["C_leak_error"] = step.leak_at
+    return {name: at for name, at in out.items() if at is not None}
+
+
+def _leak(truth: Mapping[str, Any], at: Point | None) -> float | None:
+    """What the truth leaks more than the twin at a point, part of the twin's."""
+    if at is None or at.p is None:
+        return None
+    own = Truth(**{name: float(x["value"]) for name, x in truth["crane"].items()})
+    return leak_over_twin(load_crane("nov-250t"), own, at) - 1.0
+
+
+def _lever(truth: Mapping[str, Any], m: Measure) -> float | None:
+    """Wire per turn over the twin's, less 1, where a test begins; None where the wire crosses to another layer within some turns."""
+    test = next((t for t in sea_trials().tests if t.name == m.test.removeprefix("test ")), None)
+    if test is None or test.kind is not Kind.AHC:
+        return None
+    d, gear = drum_record(load_crane("nov-250t")), _crane(truth, "gear")
+    pitch, L_full = (1.0 - _crane(truth, "wire_pressed")) * d.d_wire, d.L_full - _crane(truth, "wire_short")
+    own = TrueDrum(d.d, pitch, d.turns, L_full, 0.0, 0.0, 0.0, 1.0)
+    w = wound(own.L_full - test.s_w, own)
+    if min(w.turn, own.turns - w.turn) < NEAR:
+        return None
+    return float(w.d / layer_diameter(layers_filled(d.L_full - test.s_w, d), d)) / gear - 1.0
+
+
+def _cell(truth: Mapping[str, Any], m: Measure) -> float | None:
+    """What the load cell shows too much of the winch load of a test."""
+    test = next((t for t in sea_trials().tests if t.name == m.test.removeprefix("test ")), None)
+    if test is None or test.kind is not Kind.AHC:
+        return None
+    crane, water = load_crane("nov-250t"), test.water
+    W = (test.load + crane.hook_mass - (0.0 if water is None else 1025.0 * water.volume)) * G
+    return _crane(truth, "cell_gain") - 1.0 + _crane(truth, "cell_zero") / W
+
+
+NEAR = 1.0
+"""Turns from the end of a layer within which wire per turn has no one value."""
+TRUE: Mapping[str, Callable[[Mapping[str, Any], Measure], float | None]] = {
+    "clock_error": lambda t, _: float(t["log"]["clock_drift"]),
+    "tip_delay_error": lambda t, _: float(t["log"]["delay"]) - STATED_DELAY,
+    "motor_offset_error": lambda t, _: _crane(t, "motor_offset"),
+    "pump_gain_error": lambda *_: 0.0,
+    "lever_error": _lever,
+    "load_cell_error": _cell,
+    "precharge_error": lambda t, _: _crane(t, "precharge") - 1.0,
+    "gas_volume_error": lambda t, _: _crane(t, "gas_volume") - 1.0,
+    "passive_motors_error": lambda t, _: _crane(t, "passive") - 1.0,
+}
+"""Measures whose true value follows from the truth. That of gas is what the truth has on the mean of a crane's tests, by a law of another
+form than the twin's; that of the leakage is `_leak`; that of friction is the true law at the loads and speeds of the campaign
+(`friction_at`). The pumps of the truth follow their command with a gain of 1; what the log shows beside it is the gain of its sensor."""
+
+
+def friction_at(file: Path, truth: Mapping[str, Any]) -> float | None:
+    """The true friction over the twin's, less 1, as the measure forms it: at the moments of each test with heave compensation, and the mean
+    over these tests. The oil's temperature is taken as nominal."""
+    campaign = load_campaign(file)
+    made = true_friction(campaign.crane, Truth(**{name: x["value"] for name, x in truth["crane"].items()})).friction
+
+    def law(part: Part, s: States) -> FloatArray:
+        a, b = part.crane.active.motor, part.crane.passive
+        assert b is not None
+        T_hyd = np.abs(a.D_total * s.alpha_m * s.dp) + np.abs(b.motor.D_total * s.passive[0] * s.passive[1])
+        side, start = np.sign(s.omega), np.exp(-((s.omega * made.i_omega_s) ** 2))
+        coulomb = (made.level + made.load * s.T_w + made.motors * T_hyd) * (1.0 + made.uneven * side)
+        w = np.abs(s.omega)
+        return np.asarray(coulomb + (made.start + made.start_load * s.T_w) * start + made.viscous * w + made.turbulent * w * w)
+
+    parts = parts_of(campaign, [r for r in read_records(campaign, lambda share: None) if r.test.kind is Kind.AHC])
+    each = [slope_beside(mine, law) for mine in by_test(parts).values()]
+    known = [x for x in each if x is not None]
+    return float(np.mean(known)) if known else None
 
 
 def _found(found: Validation) -> dict[str, Any]:
     measures = {line.key: line.measure for line in found.lines if line.key in FIGURES}
     figures = {key: [_short(x) for x in (m.value, m.low, m.high)] for key, m in measures.items() if m is not None}
-    tuned = found.step(StepNumber.DYNAMICS).data.get("tuned", {})
-    short = {name: [_short(x) for x in (t["factor"], t["low"], t["high"])] for name, t in tuned.items()}
+    whole = {s.number for s in found.steps}
+    tuned = found.step(StepNumber.DYNAMICS).data.get("tuned", {}) if StepNumber.DYNAMICS in whole else {}
+    short = {name: [_short(t[n]) for n in ("factor", "low", "high")] for name, t in tuned.items() if t.get("factor") is not None}
     no = {line.key: line.message for line in found.lines if line.failed}
-    return {"passed": found.passed, "no": no, "figures": figures, "tuned": short}
+    refuted = [line.key for line in found.lines if line.failed and line.verdict is Verdict.REFUTED]
+    return {"passed": not no, "no": no, "refuted": refuted, "figures": figures, "tuned": short}
 
 
 def _short(x: float | None) -> float | None:
@@ -90,8 +252,8 @@ def kept() -> dict[str, Any]:
 
 
 def code() -> str:
-    now = versions()
-    return f"{now['code']}-{now['method']}"
+    """The code that computes. The table of detection limits follows from the trials and is no part of it."""
+    return f"{versions()['code']}-{method_hash(LIMITS_FILE.name)}"
 
 
 def keep(outcomes: Mapping[str, Any]) -> None:
@@ -102,13 +264,25 @@ def keep(outcomes: Mapping[str, Any]) -> None:
 
 def main(wanted: list[str]) -> None:
     done, now = kept(), code()
+    names = {w for w in wanted if w != "--new" and not w.isdigit()}
     todo = [t for t in trials() if t.key not in done or ("--new" in wanted and done[t.key]["code"] != now)]
+    todo = [t for t in todo if not names or (t.defect or ("apart" if t.apart else "none")) in names]
     most = next((int(w) for w in wanted if w.isdigit()), len(todo))
     with ProcessPoolExecutor(WORKERS) as pool:
-        for trial, found in zip(todo[:most], pool.map(outcome, todo[:most]), strict=True):
-            done[trial.key] = {**found, "code": now}
+        running = {pool.submit(timed, trial): trial for trial in todo[:most]}
+        for future in as_completed(running):
+            trial = running[future]
+            found, seconds = future.result()
+            done[trial.key] = {**found, "code": now, "date": datetime.date.today().isoformat()}
             keep(done)
-            print(trial.key, "refused" if "refused" in found else "passed" if found["passed"] else ", ".join(found["no"]), flush=True)
+            said = "refused" if "refused" in found else "passed" if found["passed"] else ", ".join(found["no"])
+            print(f"{trial.key} ({seconds:.0f} s): {said}", flush=True)
+
+
+def timed(trial: Trial) -> tuple[dict[str, Any], float]:
+    """An outcome and the seconds that it took."""
+    start = time.perf_counter()
+    return outcome(trial), time.perf_counter() - start
 
 
 if __name__ == "__main__":

@@ -278,6 +278,7 @@ ANSWERS = (
     _v("lines", "", "", "", "", "what became of each criterion: key, step, what, verdict, whether it counts, limit, source, measure, and all of it as a sentence"),
     _v("measure", "", "", "", "", "figure that a validation step found: name, value [SI] with the ends of its 95 % interval (null: none), quantity, test, data behind it, note"),
     _v("segments", "", "", "", "", "load cases of a validation: unbroken parts of its logs with one load in one mode"),
+    _v("unjudged", "", "", "", "", "signals that were logged and that no line of the verdict rests on, each with its tests"),
     _v("steps", "", "", "", "", "what each step of a validation found: measures, statements, and the numbers behind its figures", "paper F"),
     _v("tests", "", "", "", "", "tests of a campaign, and what was found while reading their logs"),
     _v("sigma_z", "sigma_z", "m", "length", "", "standard deviation of the crane tip's height"),

@@ -181,7 +181,7 @@ MISTAKES = [
     ),
     ('[drum]\npacking = "hexagonal"', "mine.toml: drum.packing = \"hexagonal\": it must be 'square'."),
     ('plant = "passive"', "mine.toml: plant = \"passive\": it must be 'active-passive' or 'pure-active'."),
-    ("active = 5", "mine.toml: active = 5: a table is due, with C_leak, motor, pump, line"),
+    ("active = 5", "mine.toml: active = 5: a table is due, with C_leak, leak, motor, pump, line"),
     ("SWL = { t = 5 }", 'mine.toml: SWL: one value is due, came a table. Write SWL = "250 t".'),
     ("SWL = 1979-05-27", "mine.toml: SWL = datetime.date(1979, 5, 27): neither a number, a text nor a list of them."),
     ("gear_ratios = [[35.4]]", "mine.toml: gear_ratios[0] = [35.4]: a list holds numbers or texts only."),

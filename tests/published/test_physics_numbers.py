@@ -9,8 +9,9 @@ from stillhook import load_crane
 from stillhook.control.ahc import feedforward
 from stillhook.control.motors import displacement_ssc, reduction_cubic, reduction_linear
 from stillhook.crane import Crane, effective_inertia
-from stillhook.engine.pack import drum_record, gains, pack, pump_leak, wire_speed_max
+from stillhook.engine.pack import drum_record, gains, pack, wire_speed_max
 from stillhook.library import motor, system_friction
+from stillhook.library.leakage import pump_leak
 from stillhook.physics.drum import K_wire, layer_diameter
 from stillhook.physics.friction import SystemFriction
 from stillhook.physics.friction import system_friction as friction_torque

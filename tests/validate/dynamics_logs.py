@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from stillhook import Scenario, load_crane, simulate
+from stillhook import Scenario, library, load_crane, simulate
 from stillhook.crane import Crane
 from stillhook.io.log_types import Log
 from stillhook.scenario import Mode, Operator
@@ -35,14 +35,16 @@ def turns(ramp: float) -> Operator:
 
 @functools.cache
 def signals(
-    logs: tuple[tuple[str, float], ...] = (), ramp: float = 0.3, load: float = 0.0, s_w: float = 15.0, *, brake: bool = True
+    logs: tuple[tuple[str, float], ...] = (), ramp: float = 0.3, load: float = 0.0, s_w: float = 15.0, *, brake: bool = True, form: str = ""
 ) -> dict[str, np.ndarray]:
-    """What a crane logs whose numbers lie off the twin's by exp(logs), without noise; brake: whether it closes between the turns."""
+    """What a crane logs whose numbers lie off the twin's by exp(logs), without noise; brake: whether it closes between the turns; form: of
+    the active circuit's leak, default the twin's."""
     duration = 2.0 + len(SPEEDS) * (2.0 * ramp + 7.0)
     case = Scenario(
         load=f"{load} kg", s_w=f"{s_w} m", mode="manual", duration=f"{duration:.2f} s", warm_up="0 s", ramp="0 s", operator=turns(ramp)
     )
-    twin = TWIN if brake else TWIN.model_copy(update={"brake": None})
+    twin = TWIN if not form else library.changed(TWIN, {"active": {"leak": {"form": form}}})
+    twin = twin if brake else twin.model_copy(update={"brake": None})
     run = simulate(bent(twin, dict(logs)), case, every="10 ms")
     return {name: run[name].values for name in NAMES}
 

@@ -5,6 +5,7 @@ import json
 import os
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -19,6 +20,7 @@ from stillhook.errors import ValidateError
 from stillhook.library.certificate import canonical, digest_of
 from stillhook.validate import Certificate, certificate_files, certificate_of, load_certificate
 from stillhook.validate import figures as pictures_of
+from stillhook.validate.certificate_content import content_of
 from stillhook.validate.certificate_pdf import pages, pdf
 from stillhook.validate.figures import pictures
 from stillhook.validate.lines import StepNumber
@@ -82,7 +84,7 @@ def test_it_says_what_it_rests_on(campaign, tmp_path):
     assert data["twin"]["code"] == results_hash()
     assert data["criteria"]["name"] == "paper-f"
     assert {c["key"] for c in data["criteria"]["criteria"]} == {line["key"] for line in data["lines"]}
-    assert [s["step"] for s in data["steps"]] == [0, 1, 2, 3, 4, 5]
+    assert [s["step"] for s in data["steps"]] == [0, 1, 2, 3, 4, 5, 6]
 
 
 def test_it_covers_what_the_stretches_of_step_5_covered_and_no_more(campaign, tmp_path):
@@ -138,8 +140,17 @@ def test_what_the_data_cannot_tell_is_among_the_limitations(campaign, tmp_path):
     assert "Synthetic data" in told
 
 
+def test_what_was_logged_and_not_judged_is_among_the_limitations(campaign, tmp_path):
+    made = staged(campaign)
+    records = tuple(replace(r, signals={**r.signals, "p_hp": r.signals["s_tip"], "f_pump": r.signals["s_tip"]}) for r in made.records)
+    data = content_of(replace(made, records=records))
+    assert data["unjudged"] == {"f_pump": ["1", "2"]}
+    found = {part["heading"]: part["lines"] for part in data["limitations"]}
+    assert found["Logged, not judged"] == ["f_pump in every test"]
+
+
 def test_only_all_steps_make_a_certificate(campaign, tmp_path):
-    with pytest.raises(ValidateError, match="only some of the steps 0 to 5 were taken"):
+    with pytest.raises(ValidateError, match="only some of the steps 0 to 6 were taken"):
         certificate_of(staged(campaign, whole=False))
 
 

@@ -193,7 +193,7 @@ def test_single_steps_say_that_there_is_no_certificate_without_the_others(stage,
     assert command(["validate", "campaign.toml", "--steps", "0, 5"]) == 0
     assert list(asked["steps"]) == [0, 5]
     out = capsys.readouterr().out
-    assert "This is steps 0 and 5 only: a certificate needs all steps, 0 to 5." in out
+    assert "This is steps 0 and 5 only: a certificate needs all steps, 0 to 6." in out
     assert "Deviation by load case" in out
 
 
@@ -323,7 +323,7 @@ def test_a_verdict_without_any_criterion_that_counts_is_no_pass(stage, capsys):
     ("arguments", "words"),
     [
         (["nowhere.toml"], '"nowhere.toml": no such file'),
-        (["campaign.toml", "--steps", "6"], '--steps = "6": "6" is not one of 0, 1, 2, 3, 4, 5. Write numbers such as 1,2.'),
+        (["campaign.toml", "--steps", "7"], '--steps = "7": "7" is not one of 0, 1, 2, 3, 4, 5, 6. Write numbers such as 1,2.'),
         (["campaign.toml", "--steps", ""], '"" is not one of'),
         (["campaign.toml", "--criteria", "papier-f"], 'did you mean "paper-f"'),
         (["campaign.toml", "--out", "a-file"], "a-file is not a folder"),

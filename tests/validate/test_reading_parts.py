@@ -231,3 +231,33 @@ def test_period_and_range_of_the_tip_are_those_of_its_waves(tmp_path):
     (rest,) = read(tmp_path, manual(), kind="limits", test='load = "0 t"').segments
     assert rest.s_tip_pp == 0.0
     assert np.isnan(rest.period)
+
+
+# --- weight of the wire out ------------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("where", ['depth = "457 m"', 'h_tip = "30 m"'])
+def test_payload_and_depth_give_the_load_with_the_weight_of_the_wire_out(tmp_path, where):
+    """The log is that of 90 t on the winch with 487 m of wire out; 36 kg/m weigh 31.3 kg/m in water."""
+    wire = 36.0 * 30.0 + 36.0 * 457.0 * (1.0 - 1025.0 / 7850.0)
+    record = read(tmp_path, ahc(), test=f'payload = "{90.0 - wire / 1e3:.4f} t"\n{where}')
+    (segment,) = record.segments
+    assert segment.load == pytest.approx(90e3, abs=100.0)  # the wire follows the waves by some metres
+    assert record.test.load == pytest.approx(segment.load, abs=100.0)
+    (text,) = (s for s in record.statements if "of wire" in s)
+    assert text.startswith('Test "1": the load is 90 t: payload 74.6 t and 15.4 t of wire (30')
+    assert not any("load cell" in s for s in record.statements)
+
+
+def test_a_payload_whose_wire_is_left_out_contradicts_the_load_cell(tmp_path):
+    record = read(tmp_path, ahc(), test='load = "74.6 t"')
+    assert any("the load cell shows" in s for s in record.statements)
+
+
+def test_depth_and_wire_out_that_cannot_be_are_one_line(tmp_path):
+    line = refusal(tmp_path, ahc(), test='payload = "60 t"\ndepth = "800 m"')
+    assert "depth 800 m: more than the wire out, 487" in line
+    line = refusal(tmp_path, ahc(), test='payload = "245 t"\nh_tip = "30 m"')
+    assert 'make 260 t; "nov-250t" is made for 250 t. Check payload, depth and wire out.' in line
+    line = refusal(tmp_path, ahc(), test='payload = "60 t"\nh_tip = "30 m"\ndepth = "457 m"')
+    assert "depth and h_tip: both given where the wire out" in line

@@ -14,7 +14,7 @@ from stillhook.engine.pack import drum_record
 from stillhook.errors import SimulationError, ValidateError
 from stillhook.io.instruments import AHC_COLUMNS, Calibration, Clock, Sensor, ahc_sensors, filtered, logged, unit_factor
 from stillhook.io.synthetic import MARK
-from stillhook.physics.drum import layer_diameter, layers_filled
+from stillhook.physics.drum import layers_filled
 from stillhook.physics.scalar import G
 from stillhook.scenario import Mode
 from stillhook.validate import load_campaign
@@ -38,7 +38,7 @@ SHORT = Plan(
     "made up",
 )
 """Two tests that show every defect."""
-LOGGER = {Defect.PRESSURE_LINES: {"PT A", "PT B"}, Defect.LOAD_CELL: {"Load cell"}, Defect.CLOCK: {"Time"}}
+LOGGER = {Defect.PRESSURE_LINES: {"PT A", "PT B"}, Defect.LOAD_CELL: {"Load cell"}, Defect.SENSOR_A: {"PT A"}, Defect.CLOCK: {"Time"}}
 """Defects of the log alone, and the columns that they touch."""
 
 
@@ -228,12 +228,32 @@ def test_a_sea_has_the_height_that_was_asked_for_and_never_comes_round():
 
 def test_truths_of_many_seeds_scatter_evenly_around_the_twin():
     truths = [setting(s).truth for s in range(200)]
-    for name, half in (("capacitance", 0.03), ("leakage", 0.05), ("inertia", 0.03), ("friction", 0.08)):
+    for name, half in (("capacitance", 0.03), ("leakage", 0.05), ("inertia", 0.03), ("friction", 0.05), ("gas_volume", 0.05), ("precharge", 0.01)):
         x = np.array([getattr(t, name) for t in truths])
         assert x.mean() == pytest.approx(1.0, abs=0.01)
         assert abs(x - 1.0).max() <= half
         assert x.std() > 0.4 * half
     assert {getattr(t, n) for t in truths for n in ("gear", "K_1", "pump_limit")} == {1.0}
+
+
+def test_a_set_of_motors_scatters_less_than_one_of_them():
+    D = np.array([[getattr(setting(s).truth, n) for s in range(200)] for n in ("motor_D", "passive")])
+    assert D.mean(axis=1) == pytest.approx([1.0, 1.0], abs=5e-4)
+    assert D.std(axis=1) == pytest.approx([0.004 / 5**0.5, 0.004 / 4.0], rel=0.2)
+
+
+def test_zeros_of_the_transmitters_swing_slowly_within_three_tenths_of_a_bar():
+    t = np.arange(0.0, 2400.0, 1.0)
+    drift = np.array([setting(s).drift[name].at(t) for s in range(20) for name in ("p_a", "p_b", "p_hp")])
+    assert abs(drift).max() <= 0.3e5
+    assert np.median(np.ptp(drift, axis=1)) > 0.3e5  # a campaign sees a good part of the swing
+    assert abs(np.diff(drift, axis=1)).max() < 300.0  # Pa a second
+
+
+def test_clocks_lie_within_a_hundred_parts_in_a_million():
+    drift = np.array([setting(s).clock.drift for s in range(200)])
+    assert abs(drift).max() <= 1e-4
+    assert drift.std() > 4e-5
 
 
 def test_a_truth_apart_lies_ten_to_thirty_per_cent_off_and_else_where_it_was():
@@ -302,10 +322,11 @@ def test_a_wrong_gear_turns_the_motors_faster_for_the_same_wire(write):
 
 
 def test_a_drum_with_a_layer_less_has_the_diameter_of_the_layer_below(write):
-    drum = drum_record(CRANE)
-    k = layers_filled(drum.L_full - 490.0, drum)
-    assert ratio_of_speeds(write()) == pytest.approx(layer_diameter(k, drum) * LEVER, rel=2e-3)
-    assert ratio_of_speeds(write(Defect.LAYER)) == pytest.approx(layer_diameter(k - 1.0, drum) * LEVER, rel=2e-3)
+    drum, pressed = drum_record(CRANE), 1.0 - setting(3).truth.wire_pressed
+    layer = np.ceil(layers_filled(drum.L_full - 490.0, drum))
+    d = [drum.d + (2.0 * n - 1.0) * pressed * drum.d_wire for n in (layer, layer - 1.0)]
+    assert ratio_of_speeds(write()) == pytest.approx(d[0] * LEVER, rel=2e-3)
+    assert ratio_of_speeds(write(Defect.LAYER)) == pytest.approx(d[1] * LEVER, rel=2e-3)
 
 
 def plateau(written: Written, name: str) -> float:
@@ -345,7 +366,7 @@ def test_a_late_motion_unit_shows_the_same_tip_later(write):
 def test_a_wrong_feedforward_moves_the_pumps_less_for_the_same_joystick(write):
     start = slice(210, 260)  # the joystick leaves its middle, the motors are still full
     u = [column(w, "u_p", 1)[start].mean() / column(w, "v_op", 1)[start].mean() for w in (write(), write(Defect.K_1))]
-    assert u[1] / u[0] == pytest.approx(0.9, rel=1e-3)
+    assert u[1] / u[0] == pytest.approx(0.9, rel=5e-3)  # what the pumps gave behind the brake fades meanwhile
 
 
 def test_a_saturation_that_the_twin_has_not_holds_the_command_below_one(write):
@@ -353,7 +374,75 @@ def test_a_saturation_that_the_twin_has_not_holds_the_command_below_one(write):
     assert abs(column(write(Defect.SATURATION), "u_p", 1)).max() == pytest.approx(DEFECTS[Defect.SATURATION].size)
 
 
+@pytest.mark.parametrize("defect", Defect)
+def test_every_size_of_a_ladder_can_be_made_and_the_usual_one_is_on_it_or_beyond(defect):
+    change = DEFECTS[defect]
+    for size in change.ladder:
+        assert with_defect(setting(0), CRANE, defect, size) != setting(0)
+    assert change.size in change.ladder
+
+
+def mean_of(written: Written, name: str) -> float:
+    return float(column(written, name).mean())
+
+
+def test_a_crane_of_another_precharge_holds_its_own_pressure(write):
+    ratio = mean_of(write(Defect.PRECHARGE), "p_hp") / mean_of(write(), "p_hp")
+    assert ratio == pytest.approx(1.0 + DEFECTS[Defect.PRECHARGE].size, rel=3e-3)
+
+
+def test_less_gas_swings_more_for_the_same_oil(write):
+    """Swing of the pressure over that of the oil that the motors took."""
+
+    def stiffness(written: Written) -> float:
+        Q = column(written, "omega_m") * column(written, "alpha_pm") * CRANE.passive.motor.D_total
+        V = np.cumsum(Q)[1000:] * 0.01
+        return -float(np.polyfit(V, column(written, "p_hp")[1000:], 1)[0])
+
+    ratio = stiffness(write(Defect.GAS_VOLUME)) / stiffness(write())
+    assert ratio == pytest.approx(1.0 / (1.0 + DEFECTS[Defect.GAS_VOLUME].size), rel=0.1)  # the pumps' make-up is in neither
+
+
+def test_dead_motors_leave_their_torque_to_the_active_circuit_and_known_ones_do_not(write):
+    def carried(written: Written) -> float:
+        """Part of the weight that the pressure of the active circuit carries, hoisting and lowering evened out."""
+        T = CRANE.active.motor.D_total * column(written, "alpha_m") * (column(written, "p_a") - column(written, "p_b"))
+        w = column(written, "omega_m")
+        lever = float(ratio_of_speeds(written))
+        return 0.5 * float(T[w > 30.0].mean() + T[w < -30.0].mean()) / (float(column(written, "F_w").mean()) * lever)
+
+    plain, dead, fewer = (carried(write(d)) for d in (None, Defect.PASSIVE_MOTORS, Defect.MOTOR_COUNT))
+    assert dead - plain == pytest.approx(2.0 / 16.0, abs=0.02)
+    assert abs(fewer - plain) < 0.02
+
+
+def test_fewer_known_motors_stand_at_more_displacement(write):
+    ratio = mean_of(write(Defect.MOTOR_COUNT), "alpha_pm") / mean_of(write(), "alpha_pm")
+    assert ratio == pytest.approx(16.0 / 14.0, rel=0.01)
+
+
+@pytest.mark.parametrize(("defect", "ratio"), [(Defect.ACTIVE_COUNT, 0.8), (Defect.DISPLACEMENT, 1.05)])
+def test_motors_of_another_displacement_take_as_much_more_oil_a_turn(write, defect, ratio):
+    def taken(written: Written) -> float:
+        """Stroke of the pumps over speed and displacement of the motors."""
+        x = column(written, "omega_m") * column(written, "alpha_m")
+        return float(np.sum(column(written, "alpha_p") * x) / np.sum(x * x))
+
+    assert taken(write(defect)) / taken(write()) == pytest.approx(ratio, rel=5e-3)
+
+
+def test_a_low_boost_is_seen_on_the_line_without_load(write):
+    low = [float(np.percentile(np.minimum(column(w, "p_a"), column(w, "p_b")), 20)) for w in (write(), write(Defect.BOOST))]
+    assert low[1] / low[0] == pytest.approx(0.8, rel=0.03)
+
+
+def test_a_zero_of_six_bar_is_six_bar_in_every_sample(write):
+    d = column(write(Defect.SENSOR_A), "p_a") - column(write(), "p_a")
+    assert float(np.median(d)) == pytest.approx(6e5, abs=400e5 / 4096)
+
+
 def test_a_defect_says_its_size():
+    assert told(Defect.SENSOR_A) == "the transmitter of line A shows 6 bar too much"
     assert told(Defect.MRU_DELAY, 0.3) == "the motion unit is 0.3 s later than the campaign states"
     bigger = with_defect(setting(0), CRANE, Defect.LEAKAGE, 1.0)
     assert bigger.truth.leakage == pytest.approx(2.0 * setting(0).truth.leakage)

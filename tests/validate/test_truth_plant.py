@@ -13,14 +13,17 @@ from stillhook.engine.pack import pack
 from stillhook.engine.pack_truth import fastest_rates, pack_truth, simulate_truth
 from stillhook.engine.run import Block
 from stillhook.engine.truth import Truth, numbers
+from stillhook.engine.truth_circuits import OMEGA_LEAK, active_leak, working
 from stillhook.engine.truth_friction import surface, true_friction, usual_speeds
 from stillhook.errors import SpecError
 from stillhook.library import changed
 from stillhook.physics.line import capacitance
+from stillhook.physics.motor import motor_leakage
+from stillhook.physics.pump import pump_leakage
 from stillhook.plants import active_passive, truth
-from stillhook.plants.active_circuit import active_flows
 from stillhook.plants.state import Tip
 from stillhook.plants.truth_laws import dry_level_true, line_energy, moving_loss_true, two_volume_flows
+from stillhook.plants.truth_leak import gap_motor, gap_pump, leak_across, leak_to_case
 from stillhook.scenario import Operator
 from stillhook.validate.truth.scatter import setting
 
@@ -33,6 +36,11 @@ WIRE, PRESSURE = 1e-4, 0.2 * BAR
 """What half the step may change: docs/validation/step-size.md for the twin."""
 STILL = 2e-3
 """Wire that a winch at rest may move in a minute [m]: the bristle gives, and oil leaks from the side that carries what friction does not."""
+LIKE = 1.5e-3
+"""Wire by which a truth with the twin's numbers may be off once it swings [m]: a thousandth of its stroke, for laws of friction, leakage and
+gas that no number makes the twin's. As the winch breaks loose at the start it is more: there friction and leakage at rest differ most."""
+WOUND = 5e-3
+"""Relative: inertia of wire on whole layers against that of the twin's broken number of layers."""
 SAME = 1e-12
 """Relative: the same number on two ways through floating point."""
 
@@ -123,19 +131,38 @@ def test_the_oil_stores_the_energy_of_the_capacitance_that_the_truth_names():
     assert C_h == pytest.approx(1.2 * capacitance(a.V, a.bulk_modulus), rel=SAME)
 
 
-def test_pumps_and_motors_together_leak_what_the_truth_names():
-    A, twin = pack_truth(CRANE, case(), replace(PLAIN, leakage=1.5)).params.active, pack(CRANE, case()).params.active
-    x = pressed(p_a=200.0 * BAR, p_ap=200.0 * BAR, p_b=25.0 * BAR, p_bp=25.0 * BAR)
-    f = two_volume_flows(0.0, 0.0, 0.0, x, 1.0, 1.0, A)
-    of_twin = active_flows(0.0, 0.0, 0.0, x.p_a, x.p_b, 1.0, twin)
-    assert f.Q_int_p + f.Q_int_m == pytest.approx(1.5 * of_twin.Q_int, rel=SAME)
-    assert f.Q_ext_pa + f.Q_ext_ma == pytest.approx(1.5 * of_twin.Q_ext_a, rel=SAME)
+def test_pumps_and_motors_together_leak_what_the_truth_names_where_the_tests_work():
+    w, twin = working(CRANE), pack(CRANE, case()).params.active
+    leak = active_leak(CRANE, replace(PLAIN, leakage=1.5))
+    of_twin = pump_leakage(w.stroke, twin.pumps.leak) + motor_leakage(w.speed, twin.motors)
+    assert gap_pump(w.stroke, leak) + gap_motor(w.speed, leak) == pytest.approx(1.5 * of_twin, rel=SAME)
+    assert 0.05 < w.stroke < 0.4
+    assert 20.0 < w.speed < 200.0
+
+
+@pytest.mark.parametrize(("form", "stroke", "speed"), [("all_constant", 0, 0), ("all_stroke", 1, 0), ("all_speed", 0, 1)])
+def test_a_leak_of_one_form_has_the_twins_total_where_crane_files_state_it_and_grows_as_its_form_says(form, stroke, speed):
+    twin = pack(CRANE, case()).params.active
+    leak = active_leak(CRANE, replace(PLAIN, **{form: 1.0}))
+    stated = pump_leakage(1.0, twin.pumps.leak) + motor_leakage(OMEGA_LEAK, twin.motors)
+    assert gap_pump(1.0, leak) + gap_motor(OMEGA_LEAK, leak) == pytest.approx(stated, rel=SAME)
+    assert stated == pytest.approx(CRANE.active.C_leak, rel=0.01)  # the 0.4 L/min/bar of the crane file
+    still = gap_pump(0.0, leak) + gap_motor(0.0, leak)
+    assert still == pytest.approx(stated * (1 - stroke) * (1 - speed), abs=1e-3 * stated)
+
+
+def test_warm_oil_leaks_through_gaps_more_and_past_edges_as_before():
+    laminar, edges = (active_leak(CRANE, replace(PLAIN, leak_edges=e)) for e in (0.0, 1.0))
+    assert leak_across(1e-11, 50e5, 0.9, laminar) == pytest.approx(leak_across(1e-11, 50e5, 1.0, laminar) / 0.9, rel=SAME)
+    assert leak_across(1e-11, 50e5, 0.9, edges) == leak_across(1e-11, 50e5, 1.0, edges)
+    assert leak_across(1e-11, 200e5, 1.0, edges) < 3.0 * leak_across(1e-11, 50e5, 1.0, edges)
+    assert leak_to_case(1e-11, edges.p_case, 1.0, edges) == 0.0
 
 
 def test_oil_is_lost_to_no_one_between_pumps_and_motors():
-    A = pack_truth(CRANE, case(), PLAIN).params.active
+    p = pack_truth(CRANE, case(), PLAIN).params
     x = pressed(p_a=190.0 * BAR, p_ap=200.0 * BAR, p_b=26.0 * BAR, p_bp=24.0 * BAR, Q_a=0.01, Q_b=0.012, omega_m=50.0)
-    f = two_volume_flows(0.02, 0.5, 1e-4, x, 1.0, 1.0, A)
+    f = two_volume_flows(0.02, 0.5, 1e-4, x, 1.0, 1.0, p.extra.leak, p.active)
     into = f.Q_boost_a + f.Q_boost_b - f.Q_relief_a - f.Q_relief_b - f.Q_flush_a - f.Q_flush_b
     into -= f.Q_ext_pa + f.Q_ext_pb + f.Q_ext_ma + f.Q_ext_mb
     assert f.Q_pa + f.Q_pb + f.Q_ma + f.Q_mb == pytest.approx(into, abs=1e-15)
@@ -143,17 +170,17 @@ def test_oil_is_lost_to_no_one_between_pumps_and_motors():
 
 def test_the_shaft_accelerates_by_the_inertia_that_the_truth_names():
     """Twice the pressure, the rest alike: the extra acceleration is the extra torque over the inertia."""
-    out = []
-    for module, packed in ((active_passive, pack(CRANE, case())), (truth, pack_truth(CRANE, case(), replace(PLAIN, inertia=0.8, motor_D=1.0)))):
-        p = packed.params
+    out, drum = [], {"wire_pressed": 0.0}
+    for module, packed in ((active_passive, pack(CRANE, case())), (truth, pack_truth(CRANE, case(), replace(PLAIN, inertia=0.8, motor_D=1.0, **drum)))):
+        p, warm = packed.params, {} if module is active_passive else {"T_gas": 293.0}
         u = module.Command(0.0, 1.0, 0.0, 0.0, 1.0, 1.0, 0.0)
         rates = []
         for p_a in (50.0 * BAR, 100.0 * BAR):
-            x = module.State(**dict.fromkeys(module.State._fields, 0.0) | {"p_a": p_a, "alpha_m": 1.0, "s_w": 487.0, "V_o": 0.6})
+            x = module.State(**dict.fromkeys(module.State._fields, 0.0) | {"p_a": p_a, "alpha_m": 1.0, "s_w": 487.0, "V_o": 0.6} | warm)
             geo = module.geometry(x, p)
             rates.append(module.rates(module.circuit(x, u, geo, Tip(0.0, 0.0), p), x, u, geo, p).omega_m)
         out.append(rates[1] - rates[0])
-    assert out[0] / out[1] == pytest.approx(0.8, rel=1e-9)
+    assert out[0] / out[1] == pytest.approx(0.8, rel=WOUND)
 
 
 # Friction
@@ -229,17 +256,20 @@ def test_oil_swings_about_nominal_once_a_run():
 
 
 def test_a_truth_without_its_own_numbers_moves_the_wire_as_the_twin_does():
-    """All that can be taken away is taken away: what stays is the friction law and a wire with mass, which a ringing load would show."""
+    """All that can be taken away is taken away: what stays is the laws of friction, leakage and gas, and a wire with mass, which a ringing
+    load would show."""
     still_load = changed(CRANE, {"wire": {"zeta": 0.95, "zeta_low": 0.95, "zeta_high": 0.95}})
     none = replace(
         PLAIN, motor_hysteresis=0.0, motor_omega=1.0, motor_zeta=1.0, motor_D=1.0, pump_omega=1.0, pump_zeta=1.0, pump_late=0.0,
         pump_speed=1.0, slip=0.0, line_drop=0.0, passive=1.0, cell_gain=1.0, wire_zeta=1.0, bristle=1.0, uneven=0.0, oil_swing=0.0,
-        friction_difference=0.0,
+        friction_difference=0.0, wire_beta=0.0, wire_strands=0.0, wire_pressed=0.0, piston_dry=0.0, p_low_rise=0.0, p_case=0.0,
+        cell_zero=0.0, dac_bits=30.0, leak_edges=0.0,
     )  # fmt: skip
     like, own = (simulate_truth(still_load, case(), t, step="2 ms")["s_w"] for t in (none, PLAIN))
     twin = simulate(still_load, case(), every="10 ms")["s_w"]
-    assert float(abs(like - twin).max()) < 1e-3  # of a stroke of 1.5 m
-    assert float(abs(own - twin).max()) > 2.0 * float(abs(like - twin).max())
+    swings = slice(2000, None)
+    assert float(abs(like - twin)[swings].max()) < LIKE
+    assert float(abs(own - twin)[swings].max()) > 2.0 * float(abs(like - twin)[swings].max())
 
 
 def test_every_parameter_of_the_truth_has_a_meaning_and_an_assumed_source():
@@ -249,6 +279,11 @@ def test_every_parameter_of_the_truth_has_a_meaning_and_an_assumed_source():
 
 
 # Errors
+
+
+def test_a_scenario_with_a_held_accumulator_is_refused():
+    with pytest.raises(SpecError, match="the truth plant has a gas of its own"):
+        pack_truth(CRANE, case(gas_held=True), PLAIN)
 
 
 def test_a_pure_active_winch_has_no_truth():

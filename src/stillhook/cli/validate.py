@@ -23,7 +23,7 @@ def register(app: typer.Typer) -> None:
 def validate(
     campaign: Annotated[Path, typer.Argument(metavar="CAMPAIGN.toml", help="Campaign file: crane, signals, and one test a log.")],
     out: Annotated[Path | None, typer.Option("--out", help="Folder for report, certificate, figures, tables (default: none).")] = None,
-    steps: Annotated[str | None, typer.Option(help="Only these of the steps 0 to 5, such as 1,2; no certificate then.")] = None,
+    steps: Annotated[str | None, typer.Option(help="Only these of the steps 0 to 6, such as 1,2; no certificate then.")] = None,
     criteria: Annotated[str | None, typer.Option(help="Criteria file, or name of a set, in place of the campaign's.")] = None,
     all_: Annotated[bool, typer.Option("--all", help="Every line and every finding in full, not only those that are not shown.")] = False,
     json: Json = False,
@@ -84,6 +84,7 @@ def _numbers(text: str | None) -> list[StepNumber] | None:
 def _print(found: Validation, *, tables: bool, everything: bool) -> None:
     """The verdict and what decides it, load cases, steps, lines. everything: also what agrees, in full; tables: those of the steps."""
     from stillhook.validate.report_texts import SEGMENT_HEAD, found_on_the_way, segment_cells, segments, title
+    from stillhook.validate.unjudged import HEADING, MEANING, unjudged_says
 
     wrapped(title(found))
     _print_verdict(found)
@@ -93,6 +94,9 @@ def _print(found: Validation, *, tables: bool, everything: bool) -> None:
         _item(text)
     _print_steps(found, tables=tables, everything=everything)
     _print_lines(found, everything=everything)
+    if names := unjudged_says(found):
+        print()
+        wrapped(f"{HEADING}: {'; '.join(names)}. {MEANING}")
 
 
 def _print_verdict(found: Validation) -> None:

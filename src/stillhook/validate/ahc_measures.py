@@ -9,9 +9,10 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from stillhook.validate.ahc_cases import FISHER, OverCases, over_cases
 from stillhook.validate.ahc_compared import Compared
 from stillhook.validate.ahc_shape import Shape, correlation
-from stillhook.validate.block_bootstrap import LEVEL, Blocks, Interval, interval
+from stillhook.validate.block_bootstrap import LEVEL, Blocks, Interval
 from stillhook.validate.lines import Measure
 from stillhook.validate.measures import MEASURES
 from stillhook.validate.windows import EVERY, counted_share, gaussian_share, mean_and_s
@@ -20,6 +21,8 @@ FloatArray = NDArray[np.float64]
 
 NEAR, FAR = 0.05, 0.06
 """Deviations whose probability paper F states [m]."""
+SAME = 1e-9
+"""Width of an interval of a share that is none."""
 THIN = 0.1
 """Spacing of the samples whose correlation gets an interval [s]."""
 
@@ -27,14 +30,23 @@ THIN = 0.1
 def measures(compared: Sequence[Compared], like: Shape, settings: Mapping[str, float]) -> tuple[Measure, ...]:
     """Every measure of step 5, over all load cases together; the mean deviation and the largest error of each load case as well."""
     block = round(2.0 * settings["window"] / EVERY)
-    x = [c.windows.x for c in compared if len(c.windows.x)]
+    parts = by_case(compared, lambda c: c.windows.x)
+    mean = over_cases(np.mean, parts, at_least=block, bounds=(0.0, math.inf))
     return (
-        *_deviations(compared, x, settings["window"]),
-        *_by_case(compared, block, settings["window"]),
+        *_deviations(compared, parts, mean, settings["window"]),
+        *_by_case(compared, mean.cases, settings["window"]),
         *_largest(compared),
         _efficiency(compared, settings["eta_above"], block),
         *_shape(compared, like, settings["window"]),
     )
+
+
+def by_case(compared: Sequence[Compared], what: Callable[[Compared], FloatArray]) -> dict[str, list[FloatArray]]:
+    """Rows of every unbroken part, by load case."""
+    out: dict[str, list[FloatArray]] = {}
+    for c in compared:
+        out.setdefault(c.name, []).append(what(c))
+    return out
 
 
 def _measure(name: str, value: float | None, found: Interval | None = None, *, data: str = "", note: str = "") -> Measure:
@@ -45,31 +57,41 @@ def _measure(name: str, value: float | None, found: Interval | None = None, *, d
     return Measure(name, known, MEASURES[name].quantity, low, high, data=data, note=note)
 
 
-def _deviations(compared: Sequence[Compared], x: Sequence[FloatArray], window: float) -> tuple[Measure, ...]:
+def _deviations(
+    compared: Sequence[Compared], parts: Mapping[str, Sequence[FloatArray]], over_all: OverCases, window: float
+) -> tuple[Measure, ...]:
     names = ("e_c_pp_deviation", "e_c_pp_deviation_s", "e_c_pp_below_5cm", "e_c_pp_below_6cm", "e_c_pp_bias")
+    x = [part for own in parts.values() for part in own if len(part)]
     if not x:
         note = "no window of the logs is full of numbers; log s_tip and e_c_measured without holes"
         return tuple(_measure(name, None, note=note) for name in names)
     mean, s = mean_and_s(np.concatenate(x))
     block = round(2.0 * window / EVERY)
-    found = [_sure(interval(statistic, x, at_least=block, bounds=ends)) for statistic, ends in _STATISTICS]
-    signed = interval(np.mean, [c.windows.simulated - c.windows.measured for c in compared if len(c.windows.x)], at_least=block)
+    pooled = [over_all, *(over_cases(statistic, parts, at_least=block, bounds=ends) for statistic, ends in _STATISTICS)]
+    signed = over_cases(np.mean, by_case(compared, lambda c: c.windows.simulated - c.windows.measured), at_least=block)
+    found = [*(_sure(p.pooled) for p in pooled), signed.pooled]
     level = float(np.mean(np.concatenate([c.windows.measured for c in compared])))
     data = f"{_extent(compared)}, {found[0].blocks.effective:.0f} effective windows of {window:g} s"
-    gauss = [f"as a Gaussian, as paper F reads it, {100.0 * gaussian_share(limit, mean, s):.3g} %" for limit in (NEAR, FAR)]
-    notes = (f"measured e_c_pp {100.0 * level:.3g} cm on average", "", *gauss, "simulated less measured")
-    return tuple(
-        _measure(name, f.value, f, data=data, note=note) for name, f, note in zip(names, (*found, signed), notes, strict=True)
-    )
+    gauss = [f"as a Gaussian, as paper F reads it, {_percent(gaussian_share(limit, mean, s))}" for limit in (NEAR, FAR)]
+    first = f"measured e_c_pp {_cm(level)} on average; {pooled[0].extremes(_cm)}"
+    notes = (first, pooled[1].extremes(_cm), *gauss, f"simulated less measured; {signed.extremes(_cm)}")
+    return tuple(_measure(name, f.value, f, data=data, note=note) for name, f, note in zip(names, found, notes, strict=True))
 
 
-def _by_case(compared: Sequence[Compared], block: int, window: float) -> tuple[Measure, ...]:
+def _cm(x: float) -> str:
+    return f"{100.0 * x:.3g} cm"
+
+
+def _percent(x: float) -> str:
+    return f"{100.0 * x:.3g} %"
+
+
+def _by_case(compared: Sequence[Compared], cases: Mapping[str, Interval], window: float) -> tuple[Measure, ...]:
     """Mean deviation of every load case: in the mean over all, a long good one hides a short bad one."""
     name, out = "e_c_pp_deviation_case", []
     for case in dict.fromkeys(c.name for c in compared):
-        x = [c.windows.x for c in compared if c.name == case and len(c.windows.x)]
-        if x:
-            found = interval(np.mean, x, at_least=block, bounds=(0.0, math.inf))
+        if case in cases:
+            found = cases[case]
             data = f"{_extent([c for c in compared if c.name == case])}, {found.blocks.effective:.0f} effective windows of {window:g} s"
             out.append(replace(_measure(name, found.value, found, data=data), test=f"load case {case}"))
         else:
@@ -79,14 +101,13 @@ def _by_case(compared: Sequence[Compared], block: int, window: float) -> tuple[M
 
 def _sure(found: Interval) -> Interval:
     """A share of nothing or all, of which every draw has the same: its end is that of so many independent windows that all agree."""
-    if found.low < found.high or found.value not in (0.0, 1.0):
+    if found.high - found.low > SAME or found.value not in (0.0, 1.0):
         return found
     end = (0.5 * (1.0 - LEVEL)) ** (1.0 / max(found.blocks.effective, 1.0))
     return replace(found, low=end) if found.value == 1.0 else replace(found, high=1.0 - end)
 
 
 _STATISTICS: tuple[tuple[Callable[[FloatArray], float], tuple[float, float]], ...] = (
-    (lambda x: float(np.mean(x)), (0.0, math.inf)),
     (lambda x: mean_and_s(x)[1], (0.0, math.inf)),
     (lambda x: counted_share(NEAR, x), (0.0, 1.0)),
     (lambda x: counted_share(FAR, x), (0.0, 1.0)),
@@ -126,18 +147,15 @@ def _moment(c: Compared, i: int) -> str:
 
 def _efficiency(compared: Sequence[Compared], above: float, block: int) -> Measure:
     """Mean |eta_c simulated - eta_c measured| over windows with high tip motion."""
-    parts, share = [], []
-    for c in compared:
-        w = c.windows
-        high = w.s_tip_pp >= above
-        parts.append(np.abs(w.eta_simulated - w.eta_measured)[high])
-        share.append(high)
-    if not sum(map(len, parts)):
+    high = {id(c): c.windows.s_tip_pp >= above for c in compared}
+    parts = by_case(compared, lambda c: np.abs(c.windows.eta_simulated - c.windows.eta_measured)[high[id(c)]])
+    if not any(len(part) for own in parts.values() for part in own):
         note = f"the tip moves {above:g} m or more in no window; test in higher waves"
         return _measure("eta_c_deviation_high", None, note=note)
-    found = interval(np.mean, [p for p in parts if len(p)], at_least=block, bounds=(0.0, 1.0))
-    data = f"windows with {above:g} m or more, {100.0 * float(np.mean(np.concatenate(share))):.0f} % of all"
-    return _measure("eta_c_deviation_high", found.value, found, data=data)
+    found = over_cases(np.mean, parts, at_least=block, bounds=(0.0, 1.0))
+    share = float(np.mean(np.concatenate(list(high.values()))))
+    data = f"windows with {above:g} m or more, {100.0 * share:.0f} % of all"
+    return _measure("eta_c_deviation_high", found.pooled.value, found.pooled, data=data, note=found.extremes(_percent))
 
 
 def _thin(c: Compared) -> FloatArray:
@@ -150,13 +168,18 @@ def _about(like: Shape) -> Interval:
 
 
 def _shape(compared: Sequence[Compared], like: Shape, window: float) -> tuple[Measure, ...]:
-    rows = [_thin(c) for c in compared if len(c.pair[0])]
-    found = interval(correlation, rows, at_least=round(2.0 * window / THIN), bounds=(-1.0, 1.0)) if rows else None
+    rows = by_case([c for c in compared if len(c.pair[0])], _thin)
+    bounds, block = (-1.0, 1.0), round(2.0 * window / THIN)
+    found = over_cases(correlation, rows, at_least=block, bounds=bounds, scale=FISHER) if rows else None
     data = _extent(compared)
     band = "" if math.isfinite(like.distance) else "no stretch is a minute long"
     return (
-        _measure("e_c_correlation", like.correlation, found, data=data),
+        _measure("e_c_correlation", like.correlation, found.pooled if found else None, data=data, note=_correlations(found)),
         _measure("e_c_lag", like.lag, _about(like), data=data),
         _measure("e_c_band_ratio", like.band_ratio, data=data, note=band),
         _measure("e_c_spectral_distance", like.distance, data=data, note=band),
     )
+
+
+def _correlations(found: OverCases | None) -> str:
+    return found.extremes(lambda x: f"{x:.3g}") if found else ""

@@ -51,9 +51,10 @@ def correlation(rows: FloatArray) -> float:
     """Correlation of the two columns of rows (n, 2) [-]; NaN where one does not move."""
     if not len(rows):
         return math.nan
-    x = rows - rows.mean(axis=0)
-    size = math.sqrt(dot(x[:, 0], x[:, 0]) * dot(x[:, 1], x[:, 1]))
-    return dot(x[:, 0], x[:, 1]) / size if size > 0.0 else math.nan
+    a, b = (np.ascontiguousarray(column) for column in rows.T)
+    a, b = a - a.mean(), b - b.mean()
+    size = math.sqrt(dot(a, a) * dot(b, b))
+    return dot(a, b) / size if size > 0.0 else math.nan
 
 
 def shape(pairs: Pairs) -> tuple[Shape, Spectra | None]:

@@ -10,7 +10,7 @@ Source: Politis and Romano 1992 (circular blocks); block length by Politis and W
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -26,6 +26,9 @@ SEED = 20201101
 LEVEL = 0.95
 FEWEST = 3.0
 """Blocks that the data must hold at least: beyond that the block is shortened, since two blocks tell nothing of how blocks differ."""
+
+WHOLE = 20
+"""Length of a block from which it is quicker to copy it than to count out its samples."""
 
 
 @dataclass(frozen=True)
@@ -81,31 +84,31 @@ def interval(
     b = blocks(rows, at_least=at_least)
     if b.samples < 2 or not math.isfinite(value):
         return Interval(value, math.nan, math.nan, b)
-    drawn = np.array([statistic(whole[i]) for i in _draws(rows, b.length, draws, seed)], dtype=np.float64)
+    drawn = np.array([statistic(x) for x in _draws(rows, b.length, draws, seed)], dtype=np.float64)
     ends = np.nanquantile(drawn, [(1.0 - LEVEL) / 2.0, (1.0 + LEVEL) / 2.0])
     low, high = value + _stretch(b) * (np.array([min(ends[0], value), max(ends[1], value)]) - value)
     return Interval(value, max(float(low), bounds[0]), min(float(high), bounds[1]), b)
 
 
-def _draws(rows: Sequence[FloatArray], length: int, draws: int, seed: int) -> list[NDArray[np.intp]]:
-    """Places of the samples in each draw: as many blocks as the data hold, so about as many samples. A part shorter than a block is one,
-    and is drawn the more often for it, so that every sample is as likely as any other."""
+def _draws(rows: Sequence[FloatArray], length: int, draws: int, seed: int) -> Iterator[FloatArray]:
+    """Samples of each draw: as many blocks as the data hold, so about as many samples. A part shorter than a block is one, and is drawn
+    the more often for it, so that every sample is as likely as any other. Long blocks are copied whole, which is what takes the time."""
     rng = np.random.default_rng(seed)
     sizes = np.array([len(r) for r in rows])
     first = np.concatenate(([0], np.cumsum(sizes)[:-1]))
     reach = np.minimum(length, sizes)
     chance = np.cumsum(sizes / reach) / np.sum(sizes / reach)
     count = max(1, round(float(np.sum(sizes / reach))))
-    out = []
+    rings = [np.concatenate([r, r[:n]]) for r, n in zip(rows, reach, strict=True)]
+    ring, begin = np.concatenate(rings), first + np.concatenate(([0], np.cumsum(reach)[:-1]))
     for _ in range(draws):
         part = np.minimum(np.searchsorted(chance, rng.random(count), side="right"), len(sizes) - 1)
-        starts = np.floor(rng.random(len(part)) * sizes[part]).astype(np.intp)
+        starts = begin[part] + np.floor(rng.random(len(part)) * sizes[part]).astype(np.intp)
         long = reach[part]
-        taken = np.repeat(np.arange(len(part)), long)
-        step = np.arange(len(taken)) - np.repeat(np.cumsum(long) - long, long)
-        k = part[taken]
-        out.append(first[k] + (starts[taken] + step) % sizes[k])
-    return out
+        if length >= WHOLE:
+            yield np.concatenate([ring[i : i + n] for i, n in zip(starts.tolist(), long.tolist(), strict=True)])
+        else:
+            yield ring[np.repeat(starts - np.cumsum(long) + long, long) + np.arange(int(long.sum()))]
 
 
 def _stretch(b: Blocks) -> float:

@@ -14,6 +14,7 @@ from stillhook.crane import Crane
 from stillhook.engine.pack import drum_record
 from stillhook.errors import StillhookError, ValidateError
 from stillhook.io.fields import Fields, described, no_log_twice, no_name_twice
+from stillhook.io.hook_depth import HookDepth, hook_depth
 from stillhook.io.log_mapping import mapping_from
 from stillhook.io.log_types import Signal
 from stillhook.library import load_crane
@@ -24,7 +25,7 @@ from stillhook.validate.criteria import Criteria, load_criteria
 from stillhook.validate.modes import OWN_MODES, modes_of, with_modes
 
 TOP = ("title", "date", "crane", "criteria", "delay", "signals", "modes", "test", "synthetic", "remarks")
-TEST = ("name", "log", "kind", "load", "mode", "s_w", "water", "signals", "start", "end")
+TEST = ("name", "log", "kind", "load", "payload", "depth", "h_tip", "mode", "s_w", "water", "signals", "start", "end")
 MARK = "SYNTHETIC"
 TIP_AND_WIRE = ("s_tip", "s_w", "e_c_measured")
 LONGEST_DELAY = 10.0  # s, as in a scenario's sensors
@@ -43,7 +44,8 @@ class Kind(StrEnum):
 class CraneTest:
     """One test. load: what the winch carries without the hook [kg], payload and wire out, for the twin's wire weighs nothing; None: from
     the load cell; s_w: wire out at the start [m], None: from the log; mode: of the PLC, None: from the log; start, end: the part of the log
-    that counts [s]; water: a submerged payload; modes: what the numbers of the log's mode mean, by number."""
+    that counts [s]; water: a submerged payload; modes: what the numbers of the log's mode mean, by number; payload: what hangs on
+    the hook [kg] where the file states it with the hook's depth instead of a load: the record computes the load from both, part by part."""
 
     name: str
     log: Path
@@ -56,6 +58,8 @@ class CraneTest:
     start: float
     end: float
     modes: Mapping[float, Mode] = field(default_factory=lambda: OWN_MODES)
+    payload: float | None = None
+    hook: HookDepth | None = None
 
 
 @dataclass(frozen=True)
@@ -101,6 +105,9 @@ def load_campaign(path: str | Path) -> Campaign:
         log = "logs/1.csv"             # seen from this file
         kind = "ahc"                   # ahc, limits or dynamics
         load = "82 t"                  # what the winch carries without the hook: payload, and weight of the wire out (winch load)
+        payload = "62 t"               # or: what hangs on the hook, with depth or h_tip: the weight of the wire out is computed
+        depth = "467 m"                # of the hook below the water line at the start of the test
+        h_tip = "20 m"                 # crane tip above the water line: instead of depth (or beside it, where nothing tells s_w)
         s_w = "487 m"                  # wire out at the start, where the log has no s_w
         mode = "ssc"                   # where the log has no mode
         start = "0 s"                  # the part of the log that counts
@@ -172,9 +179,8 @@ def _test(
     kind = test.text("kind")
     if kind not in list(Kind):
         raise test.wrong("kind", f"not one of {', '.join(Kind)}.")
-    load = test.quantity("load", "mass")
-    if load is not None and not 0.0 <= load <= crane.SWL:
-        raise test.wrong("load", f'"{crane.name}" is made for 0 t to {show(crane.SWL, "mass")}. Check the load.')
+    load, payload = (_mass(test, key, crane) for key in ("load", "payload"))
+    hook = _hook(test)
     L_full, s_w = drum_record(crane).L_full, test.quantity("s_w", "length")
     if s_w is not None and not 0.0 <= s_w <= L_full:
         raise test.wrong("s_w", f'"{crane.name}" has 0 m to {show(L_full, "length")} of wire.')
@@ -188,8 +194,33 @@ def _test(
     own, meaning = with_modes(own, modes)
     return CraneTest(
         name=name, log=test.file("log", folder), kind=Kind(kind), load=load, mode=_mode(test, Kind(kind)), s_w=s_w,
-        water=_water(test, load, crane), mapping=own, start=start, end=end, modes=meaning,
+        water=_water(test, payload if load is None else load, crane), mapping=own, start=start, end=end, modes=meaning,
+        payload=payload, hook=hook,
     )  # fmt: skip
+
+
+def _mass(test: Fields, key: str, crane: Crane) -> float | None:
+    mass = test.quantity(key, "mass")
+    if mass is not None and not 0.0 <= mass <= crane.SWL:
+        raise test.wrong(key, f'"{crane.name}" is made for 0 t to {show(crane.SWL, "mass")}. Check the {key}.')
+    return mass
+
+
+def _hook(test: Fields) -> HookDepth | None:
+    """Depth of the hook, with a payload and never with a load. Errors: ValidateError."""
+    hook, key = hook_depth(test), "depth" if "depth" in test else "h_tip"
+    if "payload" in test and "load" in test:
+        raise ValidateError(f"{test.place}load and payload: both given. load holds the weight of the wire out, payload does not: give one.")
+    if "payload" in test and hook is None:
+        raise ValidateError(f"{test.place}payload: needs depth or h_tip for the weight of the wire out. Give one, or load, wire included.")
+    if hook is not None and "load" in test:
+        raise ValidateError(
+            f"{test.place}load with {key}: load holds the weight of the wire out already. "
+            "Give payload, what hangs on the hook, or leave depth and h_tip out."
+        )
+    if hook is not None and "payload" not in test:
+        raise ValidateError(f"{test.place}{key}: without payload. Give payload, what hangs on the hook.")
+    return hook
 
 
 def _two_columns(mapping: Mapping[str, Signal] | None, place: str) -> None:

@@ -21,10 +21,12 @@ from stillhook.library.certificate import FORMAT
 from stillhook.validate.campaign import Campaign
 from stillhook.validate.certificate_envelope import envelope_of
 from stillhook.validate.certificate_words import certified_outcome, level_of, limitations
+from stillhook.validate.detection import detection_limits
 from stillhook.validate.lines import CriterionResult, Measure, Outcome, Step, say
 from stillhook.validate.measures import MEASURES
 from stillhook.validate.record import Record
 from stillhook.validate.report_texts import SEGMENT_HEAD, decisive, decisive_cells, line_cells, risks, segment_cells, segments, step_verdict
+from stillhook.validate.unjudged import unjudged
 from stillhook.validate.validation import Validation
 
 METHOD_FOLDERS = ("validate", "io")
@@ -47,7 +49,7 @@ def content_of(validation: Validation) -> dict[str, Any]:
     Errors: ValidateError where not all steps were taken.
     """
     if not validation.whole:
-        raise ValidateError("certificate: only some of the steps 0 to 5 were taken. Take them all for a certificate.")
+        raise ValidateError("certificate: only some of the steps 0 to 6 were taken. Take them all for a certificate.")
     campaign = validation.campaign
     envelope = envelope_of(validation.records, campaign.criteria.settings["window"])
     outcome, verdict = certified_outcome(validation, envelope)
@@ -71,8 +73,10 @@ def content_of(validation: Validation) -> dict[str, Any]:
         "steps": [_step(validation, step) for step in validation.steps],
         "data": [_data(campaign, record) for record in validation.records],
         "load_cases": {"header": list(SEGMENT_HEAD), "rows": [list(segment_cells(s)) for s in segments(validation)]},
+        "unjudged": plain(unjudged(validation)),
         "envelope": plain(envelope) if passed else None,
         "limitations": limitations(validation, passed),
+        "detection_limits": detection_limits().to_dict(),
     }  # fmt: skip
 
 
@@ -99,10 +103,11 @@ def versions() -> dict[str, Any]:
 
 
 @functools.cache
-def method_hash() -> str:
-    """Hash of the code by which logs are read, compared and judged."""
+def method_hash(without: str = "") -> str:
+    """Hash of the code by which logs are read, compared and judged; without the files of that name."""
     digest = hashlib.sha256()
-    inside = [p for folder in METHOD_FOLDERS for p in (PACKAGE / folder).rglob("*") if p.suffix in (".py", ".toml", ".typ")]
+    found = [p for folder in METHOD_FOLDERS for p in (PACKAGE / folder).rglob("*") if p.suffix in (".py", ".toml", ".typ")]
+    inside = [p for p in found if p.name != without]
     for path in sorted(inside) + [PACKAGE / name for name in METHOD_FILES]:
         digest.update(path.relative_to(PACKAGE).as_posix().encode() + b"\0" + path.read_bytes())
     return digest.hexdigest()[:16]

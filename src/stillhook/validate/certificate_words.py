@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
+from stillhook.validate import unjudged
+from stillhook.validate.detection import detection_limits
 from stillhook.validate.lines import Outcome, Verdict
 from stillhook.validate.report_texts import sentence
 from stillhook.validate.validation import Validation
@@ -73,8 +75,10 @@ def limitations(validation: Validation, passed: bool) -> list[dict[str, Any]]:
     found = {
         "Synthetic data": [SYNTHETIC] if validation.campaign.synthetic else [],
         "Not shown by these data": list(_not_shown(validation)),
+        unjudged.HEADING: unjudged.unjudged_says(validation),
         "Of this certificate" if passed else "Of this validation": list(ALWAYS),
         "Left out of the model": list(LEFT_OUT),
+        "What this method detects (simulated cranes with known defects)": list(detection_limits().sentences()),
     }
     return [{"heading": heading, "lines": lines} for heading, lines in found.items() if lines]
 

@@ -12,15 +12,18 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from stillhook.errors import StillhookError
+from stillhook.library.leakage import Point
 from stillhook.units import show
 from stillhook.validate.campaign import Campaign, Kind
 from stillhook.validate.dynamics_fit import Tuning, clusters_of, tune
-from stillhook.validate.dynamics_found import Found, found_of, measures_of
+from stillhook.validate.dynamics_form import Apart, apart
+from stillhook.validate.dynamics_found import Found, found_of, in_form, measures_of
 from stillhook.validate.dynamics_runs import Stretch, motor_command, stretch_of
 from stillhook.validate.dynamics_swings import Compared, compared
 from stillhook.validate.dynamics_tables import statements_of, tables_of
 from stillhook.validate.dynamics_unknowns import C_LEAK, NAMES, TUNED
-from stillhook.validate.implied_flow import balance
+from stillhook.validate.implied_flow import Balance, balance, leak_rows
+from stillhook.validate.implied_leak import LeakChoice
 from stillhook.validate.implied_parts import parts_of
 from stillhook.validate.lines import Measure, Step, StepNumber
 from stillhook.validate.record import Record, Segment
@@ -56,13 +59,16 @@ WHAT_TO_LOG = (
 @dataclass(frozen=True)
 class DynamicsStep(Step):
     """Step 4 with what its figures and the tuned crane need: stretches of the tests, their turns, the fit, and what it gave. None where
-    no test could be used."""
+    no test could be used. leak: form of the leakage by the flow balance of the tests with heave compensation; leak_at: point of which
+    C_leak_error speaks, None where it is not known."""
 
     stretches: tuple[Stretch, ...] = ()
     transients: tuple[Transient, ...] = ()
     tuning: Tuning | None = None
     tuned: tuple[Found, ...] = ()
     swings: Compared | None = None
+    leak: LeakChoice | None = None
+    leak_at: Point | None = None
 
 
 def check_dynamics(campaign: Campaign, records: tuple[Record, ...], progress: Callable[[float], None]) -> Step:
@@ -80,31 +86,54 @@ def check_dynamics(campaign: Campaign, records: tuple[Record, ...], progress: Ca
     progress(0.05)
     try:
         clusters = [clusters_of(s, turns) for s in stretches]
-        known = leakage_elsewhere(campaign, records)
+        flow = leakage_elsewhere(campaign, records)
+        known = expected_leakage(campaign, tests, flow)
         tuning = tune(campaign.crane, stretches, clusters, known, lambda x: progress(0.05 + 0.9 * x))
     except StillhookError as e:
         return _nothing(f"The twin does not run on it: {e}", tuple(said))
     swings = compared(stretches, turns, tuning)
-    found = tuple(found_of(tuning, name, swings.misfit_after) for name in TUNED)
+    differences = apart(tuning.fit, turns, known)
+    found = tuple(in_form(found_of(tuning, name, swings.misfit_after, differences), flow) for name in TUNED)
     return DynamicsStep(
         number=StepNumber.DYNAMICS, measures=measures_of(found, swings, stretches, turns, tuning),
         statements=statements_of(campaign.crane, found, tuning, swings, bool(known), said),
-        tables=tables_of(campaign.crane, found, tuning, swings), data=_data(found, swings, tuning),
+        tables=tables_of(campaign.crane, found, tuning, swings), data=_data(found, swings, tuning, differences),
         stretches=stretches, transients=turns, tuning=tuning, tuned=found, swings=swings,
+        leak=None if flow is None else flow.leak, leak_at=_leak_at(campaign, tests, flow),
     )  # fmt: skip
 
 
-def leakage_elsewhere(campaign: Campaign, records: tuple[Record, ...]) -> dict[str, tuple[float, float]]:
-    """What the flow balance of the tests with heave compensation tells of the leakage: the logarithm over the crane file's, its deviation.
-
-    Without load the leakage is a hundredth of the pumps' flow, in heave compensation it is more and lasts for half an hour; but it was
-    another oil that leaked then, by some kelvin.
-    """
+def leakage_elsewhere(campaign: Campaign, records: tuple[Record, ...]) -> Balance | None:
+    """The flow balance of the tests with heave compensation; None without such tests."""
     tests = [r for r in records if r.test.kind is Kind.AHC]
     b = balance(parts_of(campaign, tests)) if tests else None
-    if b is None or b.leakage.value is None or not -0.9 < b.leakage.value:
+    return b if b is not None and b.leakage.value > -0.9 else None
+
+
+def expected_leakage(campaign: Campaign, tests: Sequence[Record], flow: Balance | None) -> dict[str, tuple[float, float]]:
+    """What that balance tells of the leakage in the tests of the dynamics: the logarithm over the crane file's, its deviation.
+
+    Without load the leakage is a hundredth of the pumps' flow, in heave compensation it is more and lasts for half an hour; but it was
+    another oil that leaked then, by some kelvin. The form that the data speak for carries it to the settings and speeds of these tests,
+    and what the forms differ by there counts as uncertain.
+    """
+    if flow is None:
         return {}
-    return {C_LEAK: (math.log1p(b.leakage.value), math.hypot(b.leakage.half / 1.96 / (1.0 + b.leakage.value), OTHER_OIL))}
+    rows = leak_rows(parts_of(campaign, tests))
+    e = flow.leak.over(rows) if rows is not None and rows.used.any() else flow.leakage
+    if e.value <= -0.9:
+        return {}
+    return {C_LEAK: (math.log1p(e.value), math.hypot(e.half / 1.96 / (1.0 + e.value), OTHER_OIL))}
+
+
+def _leak_at(campaign: Campaign, tests: Sequence[Record], flow: Balance | None) -> Point | None:
+    """Where the leakage of step 4 holds: in its own turns, or where the flow balance judges it if that refutes the crane file's form."""
+    if flow is not None and flow.leak.refuted:
+        return flow.leak.judged_at
+    rows = leak_rows(parts_of(campaign, tests))
+    if rows is not None and rows.used.any():
+        return rows.at
+    return None if flow is None else flow.leak.at
 
 
 def _nothing(why: str, said: Sequence[str]) -> DynamicsStep:
@@ -175,10 +204,17 @@ def _conditions(campaign: Campaign, segment: Segment) -> list[str]:
     return out
 
 
-def _data(found: Sequence[Found], swings: Compared, tuning: Tuning) -> dict[str, object]:
+def _data(found: Sequence[Found], swings: Compared, tuning: Tuning, differences: Sequence[Apart]) -> dict[str, object]:
     """Numbers behind the figures for JSON, SI."""
     return {
-        "tuned": {f.name: {"factor": f.factor, "low": f.low, "high": f.high, "known": f.known} for f in found},
+        "tuned": {
+            f.name: {"factor": f.factor, "low": f.low, "high": f.high, "structural": f.structural, "known": f.known, "offered": f.offered}
+            for f in found
+        },
+        "groups": [
+            {"name": x.name, "groups": list(x.groups), "difference": x.difference, "deviation": x.deviation, "clear": x.beyond_sampling}
+            for x in differences
+        ],
         "beside": {name: float(tuning.fit.theta[i]) for i, name in enumerate(NAMES) if name not in TUNED},
         "fit": {"converged": tuning.fit.converged, "said": tuning.fit.said, "runs": tuning.fit.runs, "turns": tuning.fit.clusters},
         "swings": swings.to_dict(),

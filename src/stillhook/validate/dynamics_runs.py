@@ -30,6 +30,8 @@ SETTLE = 2.0
 """Start of a stretch that is not compared where the winch does not start at rest, as the twin does [s]: four of its periods."""
 MOVES = 0.02
 """Command of the pumps above which the winch does not start at rest [-]."""
+THREADS = 2
+"""Of the search for where to start, whose runs make several blocks; each block is what it is by one."""
 MOST_FINE = 5
 """Halvings of the step that are tried for a crane with little oil in its lines."""
 TIP_MOVES = 0.05
@@ -144,7 +146,7 @@ def repeated(cranes: Sequence[Crane], stretches: Sequence[Sequence[Stretch]], n_
     """The twin for every crane, side by side: one array (cranes, n, SIGNALS) a stretch, on the stretch's samples; a run that loses its
     numbers holds NaN from there on. stretches: for each the form that each crane runs; n_sub: steps per PLC cycle."""
     pairs = [(c, s.case) for own in stretches for c, s in zip(cranes, own, strict=True)]
-    results = run_cases([c for c, _ in pairs], [s for _, s in pairs], n_sub=n_sub, lanes=VL, every=1, threads=1)
+    results = run_cases([c for c, _ in pairs], [s for _, s in pairs], n_sub=n_sub, lanes=VL, every=1, threads=THREADS)
     columns = [Signals._fields.index(name) for name in SIGNALS]
     out = []
     for i, own in enumerate(stretches):

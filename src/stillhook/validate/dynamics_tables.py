@@ -8,9 +8,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from stillhook.crane import Crane
-from stillhook.engine.pack import active_record
-from stillhook.physics.motor import motor_leakage
-from stillhook.physics.pump import pump_leakage
+from stillhook.library.leakage import stated_leak
 from stillhook.units import show
 from stillhook.validate.dynamics_fit import Tuning
 from stillhook.validate.dynamics_found import Found
@@ -18,21 +16,15 @@ from stillhook.validate.dynamics_swings import Compared, Errors
 from stillhook.validate.dynamics_unknowns import C_H, C_LEAK, EXTRAS, INERTIA, PLACE, TUNED, UNKNOWNS
 from stillhook.validate.lines import Table
 
-LEAK_SPEED = 1000.0 * math.pi / 30.0
-"""Motor speed at which the total leakage is told, with the pumps full [rad/s]: as published for the library's cranes."""
 WORDS = {C_H: "capacitance of the lines", C_LEAK: "leakage", INERTIA: "inertia"}
 LETTERS = {C_H: "C_h", C_LEAK: "C_leak", INERTIA: "J_m_eff"}
 
 
-def leakage(crane: Crane) -> float:
-    """Total leak conductance of the active circuit with the pumps full and the motors at LEAK_SPEED [m^3/s/Pa]."""
-    a = active_record(crane)
-    return float(pump_leakage(1.0, a.pumps.leak) + motor_leakage(LEAK_SPEED, a.motors))
-
-
 def amounts(crane: Crane) -> dict[str, tuple[float, str]]:
-    """Values of the three tuned numbers in the crane file, and their kind of quantity; the capacitance as volume of oil in a line."""
-    return {C_H: (crane.active.line.V, "volume"), C_LEAK: (leakage(crane), "leakage"), INERTIA: (crane.inertia.J_m_eff, "inertia")}
+    """Values of the three tuned numbers in the crane file, and their kind of quantity: volume of oil in a line, leak conductance at
+    the point that the file states, inertia."""
+    a = crane.active
+    return {C_H: (a.line.V, "volume"), C_LEAK: (stated_leak(a), "leakage"), INERTIA: (crane.inertia.J_m_eff, "inertia")}
 
 
 def statements_of(
@@ -42,12 +34,14 @@ def statements_of(
     out = []
     own = amounts(crane)
     for f in found:
-        value, kind = own[f.name]
+        value, kind = own[f.name] if f.of is None else (f.of, own[f.name][1])
         if f.known:
+            whose = "the file gives" if f.of is None else "the twin has, at the working point of heave compensation,"
+            amount = f"{show(f.factor * value, kind, 4)} where {whose} {show(value, kind, 4)}{_oil(crane, f.name)}"
             out.append(
                 f"{WORDS[f.name].capitalize()} {LETTERS[f.name]} is {100.0 * (f.factor - 1.0):+.1f} % off the crane file "
-                f"(95 %: {100.0 * (f.low - 1.0):+.1f} to {100.0 * (f.high - 1.0):+.1f} %), "
-                f"{show(f.factor * value, kind, 4)} where the file gives {show(value, kind, 4)}{_oil(crane, f.name)}."
+                f"(95 %: {100.0 * (f.low - 1.0):+.1f} to {100.0 * (f.high - 1.0):+.1f} %), {amount}."
+                f"{_form(f)}"
             )
         else:
             out.append(f"{WORDS[f.name].capitalize()} {LETTERS[f.name]} cannot be told from these tests. {f.why}")
@@ -58,6 +52,14 @@ def statements_of(
     if elsewhere:
         out.append("The leakage rests on these turns and on the flow balance of the tests with heave compensation, where more of it flows.")
     return (*out, *said)
+
+
+def _form(f: Found) -> str:
+    """What the form of the law has to do with a number, as a sentence."""
+    if not f.form:
+        return ""
+    part = f" Of the interval +- {100.0 * f.structural:.1f} % are from the form of the law"
+    return f"{part}, for {f.form}." if f.fits else f"{part}. Not offered as a tuned value: {f.form}."
 
 
 def _figures(swings: Compared) -> str:
@@ -91,7 +93,7 @@ def tables_of(crane: Crane, found: Sequence[Found], tuning: Tuning, swings: Comp
 def _tuned(crane: Crane, found: Sequence[Found]) -> Table:
     rows = []
     for f in found:
-        value, kind = amounts(crane)[f.name]
+        value, kind = amounts(crane)[f.name] if f.of is None else (f.of, amounts(crane)[f.name][1])
         if f.known:
             cells = (show(f.factor * value, kind, 4), f"{show(f.low * value, kind, 4)}", f"{show(f.high * value, kind, 4)}")
             rows.append((LETTERS[f.name], show(value, kind, 4), *cells, f"{100.0 * (f.factor - 1.0):+.1f} %"))

@@ -6,7 +6,8 @@ import math
 from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
-from stillhook.crane import Crane, MotorSet, beside_wire
+from stillhook.crane import Crane, LeakForm, MotorSet, beside_wire
+from stillhook.library.leakage import form_of
 
 C_H, C_LEAK, INERTIA, VISCOUS, SPEED_LEAKAGE = "C_h", "C_leak", "J_m_eff", "viscous", "speed_leakage"
 TUNED = (C_H, C_LEAK, INERTIA)
@@ -46,9 +47,19 @@ def _leakage(crane: Crane, x: float) -> Crane:
     return crane.model_copy(update={"active": a.model_copy(update={"motor": motor, "pump": pump})})
 
 
+WITHOUT_SPEED: Mapping[LeakForm, LeakForm] = {LeakForm.CONSTANT: LeakForm.SPEED, LeakForm.STROKE: LeakForm.STROKE_SPEED}
+"""Forms of leak that do not go with the motors' speed, and each with it."""
+
+
 def _speed_leakage(crane: Crane, x: float) -> Crane:
-    motor = crane.active.motor.model_copy(update={"C_2": crane.active.motor.C_2 * x})
-    return crane.model_copy(update={"active": crane.active.model_copy(update={"motor": motor})})
+    """C_2 times x, whatever the form; in a form without it, C_2 (x - 1) beside what the motors leak."""
+    a, leak = crane.active, form_of(crane.active)
+    C_1, C_2 = a.motor.C_1, a.motor.C_2 * x
+    if leak.form in WITHOUT_SPEED:
+        C_1, C_2 = C_1 + a.motor.C_2 * leak.at.n_m, C_2 - a.motor.C_2
+        leak = leak.model_copy(update={"form": WITHOUT_SPEED[leak.form]})
+    motor = a.motor.model_copy(update={"C_1": C_1, "C_2": C_2})
+    return crane.model_copy(update={"active": a.model_copy(update={"motor": motor, "leak": leak})})
 
 
 def _inertia(crane: Crane, x: float) -> Crane:

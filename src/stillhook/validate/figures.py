@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from stillhook.io.page import png
 from stillhook.validate import ahc_figures, controller_figures, data_set_figures, dynamics_figures, limits_figures, parameters_figures
 from stillhook.validate.lines import StepNumber
+from stillhook.validate.passive import figures as passive_figures
 from stillhook.validate.validation import Validation
 
 if TYPE_CHECKING:
@@ -20,6 +21,7 @@ FIGURES: Mapping[StepNumber, Callable[..., dict[str, Any]]] = {
     StepNumber.LIMITS: limits_figures.figures,
     StepNumber.DYNAMICS: dynamics_figures.figures,
     StepNumber.AHC: ahc_figures.figures,
+    StepNumber.PASSIVE: passive_figures.figures,
 }
 """Each takes (step, campaign, records) and returns its figures by stem."""
 

@@ -14,8 +14,10 @@ from stillhook.validate.implied_load import Cell, cells
 from stillhook.validate.implied_parts import Part
 from stillhook.validate.implied_pressures import Pressures, passive_pressure, pressures
 from stillhook.validate.implied_reference import Reference, references
+from stillhook.validate.implied_rest import Rests, rests
 from stillhook.validate.implied_settings import Offset, PumpSetting, motor_offset, pump_setting
 from stillhook.validate.implied_transmission import Lever, levers
+from stillhook.validate.record import Record
 
 
 @dataclass(frozen=True)
@@ -36,10 +38,11 @@ class Implied:
     references: tuple[Reference, ...]
     pressures: tuple[Pressures, ...]
     p_hp: tuple[float, float] | None
+    rests: Rests | None = None
 
 
-def implied_by(parts: Sequence[Part], progress: Callable[[float], None]) -> Implied:
-    """Take every check on the parts; the clock first, because lengths over speeds hang on it."""
+def implied_by(parts: Sequence[Part], progress: Callable[[float], None], records: Sequence[Record] = ()) -> Implied:
+    """Take every check on the parts; the clock first, because lengths over speeds depend on it. records: for rests, which may be short."""
     meter = Meter(6.0, progress)
     parts = tuple(parts)
     found = ratios(parts)
@@ -52,5 +55,5 @@ def implied_by(parts: Sequence[Part], progress: Callable[[float], None]) -> Impl
     meter.part(1.0)(1.0)
     return Implied(
         parts, found, clock, jump, drum, motor, pump, flow, load, friction, tip_delays(parts), references(parts), pressures(parts),
-        passive_pressure(parts),
+        passive_pressure(parts), rests(parts[0].crane, records) if parts and records else None,
     )  # fmt: skip

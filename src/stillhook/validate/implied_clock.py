@@ -10,7 +10,7 @@ import numpy as np
 from stillhook.units import show
 from stillhook.validate.implied_curves import Slope, integral, later, slope, smoothed
 from stillhook.validate.implied_parts import Part, by_test
-from stillhook.validate.implied_regression import Estimate, pooled
+from stillhook.validate.implied_regression import Estimate, one_number, pooled
 
 DOUBT = {"v_w": 0.003, "v_tip": 0.0005, "a_tip": 0.003}
 """What a rate's own calibration may be off by [-]: a motion unit makes position and speed out of the same samples, a wire speed comes from
@@ -91,7 +91,7 @@ def clock_of(found: Mapping[str, Ratio]) -> Clock:
     if len(group) < 2:
         note = f"{' and '.join(fast)} each differ from what they are the rate of, by different amounts: calibrations, no clock"
         return Clock(None, fast, note)
-    error = pooled([_doubted(name, fast[name]) for name in group])
+    error = one_number([_doubted(name, fast[name]) for name in group])
     rest = {name: Estimate(e.value - error.value, float(np.hypot(e.half, error.half))) for name, e in fast.items()}
     return Clock(error, rest, f"{' and '.join(group)} agree on it")
 

@@ -4,19 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stillhook.library.leakage import pump_leak
 from stillhook.physics.motor import motor_leakage
 from stillhook.physics.pump import LEAK_KNOTS, PumpLeak
 from stillhook.physics.valves import external_leakage, internal_leakage
 from stillhook.units import parse
 from stillhook.validate.campaign import Kind
 from stillhook.validate.implied_curves import bridged, differences, integral, moments
+from stillhook.validate.implied_leak import SLIP_PRESSURE, LeakChoice, LeakRows, choose
 from stillhook.validate.implied_parts import Part
-from stillhook.validate.implied_regression import Estimate, Fit, FloatArray, fit
+from stillhook.validate.implied_regression import Estimate, FloatArray
 from stillhook.validate.implied_settings import known_setting
 
 WINDOW = 0.5
@@ -29,15 +29,17 @@ LEAST_ROWS = 100
 @dataclass(frozen=True)
 class Balance:
     """What the balance implies over what the twin has, less 1: ratio of pump to motor displacement (with their speeds), leakage,
-    capacitance of a line; offset: zero error of the pump setting [-]. twin_leakage: the twin's whole leak conductance at the mean of the
-    data [m^3/s/Pa]; tests that it rests on; measured_motors, measured_pumps: settings were logged, not made from commands.
+    capacitance of a line; offset: zero error of the pump setting [-]. leak: the form of the leakage that the data speak for, with which
+    the others were fitted. twin_leakage: the twin's whole leak conductance at the working point of the data, weighted with the pressure
+    that drives it [m^3/s/Pa]; tests that it rests on; measured_motors, measured_pumps: settings were logged, not made from commands.
     For figures, window by window towards the higher line [m^3/s]: Q_p of the pumps, Q_m of the motors, Q_lost what is missing between
-    them, Q_leak what the twin's leakage would take."""
+    them, Q_leak what the twin's leakage would take, Q_form what the chosen form takes."""
 
     ratio: Estimate
     leakage: Estimate
     capacitance: Estimate
     offset: Estimate
+    leak: LeakChoice
     twin_leakage: float
     tests: tuple[str, ...]
     measured_motors: bool
@@ -46,6 +48,7 @@ class Balance:
     Q_m: FloatArray
     Q_lost: FloatArray
     Q_leak: FloatArray
+    Q_form: FloatArray
 
 
 def pump_conductance(alpha_p: FloatArray, leak: PumpLeak) -> FloatArray:
@@ -61,31 +64,34 @@ def balance(parts: Sequence[Part]) -> Balance | None:
     in the direction of the higher line, integrated. On that line neither boost nor flushing flow. Source: Moslatt 2020 E eq. 11.
     Tests with heave compensation alone are used where there are any: at full pumps the electric motors slip, which looks like leakage.
     """
-    mine = [p for p in parts if p.kind is Kind.AHC]
-    rows = [row for part in mine or parts if (row := _rows(part)) is not None]
-    if not rows:
+    mine = [p for p in parts if p.kind is Kind.AHC] or list(parts)
+    rows = leak_rows(mine)
+    if rows is None or np.isfinite(rows.Q_m).sum() < LEAST_ROWS:
         return None
-    Q_m, Q_p, zero, leak, C, rate, block = (np.concatenate(c) for c in zip(*rows, strict=True))
-    if np.isfinite(Q_m).sum() < LEAST_ROWS:
-        return None
-    found = fit((Q_p, zero, -leak, -C, rate), Q_m, block)
-    if found is None:
-        return None
-    return _balance(mine or parts, found, (Q_p, zero, leak, C, rate), Q_m)
+    leak = choose(parts[0].crane, rows)
+    return None if leak is None else _balance(mine, rows, leak)
 
 
-def _balance(parts: Sequence[Part], found: Fit, columns: tuple[FloatArray, ...], Q_m: FloatArray) -> Balance:
-    Q_p, zero, leak, C, rate = columns
+def leak_rows(parts: Sequence[Part]) -> LeakRows | None:
+    """The windows of all parts whose signals suffice; None where none does."""
+    rows = [row for part in parts if (row := _rows(part)) is not None]
+    return LeakRows.joined(rows) if rows else None
+
+
+def _balance(parts: Sequence[Part], rows: LeakRows, leak: LeakChoice) -> Balance:
     pumps = parts[0].params.active.pumps
     full = pumps.D_max * pumps.omega_p
     logged = [p for p in parts if _logged(p)]
-    mean = np.concatenate([_conductance(p) for p in logged])
+    b = leak.chosen.fit.b
+    slip = leak.slip.value if leak.slip is not None else 0.0
+    lost = b[0] * rows.Q_p + b[1] * rows.way - b[2] * rows.C_h + b[3] * rows.rate - slip * rows.slip - rows.Q_m
+    form = np.sum([x * rows.column(n) for n, x in leak.chosen.coefficients.items()], axis=0)
     return Balance(
-        ratio=Estimate(float(found.b[0]) - 1.0, found.half(0), found.blocks), leakage=Estimate(float(found.b[2]) - 1.0, found.half(2)),
-        capacitance=Estimate(float(found.b[3]) - 1.0, found.half(3)), offset=Estimate(float(found.b[1] / full), found.half(1) / full),
-        twin_leakage=float(np.nanmean(mean)), measured_motors=all(p.has("alpha_m") for p in logged),
+        ratio=leak.beside("Q_p", -1.0), leakage=leak.value, capacitance=leak.beside("C_h", -1.0),
+        offset=leak.beside("way", 0.0, 1.0 / full), leak=leak, twin_leakage=leak.twin,
+        measured_motors=all(p.has("alpha_m") for p in logged),
         tests=tuple(dict.fromkeys(p.test for p in logged)), measured_pumps=all(p.has("alpha_p") for p in logged),
-        Q_p=Q_p, Q_m=Q_m, Q_lost=found.b[0] * Q_p + found.b[1] * zero - found.b[3] * C + found.b[4] * rate - Q_m, Q_leak=leak,
+        Q_p=rows.Q_p, Q_m=rows.Q_m, Q_lost=lost, Q_leak=rows.own, Q_form=form,
     )  # fmt: skip
 
 
@@ -93,37 +99,38 @@ def _logged(part: Part) -> bool:
     return part.has("p_a", "p_b") and part.omega_m is not None
 
 
-def _conductance(part: Part) -> FloatArray:
-    """The twin's leak conductance of pumps and motors together at the measured settings and speeds, (n,) [m^3/s/Pa]."""
-    active, alpha_p = part.params.active, known_setting(part, "p")
-    assert part.omega_m is not None
-    pumps = pump_conductance(alpha_p, active.pumps.leak) if alpha_p is not None else np.nan
-    return np.asarray(pumps + motor_leakage(part.omega_m, active.motors))
-
-
-def _rows(part: Part) -> tuple[NDArray[Any], ...] | None:
-    """Means over windows in the direction of the higher line: Q_m, Q_p, one (a zero error of the pumps), leak flow, C_h dp/dt, rate of Q_m
-    (a lag of the speed signal), block."""
+def _rows(part: Part) -> LeakRows | None:
+    """Means over windows in the direction of the higher line; None where signals are missing. rate is the flow of the motors' acceleration:
+    a speed that was logged late has it, times its lag, whatever the displacement does meanwhile."""
     alpha_p, alpha_m = known_setting(part, "p"), known_setting(part, "m")
     if not _logged(part) or alpha_p is None or alpha_m is None:
         return None
     omega_m, active, step = part.omega_m, part.params.active, part.step
     assert omega_m is not None
     p_a, p_b = (bridged(part[name], step) for name in ("p_a", "p_b"))
-    dp, C = p_a - p_b, _conductance(part)
+    dp = p_a - p_b
     higher = np.maximum(p_a, p_b)
     D_m = active.motors.count * active.motors.D_max
+    head = internal_leakage(1.0, np.abs(dp)) + external_leakage(1.0, higher)
+    own = pump_conductance(alpha_p, active.pumps.leak) + np.asarray(motor_leakage(omega_m, active.motors))
     flows = {
         "Q_m": D_m * alpha_m * omega_m,
         "Q_p": active.pumps.D_max * active.pumps.omega_p * alpha_p,
-        "leak": internal_leakage(C, np.abs(dp)) + external_leakage(C, higher),
+        "head": head,
+        "stroke": head * pump_conductance(alpha_p, pump_leak(part.crane.active.pump)),
+        "speed": head * np.abs(omega_m),
+        "own": head * own,
+        "slip": active.pumps.D_max * active.pumps.omega_p * alpha_p**2 * np.abs(dp) / SLIP_PRESSURE,
+        "alpha": head * np.abs(alpha_p),
+        "dp": np.abs(dp),
     }
     mean = {name: differences(integral(x, step), step, WINDOW) / WINDOW for name, x in flows.items()}
     way = _way(dp, higher, part)
+    mean["Q_m"], mean["Q_p"] = np.where(way != 0.0, way * mean["Q_m"], np.nan), way * mean["Q_p"]
     C_h = differences(higher, step, WINDOW) / WINDOW / active.i_C_h
-    Q_m = np.where(way != 0.0, way * mean["Q_m"], np.nan)
-    rate = way * differences(flows["Q_m"], step, WINDOW) / WINDOW
-    return Q_m, way * mean["Q_p"], way, mean["leak"], C_h, rate, part.blocks(moments(part, WINDOW))
+    lag = D_m * integral(alpha_m * np.gradient(omega_m, step), step)
+    rate = way * differences(lag, step, WINDOW) / WINDOW
+    return LeakRows(way=way, C_h=C_h, rate=rate, block=part.blocks(moments(part, WINDOW)), **mean)
 
 
 def _way(dp: FloatArray, higher: FloatArray, part: Part) -> FloatArray:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +21,10 @@ EVERY = 0.2
 """Width of the means that are compared [s]: pressures swing faster, the sea moves slower."""
 MOVING = 10.0
 """Least motor speed [rad/s], about 100 rev/min: below, friction turns round and a bristle, not a law, says what it is."""
+
+CALIBRATION = 0.005
+"""What the classes of the sensors leave open of the friction that the torques make up, whatever the samples [-]: pressure transmitters
+0.3 %, displacement of the active motors 0.4 % (assumed: class of a transmitter, sorted units of one type)."""
 
 
 @dataclass(frozen=True)
@@ -64,8 +69,12 @@ def frictions(parts: Sequence[Part]) -> tuple[Friction, ...]:
 
 
 def overall(found: Sequence[Friction]) -> Estimate | None:
-    """Scale over all tests, less 1."""
-    return pooled([f.scale for f in found]) if found else None
+    """Scale over all tests, less 1; CALIBRATION is in its interval as structural, for it is the same in all tests."""
+    if not found:
+        return None
+    e = pooled([f.scale for f in found])
+    structural = math.hypot(e.structural, CALIBRATION)
+    return Estimate(e.value, math.hypot(e.half, CALIBRATION), e.blocks, structural)
 
 
 def _test(test: str, parts: Sequence[Part]) -> Friction | None:
@@ -88,26 +97,59 @@ def _friction(test: str, found: Fit, lever: float, measured: FloatArray, model: 
     )  # fmt: skip
 
 
+class States(NamedTuple):
+    """What friction goes with, as means over EVERY seconds, each (n,): omega motor speed [rad/s]; alpha_m setting [-] and dp pressure drop
+    [Pa] of the active motors; T_w torque of the wire at the motor shaft [N m]; passive setting [-] and pressure drop [Pa] of the passive
+    motors, 0 without any."""
+
+    omega: FloatArray
+    alpha_m: FloatArray
+    dp: FloatArray
+    T_w: FloatArray
+    passive: tuple[Any, Any]
+
+
+def states(part: Part) -> States:
+    """The states of a part that lacks nothing (`missing`)."""
+    step, every = part.step, max(1, round(EVERY / part.step))
+    s = {name: _mean(bridged(part[name], step), part, every) for name in ("p_a", "p_b", "F_w")}
+    passive: tuple[Any, Any] = 0.0, 0.0
+    if part.crane.passive is not None:
+        passive = _mean(part["alpha_pm"], part, every), _mean(part["p_hp"], part, every) - part.crane.passive.p_lp
+    return States(
+        _mean(part.omega_m, part, every), _mean(known_setting(part, "m"), part, every), s["p_a"] - s["p_b"],
+        s["F_w"] * _mean(part.lever, part, every), passive,
+    )  # fmt: skip
+
+
+def slope_beside(parts: Sequence[Part], friction: Callable[[Part, States], FloatArray]) -> float | None:
+    """What the measure would be of a winch of this friction law [N m, a magnitude] at the moments of the parts, and nothing else in its
+    torques: law over the twin's, less 1. None where the winch does not move."""
+    columns = []
+    for part in parts:
+        s, (_, model, spring, rate, one, block) = states(part), _rows(part)
+        own = np.where(np.abs(s.omega) > MOVING, np.sign(s.omega) * friction(part, s), np.nan)
+        columns.append((model, one, spring, rate, own, block))
+    *regressors, own, block = (np.concatenate(c) for c in zip(*columns, strict=True))
+    found = fit(regressors, own, block)
+    return None if found is None else float(found.b[0]) - 1.0
+
+
 def _rows(part: Part) -> tuple[NDArray[Any], ...]:
     """Means over EVERY seconds: torque left, the twin's friction with the sign of the motion, wire out about its middle, angular
     acceleration, one, block; NaN where the motors stand or turn round."""
     step, every = part.step, max(1, round(EVERY / part.step))
-    s = {name: _mean(bridged(part[name], step), part, every) for name in ("p_a", "p_b", "F_w")}
+    s = states(part)
     s_w = _mean(bridged(part.wire_out, step), part, every)
-    omega, lever = _mean(part.omega_m, part, every), _mean(part.lever, part, every)
-    alpha_m = _mean(known_setting(part, "m"), part, every)
-    dp = s["p_a"] - s["p_b"]
-    T = motor_torque(part.crane.active.motor.D_total * alpha_m, dp) - s["F_w"] * lever
-    passive: tuple[Any, Any] = 0.0, 0.0
+    T = motor_torque(part.crane.active.motor.D_total * s.alpha_m, s.dp) - s.T_w
     if part.crane.passive is not None:
-        passive = _mean(part["alpha_pm"], part, every), _mean(part["p_hp"], part, every) - part.crane.passive.p_lp
-        T = T + motor_torque(part.crane.passive.motor.D_total * passive[0], passive[1])
+        T = T + motor_torque(part.crane.passive.motor.D_total * s.passive[0], s.passive[1])
     rate = _rate(part.omega_m, part, every)
     T = T - part.inertia * rate
-    model = twin_friction(part, omega, alpha_m, dp, s["F_w"] * lever * part.crane.i_hD, passive)
-    moving = np.abs(omega) > MOVING
+    model = twin_friction(part, s.omega, s.alpha_m, s.dp, s.T_w * part.crane.i_hD, s.passive)
+    moving = np.abs(s.omega) > MOVING
     spring = s_w - np.nanmean(s_w)
-    return np.where(moving, T, np.nan), np.sign(omega) * model, spring, rate, np.ones_like(T), part.blocks(part.t[::every])
+    return np.where(moving, T, np.nan), np.sign(s.omega) * model, spring, rate, np.ones_like(T), part.blocks(part.t[::every])
 
 
 def twin_friction(

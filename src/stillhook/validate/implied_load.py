@@ -84,8 +84,8 @@ def _wire(heavy: Sequence[Cell], parts: Sequence[Part]) -> str:
     if ((more < AS_WIRE[0] * weight) | (more > AS_WIRE[1] * weight)).any():
         return ""
     return (
-        f"it feels the wire paid out as well, {show(float(weight.max()) / G, 'mass', 3)} at most: give as load what the winch carries "
-        "without the hook, the wire's weight with it"
+        f"it feels the wire paid out as well, {show(float(weight.max()) / G, 'mass', 3)} at most: give payload and depth, or as load "
+        "what the winch carries without the hook, the wire's weight with it"
     )
 
 

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping
 import numpy as np
 
 from stillhook.crane import ServoVariant
+from stillhook.library.leakage import point_text
 from stillhook.units import number, show
 from stillhook.validate import implied_delay, implied_friction
 from stillhook.validate.campaign import Campaign, Kind
@@ -14,8 +15,9 @@ from stillhook.validate.implied import Implied
 from stillhook.validate.implied_clock import Ratio, jump_says
 from stillhook.validate.implied_flow import Balance
 from stillhook.validate.implied_friction import Friction
+from stillhook.validate.implied_leak import form_says
 from stillhook.validate.implied_load import CLOSE, cell_says
-from stillhook.validate.implied_regression import Estimate
+from stillhook.validate.implied_regression import Estimate, by_case
 from stillhook.validate.implied_transmission import diagnosis
 from stillhook.validate.lines import Measure
 from stillhook.validate.measures import MEASURES
@@ -45,7 +47,7 @@ def measure(name: str, e: Estimate | None, *, test: str = "", data: str = "", no
     if e is None:
         return Measure(name, None, quantity, test=test, data=data, note=note)
     bounded = np.isfinite(e.half) and e.half > 0.0
-    return Measure(name, e.value, quantity, e.low if bounded else None, e.high if bounded else None, test, data, note)
+    return Measure(name, e.value, quantity, e.low if bounded else None, e.high if bounded else None, test, data, note, e.structural)
 
 
 def rests_on(found: Implied, tests: Iterable[str], blocks: int = 0) -> str:
@@ -120,11 +122,12 @@ def _flow(found: Implied) -> list[Measure]:
     b = found.balance
     if b is None:
         note = "log p_a, p_b, the motor speed, alpha_m (or u_m) and alpha_p (or u_p), with pressure in one line"
-        return [measure(name, None, note=note) for name in ("displacement_ratio_error", "leakage_error")]
+        return [measure(name, None, note=note) for name in ("displacement_ratio_error", "leakage_error", "leakage_here_error")]
     data = rests_on(found, b.tests, b.ratio.blocks)
     return [
         measure("displacement_ratio_error", b.ratio, data=data, note=_ratio_says(b)),
-        measure("leakage_error", b.leakage, data=data, note=_leak_says(b)),
+        measure("leakage_error", b.leak.judged, data=data, note=_leak_says(b)),
+        measure("leakage_here_error", b.leakage, data=data, note=f"at {point_text(b.leak.at)}, where the leakage of these data flows"),
     ]
 
 
@@ -136,8 +139,14 @@ def _ratio_says(b: Balance) -> str:
 
 
 def _leak_says(b: Balance) -> str:
-    implied = show(b.twin_leakage * (1.0 + b.leakage.value), "leakage", 3)
-    return f"{implied} implied, {show(b.twin_leakage, 'leakage', 3)} in the twin at the mean of these data"
+    leak = b.leak
+    implied, ours = (show(x, "leakage", 3) for x in (b.twin_leakage * (1.0 + b.leakage.value), b.twin_leakage))
+    text = f"{implied} implied, {ours} in the twin at the working point of these data ({point_text(leak.at)})"
+    if leak.refuted:
+        text += f"; {form_says(leak)}"
+    elif len(leak.left) > 1:
+        text += f", form as in the crane file; the data do not tell these forms apart: {', '.join(leak.left)}"
+    return text
 
 
 def _cells(found: Implied) -> list[Measure]:
@@ -170,9 +179,8 @@ def _friction(found: Implied) -> list[Measure]:
 def _friction_says(found: Implied, mine: list[Friction], scale: Estimate) -> str:
     if 1.0 + scale.value < SWAPPED:
         return "friction drives the winch: p_a and p_b are swapped, or the speed is counted the wrong way"
-    each = [1.0 + f.scale.value for f in mine]
-    text = f"{number(1.0 + scale.value, 3)} times the twin's"
-    text += f", {number(min(each), 3)} to {number(max(each), 3)} by test" if len(each) > 1 else ""
+    each = by_case({f.test: 1.0 + f.scale.value for f in mine}, lambda x: number(x, 3))
+    text = f"{number(1.0 + scale.value, 3)} times the twin's{f', {each}' if each else ''}"
     others = [f"{number(1.0 + f.scale.value, 3)} in {f.test}" for f in found.frictions if f not in mine]
     text += f"; not judged, for it is no heave compensation: {', '.join(others)}" if others else ""
     part = {p.test: p for p in found.parts}
@@ -190,8 +198,9 @@ def _delay(campaign: Campaign, found: Implied) -> list[Measure]:
         return [measure("tip_delay_error", None, note="the load cell is wrong: mend it first")]
     total = implied_delay.overall(found.delays)
     assert total is not None
-    told = f"{in_ms(total.value)} ms found, {in_ms(campaign.delay)} ms stated"
-    if total.half > implied_delay.TOLD:
+    each = by_case({d.test: d.delay.value for d in found.delays}, lambda x: f"{in_ms(x)} ms")
+    told = f"{in_ms(total.value)} ms found{f', {each}' if each else ''}, {in_ms(campaign.delay)} ms stated"
+    if total.half > implied_delay.TOLD and abs(total.value - campaign.delay) < total.half:
         note = f"{told}, +- {in_ms(total.half)} ms: load, motion or load cell are too weak; test a heavy load with little wire out"
         return [measure("tip_delay_error", None, note=note)]
     e = Estimate(total.value - campaign.delay, total.half, total.blocks)

@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from stillhook.validate.scatter import NORMAL, random_effects, t_factor
 from stillhook.validate.sums import dot
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.intp]
 
-LEVEL = 0.95
 FEWEST_BLOCKS = 4
 """Blocks from which an interval may be told: with fewer, the t factor on top of a variance of two numbers says nothing."""
 SAFE = 1e-10
@@ -54,11 +54,13 @@ class Fit:
 
 @dataclass(frozen=True)
 class Estimate:
-    """A number with half of its 95 % interval."""
+    """A number with half of its 95 % interval, sampling and structural together. structural: half width that the form of a law leaves
+    beside the sampling error, same quantity; half is the root of the sum of their squares."""
 
     value: float
     half: float
     blocks: int = 0
+    structural: float = 0.0
 
     @property
     def low(self) -> float:
@@ -67,13 +69,6 @@ class Estimate:
     @property
     def high(self) -> float:
         return self.value + self.half
-
-
-def t_factor(dof: float) -> float:
-    """Two-sided 95 % quantile of Student's distribution."""
-    from scipy.special import stdtrit  # heavy: only where something is fitted
-
-    return float(stdtrit(max(dof, 1.0), 0.5 + 0.5 * LEVEL))
 
 
 def fit(columns: Sequence[FloatArray], y: FloatArray, block: IntArray) -> Fit | None:
@@ -122,15 +117,33 @@ def _jackknife(values: FloatArray) -> float:
 
 
 def pooled(found: Sequence[Estimate]) -> Estimate:
-    """The mean of several estimates, weighted by their intervals, which grow where the estimates differ by more than they allow.
+    """The mean of one quantity over tests, each with its own true value about it: the scatter between the tests is in its interval
+    (`stillhook.validate.scatter`), and the largest structural error of them stays."""
+    if len(found) == 1:
+        return found[0]
+    value, half = random_effects([e.value for e in found], [e.half for e in found])
+    structural = max(e.structural for e in found)
+    return Estimate(value, max(half, structural), sum(e.blocks for e in found), structural)
+
+
+def one_number(found: Sequence[Estimate]) -> Estimate:
+    """The mean of several readings of one and the same number, weighted by their intervals, which grow where the readings differ by more
+    than they allow.
 
     Source: the ratio of Birge 1932, as for physical constants.
     """
-    half = np.array([e.half for e in found])
-    value = np.array([e.value for e in found])
+    half, value = np.array([e.half for e in found]), np.array([e.value for e in found])
     if len(found) == 1:
         return found[0]
     w = 1.0 / np.maximum(half, 1e-12) ** 2
-    mean = float(w @ value / w.sum())
-    spread = math.sqrt(float(w @ (value - mean) ** 2) * (t_factor(1e9) ** 2) / (len(found) - 1))
+    mean = dot(w, value) / float(w.sum())
+    spread = math.sqrt(dot(w, (value - mean) ** 2) * NORMAL**2 / (len(found) - 1))
     return Estimate(mean, max(1.0, spread) / math.sqrt(float(w.sum())), sum(e.blocks for e in found))
+
+
+def by_case(values: Mapping[str, float], words: Callable[[float], str]) -> str:
+    """The smallest and the largest of several cases with their names, "1.08 (limits) to 1.16 (3)"; "" for one case."""
+    if len(values) < 2:
+        return ""
+    low, high = min(values, key=lambda name: values[name]), max(values, key=lambda name: values[name])
+    return f"{words(values[low])} ({low}) to {words(values[high])} ({high}) by test"

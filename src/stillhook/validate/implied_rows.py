@@ -19,7 +19,7 @@ Row = tuple[str, str, str, str, str, str]
 
 def table(campaign: Campaign, found: Implied, told: Sequence[Measure]) -> Table:
     """One row a parameter, those of the drum and the load cell one a test."""
-    rows = [*_drum(found), *_hydraulics(found, told), *_forces(found), *_times(campaign, found, told)]
+    rows = [*_drum(found), *_hydraulics(found, told), *_forces(found), *_at_rest(found), *_times(campaign, found, told)]
     return Table(TITLE, HEADER, tuple(rows))
 
 
@@ -76,6 +76,15 @@ def _forces(found: Implied) -> list[Row]:
         scaled = Estimate(f.mean * (1.0 + f.scale.value), f.mean * f.scale.half)
         rows.append(_row(f"friction at the motors{aside}", f.mean, scaled, "torque", f.scale.value, f.test))
     return rows
+
+
+def _at_rest(found: Implied) -> list[Row]:
+    if found.rests is None:
+        return []
+    dp, bar = found.rests.dp, KINDS["pressure"].display
+    value, low, high = (number(in_display(x, "pressure"), 2) for x in (dp.value, dp.low, dp.high))
+    tests = _tests([r.test for r in found.rests.rests])
+    return [(f"line A less B at rest [{bar}]", "0", value, f"{low} to {high}", f"{value} {bar}", tests)]
 
 
 def _times(campaign: Campaign, found: Implied, told: Sequence[Measure]) -> list[Row]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -21,8 +22,23 @@ LEAST_SENSE = 2.0
 """Seconds of a setting that answers an offset of a tenth, from which an offset can be told."""
 EVERY = 0.05
 """Spacing of the samples that are compared [s]: a servo answers in some tenths."""
-TURNING = 0.005
-"""Rate below which a setting goes neither up nor down [1/s]."""
+WIDEST_PLAY = 0.04
+"""Full width of a play beyond which a control is broken [-]: a command that has gone so far has taken the play with it."""
+FIRST_PLAY = 0.005
+"""Half width of the play that the search starts from [-]."""
+BESIDE = (0.01, 0.002, 0.02, 0.02)
+"""Steps for the answers to offset and half play [-], and to logarithms of the servo's speed and damping."""
+LEAST_THETA, MOST_THETA = (-0.5, 0.0, -1.0, -1.0), (0.5, 0.5 * WIDEST_PLAY, 1.0, 1.0)
+OPEN_PLAY = 0.01
+"""Half width of the play that leaves the offset open where the command does not show it [-] (assumed: a control that works; paper E
+section 5.1.1 prints no number)."""
+RESOLUTION = 2.0**-11
+"""What outputs and inputs of 12 bits over -1 to 1 round off [-] (assumed: usual resolution of a PLC)."""
+SENSOR_GAIN = 0.003
+"""Class of a displacement sensor, part of the reading (assumed: as of a transmitter); the gain of the pumps' setting holds no better."""
+
+
+Logged = tuple[Part, FloatArray, FloatArray]
 
 
 @dataclass(frozen=True)
@@ -75,7 +91,10 @@ def motor_offset(parts: Sequence[Part]) -> Offset | None:
     """Offset and hysteresis of the motors' setting, from all parts with u_m and alpha_m; None where they were not logged.
 
     The offset that explains the settings best is looked for with the stroke's ends in the model: at full displacement an offset upwards
-    cannot show, and then only the rest of the data counts.
+    cannot show, and then only the rest of the data counts. Play and the servo's speed and damping are found with it: a command that comes
+    down from full displacement leaves the setting half a play too high, one that goes up half a play too low. Until the command has gone
+    WIDEST_PLAY either way nobody knows where in its play the control stands, and those samples do not count. Where no command goes that
+    far, the play leaves the offset open by OPEN_PLAY, and that is in the interval as structural.
     """
     mine = [(p, bridged(p["u_m"], p.step), p["alpha_m"]) for p in parts if p.has("u_m", "alpha_m")]
     mine = [(p, u, alpha) for p, u, alpha in mine if np.isfinite(u).all()]
@@ -85,13 +104,66 @@ def motor_offset(parts: Sequence[Part]) -> Offset | None:
     if sense < LEAST_SENSE:
         return Offset(None, None, sense)
     tried = [sum(float(np.nansum((_at(part, alpha) - _meant(part, u, x)) ** 2)) for part, u, alpha in mine) for x in OFFSETS]
-    offset = Estimate(float(OFFSETS[int(np.argmin(tried))]), 0.0)
+    first = float(OFFSETS[int(np.argmin(tried))])
+    together = _with_play(mine, first)
+    if together is not None:
+        return Offset(*together, sense)
+    offset = Estimate(first, 0.0)
     for _ in range(ROUNDS):
         offset = _nearer(mine, offset.value)
-    return Offset(offset, _hysteresis(mine, offset.value), sense)
+    half = math.hypot(offset.half, OPEN_PLAY)
+    return Offset(Estimate(offset.value, half, offset.blocks, OPEN_PLAY), None, sense)
 
 
-Logged = tuple[Part, FloatArray, FloatArray]
+def after_play(u: FloatArray, half_width: float) -> FloatArray:
+    """What a play makes of a command, (n,), as `stillhook.physics.swash.play` does; it starts in the middle on the first one."""
+    moves = np.flatnonzero(np.diff(u, prepend=u[0]) != 0.0)
+    held, out = float(u[0]), np.empty(len(moves) + 1)
+    out[0] = held
+    for i, x in enumerate(u[moves].tolist(), 1):
+        held = min(max(held, x - half_width), x + half_width)
+        out[i] = held
+    return np.repeat(out, np.diff(np.concatenate(([0], moves, [len(u)]))))
+
+
+def _with_play(mine: Sequence[Logged], first: float) -> tuple[Estimate, Estimate] | None:
+    """Offset and hysteresis with the servo's speed and damping left free beside them, by Gauss and Newton; None where the command does not
+    go up and down far enough."""
+    theta, found, step = np.array([first, FIRST_PLAY, 0.0, 0.0]), None, np.array(BESIDE)
+    known = [_at(part, np.maximum.accumulate(u) - np.minimum.accumulate(u)) > WIDEST_PLAY for part, u, _ in mine]
+    told = [(*logged, k) for logged, k in zip(mine, known, strict=True) if k.any()]
+    if not told:
+        return None
+    for _ in range(ROUNDS):
+        rows = []
+        for part, u, alpha, k in told:
+            slopes = []
+            for i in range(len(theta)):
+                up, down = theta.copy(), theta.copy()
+                up[i], down[i] = up[i] + step[i], down[i] - step[i]
+                down[1] = max(down[1], 0.0)
+                slopes.append((_played(part, u, up) - _played(part, u, down)) / (up[i] - down[i]))
+            use = k & (np.abs(slopes[0]) > 1e-3)
+            rest = _at(part, alpha) - _played(part, u, theta)
+            rows.append(tuple(x[use] for x in (*slopes, rest, _blocks(part))))
+        *columns, y, block = (np.concatenate(c) for c in zip(*rows, strict=True))
+        found = fit(columns, y, block.astype(np.intp))
+        if found is None:
+            return None
+        theta = np.clip(theta + found.b, LEAST_THETA, MOST_THETA)
+    assert found is not None
+    offset, width = (math.hypot(half, RESOLUTION) for half in (found.half(0), 2.0 * found.half(1)))
+    return (
+        Estimate(float(theta[0]), offset, found.blocks, RESOLUTION),
+        Estimate(2.0 * float(theta[1]), width, found.blocks, RESOLUTION),
+    )  # fmt: skip
+
+
+def _played(part: Part, u: FloatArray, theta: FloatArray) -> FloatArray:
+    """Setting every EVERY seconds by offset, half play, and logarithms of the servo's speed and damping over the twin's (4,)."""
+    servo = part.params.active.motor_servo
+    own = servo._replace(omega_n=servo.omega_n * math.exp(theta[2]), zeta=servo.zeta * math.exp(theta[3]))
+    return _at(part, followed(np.clip(after_play(u, float(theta[1])) + theta[0], 0.0, 1.0), own, part.step))
 
 
 def _at(part: Part, x: FloatArray) -> FloatArray:
@@ -128,23 +200,6 @@ def _nearer(mine: Sequence[Logged], offset: float) -> Estimate:
     return Estimate(offset + float(found.b[0]), found.half(0), found.blocks)
 
 
-def _hysteresis(mine: Sequence[Logged], offset: float) -> Estimate | None:
-    """Full width: by how much the setting lies higher on the way down than on the way up, the servo's own lag taken out."""
-    columns: list[list[FloatArray]] = [[], [], [], [], []]
-    for part, u, alpha in mine:
-        servo = part.params.active.motor_servo
-        meant = followed(np.clip(u + offset, 0.0, 1.0), servo, part.step)
-        rate = np.gradient(meant, part.step)
-        free = (meant > servo.lo + 0.01) & (meant < servo.hi - 0.01) & (np.abs(rate) > TURNING)
-        rows = (np.where(free, alpha - meant, np.nan), rate, np.sign(rate), np.ones_like(rate))
-        for column, row in zip(columns, rows, strict=False):
-            column.append(_at(part, row))
-        columns[4].append(_blocks(part).astype(np.float64))
-    y, rate, way, one, block = (np.concatenate(c) for c in columns)
-    found = fit((way, rate, one), y, block.astype(np.intp))
-    return None if found is None else Estimate(-2.0 * float(found.b[0]), 2.0 * found.half(0), found.blocks)
-
-
 def pump_setting(parts: Sequence[Part]) -> PumpSetting | None:
     """Gain and zero of the pumps' setting against the servo's answer to the command; None where they were not logged or stand still."""
     rows = []
@@ -162,5 +217,5 @@ def pump_setting(parts: Sequence[Part]) -> PumpSetting | None:
     found = fit((meant, rate, np.ones_like(meant)), alpha, block)
     if found is None:
         return None
-    gain = Estimate(float(found.b[0]) - 1.0, found.half(0), found.blocks)
+    gain = Estimate(float(found.b[0]) - 1.0, math.hypot(found.half(0), SENSOR_GAIN), found.blocks, SENSOR_GAIN)
     return PumpSetting(gain, Estimate(float(found.b[2]), found.half(2), found.blocks))

@@ -15,7 +15,8 @@ RISK = 0.025
 
 
 class StepNumber(IntEnum):
-    """The five verification steps of Moslatt 2020 paper F; DATA is the data set itself (table 2, 1a to 1d)."""
+    """The five verification steps of Moslatt 2020 paper F; DATA is the data set itself (table 2, 1a to 1d), PASSIVE the circuit that
+    carries the load, a step of this tool's own."""
 
     DATA = 0
     PARAMETERS = 1
@@ -23,6 +24,7 @@ class StepNumber(IntEnum):
     LIMITS = 3
     DYNAMICS = 4
     AHC = 5
+    PASSIVE = 6
 
 
 TITLES: Mapping[StepNumber, str] = {
@@ -32,6 +34,7 @@ TITLES: Mapping[StepNumber, str] = {
     StepNumber.LIMITS: "velocity limits",
     StepNumber.DYNAMICS: "winch dynamics",
     StepNumber.AHC: "active heave compensation",
+    StepNumber.PASSIVE: "passive circuit",
 }
 
 

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stillhook.crane import Crane
+from stillhook.engine.wire_weight import wire_carried
 from stillhook.errors import ValidateError
+from stillhook.io.hook_depth import wire_text
 from stillhook.physics.scalar import G
 from stillhook.units import show
 from stillhook.validate.campaign import CraneTest
@@ -71,6 +74,30 @@ def _plateaus(level: FloatArray, limit: float, least: int) -> list[tuple[int, in
     if len(out) == 1 and out[0][1] - out[0][0] > len(level) - least:  # what is left over at an end is no other load
         return [(0, len(level))]
     return out
+
+
+def with_wire(test: CraneTest, crane: Crane, signals: Mapping[str, FloatArray], part: slice) -> tuple[CraneTest, str]:
+    """The test with the load of a part, payload and the weight of the wire that is out there, and what to say of it; as it is where the
+    file states no payload.
+
+    Errors: ValidateError where depth and wire out contradict each other, or the winch would carry more than the SWL.
+    """
+    if test.hook is None or test.payload is None:
+        return test, ""
+    s_w = signals["s_w"] if "s_w" in signals else np.zeros(0)
+    if np.isfinite(s_w).any():
+        h_tip = test.hook.tip_height(float(s_w[np.isfinite(s_w)][0]))
+        out = _median(s_w[part]) if np.isfinite(s_w[part]).any() else _median(s_w)
+    elif test.s_w is not None:
+        h_tip, out = test.hook.tip_height(test.s_w), test.s_w
+    else:
+        out, h_tip = test.hook.wire_out(), float(test.hook.h_tip or 0.0)
+    load = test.payload + wire_carried(crane, out, h_tip)
+    text = f"payload {show(test.payload, 'mass', 3)} and {wire_text(crane, out, h_tip)}"
+    if load > crane.SWL:
+        most = f'"{crane.name}" is made for {show(crane.SWL, "mass")}'
+        raise ValidateError(f'test "{test.name}": {text} make {show(load, "mass", 3)}; {most}. Check payload, depth and wire out.')
+    return replace(test, load=load), f'Test "{test.name}": the load is {show(load, "mass", 3)}: {text}.'
 
 
 def load_of(stretch: Stretch, all_of: list[Stretch], test: CraneTest, crane: Crane) -> tuple[float, str]:

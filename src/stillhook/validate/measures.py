@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from stillhook.validate.lines import StepNumber
 
@@ -18,9 +18,12 @@ class Named:
 
 @dataclass(frozen=True)
 class NamedMeasure(Named):
-    """step: the one that finds it."""
+    """step: the one that finds it; signals: the logged ones that it rests on, and so judges; kinds of tests that it is taken of where it
+    is of several at once, () all."""
 
     step: StepNumber
+    signals: tuple[str, ...] = ()
+    kinds: tuple[str, ...] = ()
 
 
 def _m(step: StepNumber, quantity: str, meaning: str) -> NamedMeasure:
@@ -52,7 +55,11 @@ _PARAMETERS = {
     "displacement_ratio_error": _m(
         StepNumber.PARAMETERS, "", "motor flow over pump flow with leakage apart, implied over the twin's, less 1"
     ),
-    "leakage_error": _m(StepNumber.PARAMETERS, "", "leakage of the active circuit, implied by the flows over the twin's, less 1"),
+    "leakage_error": _m(
+        StepNumber.PARAMETERS, "",
+        "leakage of the active circuit, implied by the flows over the twin's, less 1; at the crane file's point where its form is refuted",
+    ),
+    "leakage_here_error": _m(StepNumber.PARAMETERS, "", "leakage at the working point of the data, implied over the twin's, less 1"),
     "load_cell_error": _m(StepNumber.PARAMETERS, "", "mean of the load cell over hook and payload, less 1"),
     "friction_error": _m(StepNumber.PARAMETERS, "", "friction that the torques at the motors leave, over the twin's, less 1"),
     "tip_delay_error": _m(
@@ -110,7 +117,65 @@ _AHC = {
     "e_c_band_ratio": _m(StepNumber.AHC, "", "rms of the control error in the wave band, simulated over measured"),
     "e_c_spectral_distance": _m(StepNumber.AHC, "", "rms difference of the spectra of the control error in the wave band, in dB"),
 }
-MEASURES: Mapping[str, NamedMeasure] = _DATA | _PARAMETERS | _CONTROLLER | _LIMITS | _DYNAMICS | _AHC
+_REST = {
+    "rest_pressure_difference": _m(StepNumber.PARAMETERS, "pressure", "p_a less p_b while the winch stands on its brake"),
+}
+_PASSIVE = {
+    "precharge_error": _m(StepNumber.PASSIVE, "", "passive pressure at mid stroke over the twin's precharge, less 1"),
+    "gas_volume_error": _m(StepNumber.PASSIVE, "", "gas volume by the stiffness, at the file's index n, over the twin's, less 1"),
+    "piston_loss_difference": _m(StepNumber.PASSIVE, "pressure", "pressure lost at the flow of all active pumps, less the twin's"),
+    "stroke_used": _m(StepNumber.PASSIVE, "", "largest excursion of the accumulator piston over half of the twin's stroke"),
+    "stroke_end_time": _m(StepNumber.PASSIVE, "time", "time as behind a piston at an end though the twin's stroke leaves room"),
+    "passive_motors_error": _m(StepNumber.PASSIVE, "", "torque of the passive motors over that of the twin's, less 1"),
+    "passive_torque_error": _m(StepNumber.PASSIVE, "", "torque that the balance leaves standing over that of the load, one a test"),
+    "passive_flow_error": _m(StepNumber.PASSIVE, "", "oil that the passive motors move, by V_acc, over that of the twin's, less 1"),
+    "passive_setting_error": _m(StepNumber.PASSIVE, "", "passive motors' setting over that of load cell and pressure, less 1"),
+    "make_up_error": _m(StepNumber.PASSIVE, "", "passive pumps' setting over that of the make-up law, less 1"),
+}
+_RESTS_ON: Mapping[str, str] = {
+    "wire_lengths": "s_w", "s_tip_pp_low": "s_tip", "s_tip_pp_high": "s_tip", "data_length": "s_tip s_w",
+    "lever_error": "omega_m v_w s_w", "clock_error": "s_w v_w s_tip v_tip", "v_w_error": "v_w s_w", "v_tip_error": "v_tip s_tip",
+    "a_tip_error": "a_tip v_tip", "length_jump": "s_w v_w s_tip v_tip",
+    "motor_offset_error": "u_m alpha_m", "pump_gain_error": "u_p alpha_p",
+    "displacement_ratio_error": "p_a p_b omega_m alpha_m alpha_p", "leakage_error": "p_a p_b omega_m alpha_m alpha_p",
+    "leakage_here_error": "p_a p_b omega_m alpha_m alpha_p",
+    "load_cell_error": "F_w", "friction_error": "p_a p_b F_w p_hp alpha_pm alpha_m omega_m", "tip_delay_error": "F_w s_tip s_w",
+    "reference_lag": "e_c_measured s_w s_tip", "reference_spread": "e_c_measured s_w s_tip", "boost_error": "p_a p_b",
+    "p_max_over_relief": "p_a p_b", "rest_pressure_difference": "p_a p_b",
+    "u_p_deviation": "u_p s_tip v_tip a_tip s_w e_c_measured v_op mode", "u_m_deviation": "u_m v_tip mode",
+    "u_p_deviation_mean": "u_p s_tip v_tip a_tip s_w e_c_measured v_op mode", "u_m_deviation_mean": "u_m v_tip mode",
+    "u_p_deviation_manual": "u_p v_op mode", "u_m_deviation_manual": "u_m v_op mode", "command_lag": "u_p", "K_1_deviation": "u_p v_tip",
+    "K_2_deviation": "u_p a_tip", "K_p_deviation": "u_p e_c_measured", "u_thr_difference": "u_m v_tip",
+    "saturation_time": "u_p", "limit_speed_error": "u_p u_m v_w omega_m", "limit_speed_error_whole": "v_op v_w omega_m",
+    "saturation_overlap": "u_p v_op",
+    "pressure_gradient_error": "p_a p_b", "pressure_gradient_error_tuned": "p_a p_b", "swing_period_error": "p_a p_b",
+    "swing_period_error_tuned": "p_a p_b", "swing_damping_error": "p_a p_b", "swing_damping_error_tuned": "p_a p_b",
+    "dynamics_misfit": "p_a p_b omega_m", "dynamics_misfit_tuned": "p_a p_b omega_m", "C_h_error": "p_a p_b omega_m",
+    "C_leak_error": "p_a p_b omega_m", "J_m_eff_error": "p_a p_b omega_m",
+    **dict.fromkeys(_AHC, "e_c_measured s_tip s_w"),
+    "precharge_error": "p_hp V_acc", "gas_volume_error": "p_hp alpha_pm omega_m", "piston_loss_difference": "p_hp alpha_pm omega_m",
+    "stroke_used": "V_acc", "stroke_end_time": "V_acc", "passive_motors_error": "p_a p_b F_w p_hp alpha_pm alpha_m omega_m",
+    "passive_torque_error": "p_a p_b F_w p_hp alpha_pm alpha_m omega_m", "passive_setting_error": "alpha_pm F_w p_hp",
+    "passive_flow_error": "V_acc alpha_pm omega_m", "make_up_error": "alpha_pp p_hp",
+}  # fmt: skip
+"""Signals by measure. Sampling, and loads that the campaign states, rest on no signal's content."""
+_BY_KIND = {StepNumber.CONTROLLER: ("ahc",), StepNumber.LIMITS: ("limits",), StepNumber.DYNAMICS: ("dynamics",), StepNumber.AHC: ("ahc",)}
+_OF_AHC = (
+    "displacement_ratio_error", "leakage_error", "leakage_here_error", "friction_error", "tip_delay_error", "precharge_error",
+    "gas_volume_error", "piston_loss_difference", "passive_motors_error", "passive_flow_error", "make_up_error",
+)  # fmt: skip
+
+
+def _resting(measures: Mapping[str, NamedMeasure]) -> dict[str, NamedMeasure]:
+    """The measures with the signals and kinds of tests that they rest on."""
+    kinds = {**dict.fromkeys(_OF_AHC, ("ahc",)), "passive_setting_error": ("ahc", "limits")}
+    return {
+        name: replace(m, signals=tuple(_RESTS_ON.get(name, "").split()), kinds=kinds.get(name, _BY_KIND.get(m.step, ())))
+        for name, m in measures.items()
+    }
+
+
+MEASURES: Mapping[str, NamedMeasure] = _resting(_DATA | _PARAMETERS | _REST | _CONTROLLER | _LIMITS | _DYNAMICS | _AHC | _PASSIVE)
 """Every measure that a criterion may name."""
 
 SETTINGS: Mapping[str, Named] = {

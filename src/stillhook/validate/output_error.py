@@ -59,7 +59,8 @@ class Model(NamedTuple):
 class Fit:
     """theta (p,); covariance (p, p) from leaving out one transient after the other; known (p,) deviations if the residuals were white
     noise, what the data can tell at best; deviation of each signal's residuals [SI]; converged, and what was said; runs of the model in
-    all; clusters that it rests on."""
+    all; names (n,) of the clusters that it rests on, and of each curvature H (n, p, p) and slope g (n, p) of the misfit at theta, in
+    deviations; prior (p,) curvature of what was known beforehand, off (p,) theta less its centre."""
 
     theta: FloatArray
     covariance: FloatArray
@@ -68,7 +69,16 @@ class Fit:
     converged: bool
     said: str
     runs: int
-    clusters: int
+    names: NDArray[np.int64]
+    H: FloatArray
+    g: FloatArray
+    prior: FloatArray
+    off: FloatArray
+
+    @property
+    def clusters(self) -> int:
+        """Clusters that it rests on."""
+        return len(self.names)
 
 
 def fit(model: Model, start: FloatArray) -> Fit:
@@ -94,15 +104,18 @@ def fit(model: Model, start: FloatArray) -> Fit:
         s = new
         if settled and converged:
             break
-    covariance, known = _covariance(model, samples.sums(theta).weighed(s, model.varies))
-    return Fit(theta, covariance, known, s, converged, said, samples.runs, len(samples.sums(theta).H))
+    sums = samples.sums(theta)
+    parts = sums.weighed(s, model.varies)
+    covariance, known = _covariance(model, parts)
+    prior = model.spread**-2.0
+    return Fit(theta, covariance, known, s, converged, said, samples.runs, sums.names, parts.H, parts.g, prior, theta - model.centre)
 
 
 class _Sums(NamedTuple):
     """Sums over the samples of each cluster and signal: H (clusters, signals, p, p) of products of derivatives, g (clusters, signals, p) of
     derivatives and residuals, c (clusters, signals) of squared residuals, n their number; windows: of squared sums of residuals over ALIKE
     samples, which are as large as c where they are independent, and larger where they are alike; P, q, B as H, g and H with the directions
-    in which clusters vary (clusters, signals, m, ...)."""
+    in which clusters vary (clusters, signals, m, ...); names of the clusters."""
 
     H: FloatArray
     g: FloatArray
@@ -112,6 +125,7 @@ class _Sums(NamedTuple):
     P: FloatArray
     q: FloatArray
     B: FloatArray
+    names: NDArray[np.int64]
 
     def weighed(self, s: FloatArray, varies: FloatArray) -> _Weighed:
         """The sums of each cluster over the deviations s of its signals, without what parameters that vary from cluster to cluster explain.
@@ -180,7 +194,8 @@ class _Samples:
                 one = np.einsum("np,nq->pq", J, J), np.einsum("np,n->p", J, r), np.sum(r**2), own.sum(), _windows(r)
                 rows.append((*one, np.einsum("nm,np->mp", V, J), np.einsum("nm,n->m", V, r), np.einsum("nm,np->mp", V, V)))
         shape = len(names), len(m.noise)
-        return _Sums(*(np.array(x, dtype=np.float64).reshape(*shape, *np.shape(x[0])) for x in zip(*rows, strict=True)))
+        H, g, c, n, windows, P, q, B = (np.array(x, dtype=np.float64).reshape(*shape, *np.shape(x[0])) for x in zip(*rows, strict=True))
+        return _Sums(H, g, c, n, windows, P, q, B, names)
 
     def deviations(self, theta: FloatArray) -> FloatArray:
         """Deviation of each signal's residuals as if they were independent: root mean square, at least the noise, times the root of the

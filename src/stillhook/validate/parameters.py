@@ -13,8 +13,10 @@ from typing import Any
 from stillhook.validate.campaign import Campaign
 from stillhook.validate.criteria import Criteria, Criterion
 from stillhook.validate.implied import Implied, implied_by
+from stillhook.validate.implied_leak import form_says
 from stillhook.validate.implied_measures import by_name, measures
 from stillhook.validate.implied_parts import parts_of
+from stillhook.validate.implied_rest import rest_measure
 from stillhook.validate.implied_rows import table
 from stillhook.validate.judging import in_words, verdict_of
 from stillhook.validate.lines import Measure, Step, StepNumber, Verdict
@@ -34,9 +36,12 @@ def check_parameters(campaign: Campaign, records: tuple[Record, ...], progress: 
     Parameters: campaign with the twin under test; records as read; progress is called with the share done.
     Nothing is refused here: a check whose signals were not logged gives a measure without a value, and says what to log.
     """
-    found = implied_by(parts_of(campaign, records), progress)
-    told = measures(campaign, found)
+    found = implied_by(parts_of(campaign, records), progress, records)
+    told = (*measures(campaign, found), rest_measure(campaign.crane, found.rests, records))
     lines = said(campaign.criteria, told)
+    if found.balance is not None and found.balance.leak.refuted:
+        text = form_says(found.balance.leak)
+        lines = (*lines, f"{text[0].upper()}{text[1:]}.")
     return ParametersStep(StepNumber.PARAMETERS, told, lines, (table(campaign, found, told),), _data(found), found)
 
 
@@ -102,6 +107,10 @@ def _data(found: Implied) -> dict[str, Any]:
         ],
         "load_cell": [
             {"test": c.test, "F_w": c.force.value, "low": c.force.low, "high": c.force.high, "weight": c.weight} for c in found.cells
+        ],
+        "rests": [] if found.rests is None else [
+            {"test": r.test, "start": r.start, "after": r.after, "dp": r.dp.value, "low": r.dp.low, "high": r.dp.high}
+            for r in found.rests.rests
         ],
         "flow": {} if b is None else {
             "ratio": 1.0 + b.ratio.value, "leakage": 1.0 + b.leakage.value, "C_leak": b.twin_leakage * (1.0 + b.leakage.value),

@@ -17,7 +17,7 @@ from stillhook.scenario import Mode
 from stillhook.validate.campaign import Campaign, CraneTest, Kind
 from stillhook.validate.clocks import following, refined, wire_lags
 from stillhook.validate.grid import Grid, even
-from stillhook.validate.loads import load_of, standing, stretches
+from stillhook.validate.loads import load_of, standing, stretches, with_wire
 from stillhook.validate.modes import own_numbers
 from stillhook.validate.record import FloatArray, Record, Segment
 from stillhook.validate.seams import seams
@@ -65,6 +65,7 @@ def _record(campaign: Campaign, test: CraneTest, log: Log) -> Record:
     signals, clocks, of_clocks = refined(grid.t, grid.step, signals, log, campaign.crane, test.name)
     signals, derived, of_wire = completed(signals, grid.step, test, campaign.crane)
     segments, of_parts = _segments(campaign, test, grid, signals)
+    test, _ = with_wire(test, campaign.crane, signals, slice(None))
     lags = wire_lags(grid.t, signals, segments) if test.kind is Kind.AHC and "s_w" not in derived else ()
     said = [*of_clocks, *of_wire, *following(test, lags, segments, grid.step, signals), *of_parts, *_quality(test, log, grid)]
     return Record(
@@ -92,8 +93,9 @@ def _segments(
         if (b - 1 - a) * grid.step < LEAST[test.kind]:
             continue
         level = next(s for s in levels if s.first <= a < s.last)
-        load, told = load_of(level, levels, test, campaign.crane)
-        said += [told] if told else []
+        here, of_wire = with_wire(test, campaign.crane, signals, slice(a, b))
+        load, told = load_of(level, levels, here, campaign.crane)
+        said += [text for text in (of_wire, told) if text]
         part = Part(a, b, list(Mode)[int(mode[a])], load)
         found.append(segment(test, part, grid.t, grid.step, signals, campaign.criteria.settings["window"]))
     return tuple(found), [*_used(test, grid, mode, found), *_operator(test, signals, found, grid.step), *said]

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 
 from stillhook.certified import Envelope
 from stillhook.io.page import bullets, heading, page, paragraph, picture, subheading, table
+from stillhook.validate import unjudged
 from stillhook.validate.campaign import Campaign
 from stillhook.validate.certificate_envelope import envelope_of
 from stillhook.validate.lines import CriterionResult, Step, Table
@@ -44,9 +45,10 @@ JUDGED = (
     "the limit."
 )
 METHOD = (
-    "Method: the five verification steps and the acceptance criteria of G.-A. Moslåt 2020 (section 2.6, paper F table 2), with criteria "
-    "of our own where paper F gives no number; each line names its source. The twin under test is the crane file as given. Values that "
-    "step 4 tunes are proposals: they become part of the twin, and of a verdict, only by a crane file that holds them, validated again."
+    "Method: the five verification steps and the acceptance criteria of G.-A. Moslåt 2020 (section 2.6, paper F table 2), with a step of "
+    "our own for the passive circuit and criteria of our own where paper F gives no number; each line names its source. The twin under "
+    "test is the crane file as given. Values that step 4 tunes are proposals: they become part of the twin, and of a verdict, only by a "
+    "crane file that holds them, validated again."
 )
 
 
@@ -62,6 +64,7 @@ def report(validation: Validation, figures: Mapping[str, bytes]) -> str:
         table([joined(h) for h in SEGMENT_HEAD], map(segment_cells, segments(validation))),
         *_covered(validation),
         *_found_on_the_way(validation),
+        *_unjudged(validation),
         heading("Steps"),
         table([joined(h) for h in STEP_HEAD], (step_row(validation, step) for step in validation.steps), words=True),
         heading("Verdict, line by line"),
@@ -136,6 +139,12 @@ def _found_on_the_way(validation: Validation) -> list[str]:
     """What reading the logs brought up."""
     said = found_on_the_way(validation)
     return [subheading("Found while reading the logs"), bullets(said)] if said else []
+
+
+def _unjudged(validation: Validation) -> list[str]:
+    """Signals that no line rests on."""
+    names = unjudged.unjudged_says(validation)
+    return [subheading(unjudged.HEADING), paragraph(unjudged.MEANING), bullets(names)] if names else []
 
 
 def _step(validation: Validation, step: Step, figures: Mapping[str, bytes]) -> Iterable[str]:

@@ -9,6 +9,7 @@ import numpy as np
 
 from stillhook.validate.ahc import AhcStep
 from stillhook.validate.report_texts import decisive, risks, segments, sentence
+from stillhook.validate.unjudged import unjudged
 from stillhook.validate.validation import Validation
 
 if TYPE_CHECKING:
@@ -32,6 +33,7 @@ def to_dict(validation: Validation) -> dict[str, Any]:
         "risks": risks(validation.lines),
         "lines": [line.to_dict() for line in validation.lines],
         "segments": [dataclasses.asdict(s) | {"mode": s.mode.value} for s in segments(validation)],
+        "unjudged": {name: list(tests) for name, tests in unjudged(validation).items()} if validation.whole else {},
         "steps": [step.to_dict() for step in validation.steps],
         "tests": [{"name": r.test.name, "log": r.test.log.name, "statements": list(r.statements)} for r in validation.records],
     }

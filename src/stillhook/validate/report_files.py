@@ -25,7 +25,7 @@ from stillhook.whole import check_folder, whole_folder
 REPORT, NUMBERS, SEGMENTS, DEVIATIONS, TUNED = "report.html", "summary.json", "segments.csv", "deviations.csv", "tuned-crane.toml"
 SOMETIMES = (DEVIATIONS, TUNED, CRANE, *(f"{stem}{end}" for stem in (CERTIFICATE, NOT_PASSED) for end in (".json", ".pdf")))
 """Files that not every validation writes: one of an earlier validation must not stay beside the report of a later one."""
-PICTURES = "step-[0-5]-*.png"
+PICTURES = "step-[0-6]-*.png"
 
 
 def check_out(campaign: Campaign, folder: str | Path) -> None:

@@ -27,6 +27,7 @@ SHOWS = {
     StepNumber.LIMITS: "With the pumps full, is the twin as fast as the winch?",
     StepNumber.DYNAMICS: "With the logged commands, do pressures rise, swing and settle as on the crane?",
     StepNumber.AHC: "With the logged tip motion and nothing else, does the whole twin miss by as much as the crane did?",
+    StepNumber.PASSIVE: "Do gas, stroke and motors of the passive circuit carry the load as the crane file says?",
 }
 SEGMENT_HEAD = ("test", "from\n[s]", "for\n[s]", "load\n[t]", "wire out\n[m]", "tip p-p\n[m]", "period\n[s]", "mode")
 SHORT_HEAD = ("", "criterion", "found", "limit", "verdict")

@@ -4,26 +4,35 @@ from __future__ import annotations
 
 from typing import Any
 
-from stillhook.crane import Crane, MotorSet, beside_wire
+from stillhook.crane import Crane, LeakForm, MotorSet, beside_wire
+from stillhook.library.leakage import form_of, pump_leak
 from stillhook.library.load import changed
-from stillhook.units import KINDS, in_display, number
+from stillhook.physics.pump import pump_leakage
+from stillhook.units import KINDS, in_display, number, show
 from stillhook.validate.campaign import Campaign
 from stillhook.validate.dynamics import DynamicsStep
 from stillhook.validate.dynamics_found import Found
 from stillhook.validate.dynamics_unknowns import C_H, C_LEAK, INERTIA
+from stillhook.validate.implied_leak import LeakChoice
 from stillhook.validate.lines import Step
 
 DIGITS = 4
 
 
 def tuned_crane(step: Step, campaign: Campaign) -> Crane | None:
-    """The campaign's crane with the capacitance, leakage and inertia of step 4, each with its source; None where it tells none of them.
+    """The campaign's crane with the capacitance, leakage and inertia of step 4, each with its source; None where it offers none of
+    them. A number whose law does not fit is left as it is.
 
     The capacitance goes into the volume of the lines, the leakage into motors and pumps of the active circuit alike, the inertia into all
-    parts but the wire, whose own follows from its mass.
+    parts but the wire, whose own follows from its mass. Where the logs refute the form of the leakage, the form that they speak for goes
+    in, as the flow balance has it, where they tell the number at the crane file's point, and nothing of the crane file's form.
     """
-    found = {f.name: f for f in step.tuned if f.known} if isinstance(step, DynamicsStep) else {}
-    if not found:
+    if not isinstance(step, DynamicsStep):
+        return None
+    refuted = step.leak is not None and step.leak.refuted
+    found = {f.name: f for f in step.tuned if f.offered and not (refuted and f.name == C_LEAK)}
+    leak = step.leak if step.leak is not None and step.leak.offered else None
+    if not found and leak is None:
         return None
     crane = campaign.crane
     changes: dict[str, Any] = {}
@@ -31,6 +40,8 @@ def tuned_crane(step: Step, campaign: Campaign) -> Crane | None:
         changes = _over(changes, {"active": {"line": {"V": _leaf(crane.active.line.V, "volume", found[C_H], campaign)}}})
     if C_LEAK in found:
         changes = _over(changes, _leakage(crane, found[C_LEAK], campaign))
+    if leak is not None:
+        changes = _over(changes, _leakage_in_form(crane, leak, campaign))
     if INERTIA in found:
         changes = _over(changes, _inertia(crane, found[INERTIA], campaign))
     return changed(crane, changes)
@@ -61,6 +72,37 @@ def _leakage(crane: Crane, found: Found, campaign: Campaign) -> dict[str, Any]:
             },
             "pump": {"leak_scale": _leaf(scale, None, found, campaign)},
             "C_leak": _leaf(a.C_leak, "leakage", found, campaign),
+        }
+    }
+
+
+def _leakage_in_form(crane: Crane, leak: LeakChoice, campaign: Campaign) -> dict[str, Any]:
+    """The chosen form with what it gives to pumps and motors; a part of which the data tell the sum alone keeps its share of it."""
+    a, at, form = crane.active, form_of(crane.active).at, leak.chosen.form
+    b = {"head": 0.0, "stroke": 0.0, "speed": 0.0} | leak.chosen.coefficients
+    pumps = float(pump_leakage(at.alpha_p, pump_leak(a.pump)))
+    motors = a.motor.count * (a.motor.C_1 + (0.0 if form in (LeakForm.SPEED, LeakForm.STROKE_SPEED) else a.motor.C_2 * at.n_m))
+    scale = 1.0 if a.pump.leak_scale is None else a.pump.leak_scale
+    if form in (LeakForm.STROKE, LeakForm.STROKE_SPEED):
+        of_pumps, of_motors = b["stroke"], b["head"] / motors if motors > 0.0 else 0.0
+    else:
+        of_pumps = of_motors = b["head"] / (pumps + motors)
+    with_speed = b["speed"] / a.motor.count if form in (LeakForm.SPEED, LeakForm.STROKE_SPEED) else of_motors * a.motor.C_2
+    text = (
+        f"form of the leakage by the flow balance of {campaign.title}, {campaign.date}: {form} where {crane.name} has {leak.file_form}; "
+        f"{show(leak.reference.value, 'leakage', 3)} +- {show(leak.reference.half, 'leakage', 2)} at active.leak.at"
+    )
+
+    def leaf(value: float, kind: str | None) -> dict[str, Any]:
+        number_: Any = float(f"{value:.{DIGITS}g}") if kind is None else f"{number(in_display(value, kind), DIGITS)} {KINDS[kind].display}"
+        return {"value": number_, "kind": "fitted", "source": text}
+
+    return {
+        "active": {
+            "motor": {"C_1": leaf(of_motors * a.motor.C_1, "leakage"), "C_2": leaf(with_speed, "leakage_per_speed")},
+            "pump": {"leak_scale": leaf(scale * of_pumps, None)},
+            "leak": {"form": {"value": form.value, "kind": "fitted", "source": text}},
+            "C_leak": leaf(leak.reference.value, "leakage"),
         }
     }
 

@@ -1,4 +1,4 @@
-"""A whole validation: logs read, five steps taken, every criterion judged."""
+"""A whole validation: logs read, all steps taken, every criterion judged."""
 
 from __future__ import annotations
 
@@ -18,6 +18,7 @@ from stillhook.validate.judging import judge, outcome_of
 from stillhook.validate.limits import check_limits
 from stillhook.validate.lines import CriterionResult, Outcome, Step, StepNumber
 from stillhook.validate.parameters import check_parameters
+from stillhook.validate.passive import check_passive
 from stillhook.validate.reading import read_records
 from stillhook.validate.record import Record
 
@@ -29,6 +30,7 @@ CHECKS = {
     StepNumber.LIMITS: check_limits,
     StepNumber.DYNAMICS: check_dynamics,
     StepNumber.AHC: check_ahc,
+    StepNumber.PASSIVE: check_passive,
 }
 """Each takes (campaign, records, progress) and returns its Step."""
 WEIGHT = dict.fromkeys(StepNumber, 1.0) | {StepNumber.DYNAMICS: 4.0, StepNumber.AHC: 4.0}
@@ -40,7 +42,7 @@ READING = 5.0
 class Validation:
     """What came out: the records, the steps that were taken, and a line for each of their criteria.
 
-    whole: all five steps were taken; only then can there be a certificate.
+    whole: all steps were taken; only then can there be a certificate.
     """
 
     campaign: Campaign
@@ -68,9 +70,9 @@ class Validation:
 
 
 def validate(campaign: str | Path | Campaign, *, steps: Iterable[int] | None = None, progress: Progress | None = None) -> Validation:
-    """Take a campaign of crane tests through the five verification steps and judge it by its criteria.
+    """Take a campaign of crane tests through the verification steps and judge it by its criteria.
 
-    Parameters: campaign file (see `load_campaign`) or a campaign; steps 0 to 5 (0: the data set; default: all); progress is called with
+    Parameters: campaign file (see `load_campaign`) or a campaign; steps 0 to 6 (0: the data set; default: all); progress is called with
     the share done.
     Errors: StillhookError of one line, for a campaign or log that cannot be read or trusted.
     Source: Moslatt 2020 paper F, section "Verification of the Digital Twin" and table 2.

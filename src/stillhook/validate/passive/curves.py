@@ -1,0 +1,89 @@
+"""Curves of the passive circuit along a part of a log: oil that the motors move, torque that they give, what is missing for either."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from stillhook.crane import PassiveCircuit
+from stillhook.validate.implied_curves import bridged, integral, smoothed
+from stillhook.validate.implied_parts import Part
+from stillhook.validate.implied_regression import FloatArray
+
+DRY = 0.05
+"""Flow over which dry friction changes its side, over the flow of all active pumps [-]: the piston then creeps."""
+OIL = ("p_hp", "alpha_pm")
+"""Signals, beside a motor speed, from which the oil that the motors move and the pressure that it makes are known."""
+
+
+def passive_of(part: Part) -> PassiveCircuit:
+    """The passive circuit of the crane file. Callers have a crane with one."""
+    passive = part.crane.passive
+    assert passive is not None
+    return passive
+
+
+def lacking(part: Part, names: tuple[str, ...] = OIL) -> tuple[str, ...]:
+    """Which of these signals a part lacks, with omega_m where no motor speed is known."""
+    return (*(name for name in names if not part.has(name)), *(() if part.omega_m is not None else ("omega_m",)))
+
+
+def flow(part: Part) -> FloatArray:
+    """Oil flow into the accumulator about its mean, (n,) [m^3/s]: that of the passive motors, D_pm alpha_pm omega_m, lowering positive, and
+    that of make-up. Leakage is in the mean: it changes little with the pressure."""
+    assert part.omega_m is not None
+    motors = -passive_of(part).motor.D_total * bridged(part["alpha_pm"], part.step) * bridged(part.omega_m, part.step)
+    pumps = made_up(part)
+    return np.asarray(motors + pumps - np.nanmean(pumps))
+
+
+def made_up(part: Part) -> FloatArray:
+    """Flow of the make-up pumps, (n,) [m^3/s], but for a constant: by their logged setting, else by the law on the logged pressure.
+
+    Some per cent of a wave's oil, and about square to it: enough to turn the piston's dry friction at another moment.
+    """
+    settings, step = part.params.passive.settings, part.step
+    if part.has("alpha_pp"):
+        return np.asarray(settings.Q_p_max * bridged(part["alpha_pp"], step))
+    mean = filtered(filled(part["p_hp"]), part.params.plc.tau_p, step)
+    u = settings.K_acc * (float(np.mean(mean)) - mean)
+    if part.has("v_op"):
+        u = u + settings.D_m_max * bridged(part["alpha_pm"], step) * bridged(part["v_op"], step) / part.lever / settings.Q_p_max
+    return np.asarray(settings.Q_p_max * np.clip(u, -1.0, 1.0))
+
+
+def filtered(x: FloatArray, tau: float, step: float) -> FloatArray:
+    """First-order filter of the PLC, cycle by cycle, starting on the first sample. As `stillhook.control.plc.low_pass`."""
+    from scipy.signal import lfilter  # heavy: only where logs are checked
+
+    k = step / (tau + step)
+    out, _ = lfilter([k], [1.0, k - 1.0], x, zi=[(1.0 - k) * x[0]])
+    return np.asarray(out)
+
+
+def filled(x: FloatArray) -> FloatArray:
+    """The signal with every hole bridged: only for slow means of it."""
+    known = np.isfinite(x)
+    return x if known.all() else np.interp(np.arange(len(x)), np.flatnonzero(known), x[known])
+
+
+def oil(part: Part) -> FloatArray:
+    """Oil that has gone into the accumulator since the start of the part, but for a constant flow, (n,) [m^3]."""
+    return integral(flow(part), part.step)
+
+
+def dry(Q: FloatArray, part: Part) -> FloatArray:
+    """Side of the piston's dry friction at a flow [m^3/s], -1 to 1, (n,)."""
+    pump = part.crane.active.pump
+    return np.asarray(np.tanh(Q / (DRY * pump.D_total * pump.omega_p)))
+
+
+def mean_every(x: FloatArray, part: Part, width: float) -> FloatArray:
+    """Means over a width [s], one a width."""
+    every = max(1, round(width / part.step))
+    return smoothed(bridged(x, part.step), part.step, every * part.step)[::every]
+
+
+def rate_every(x: FloatArray, part: Part, width: float) -> FloatArray:
+    """Rates of such means [1/s]."""
+    every = max(1, round(width / part.step))
+    return np.asarray(np.gradient(smoothed(bridged(x, part.step), part.step, every * part.step), part.step)[::every])

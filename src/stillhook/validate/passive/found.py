@@ -1,0 +1,41 @@
+"""All that the logs say of the passive circuit, side by side."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from stillhook.engine.run import Meter
+from stillhook.validate.implied_load import Cell, cells
+from stillhook.validate.implied_parts import Part
+from stillhook.validate.passive.gas import Curve, Displacement, Level, Stroke, curve, displacement, levels, stroke
+from stillhook.validate.passive.orders import MakeUp, Setting, make_up, setting
+from stillhook.validate.passive.torque import Share, shares
+
+
+@dataclass(frozen=True)
+class PassiveFindings:
+    """What every check of step 6 came to; empty or None where the log has nothing for it."""
+
+    parts: tuple[Part, ...]
+    level: Level | None
+    gas: Curve | None
+    stroke: Stroke | None
+    displacement: Displacement | None
+    shares: tuple[Share, ...]
+    setting: Setting | None
+    make_up: MakeUp | None
+    cells: tuple[Cell, ...]
+
+
+def passive_by(parts: Sequence[Part], progress: Callable[[float], None]) -> PassiveFindings:
+    """Take every check on the parts."""
+    meter = Meter(4.0, progress)
+    parts = tuple(parts)
+    level, gas = levels(parts), curve(parts)
+    meter.part(1.0)(1.0)
+    piston, moved = stroke(parts, gas), displacement(parts)
+    meter.part(1.0)(1.0)
+    motors = shares(parts)
+    meter.part(1.0)(1.0)
+    return PassiveFindings(parts, level, gas, piston, moved, motors, setting(parts), make_up(parts), cells(parts))

@@ -1,0 +1,247 @@
+"""What gas stands behind the piston: its pressure at mid stroke, its volume by the stiffness, what the piston's friction takes, its stroke.
+
+The passive motors move oil, V = -int D_pm alpha_pm omega_m dt, and the pressure answers: dp = (n p / V_gas) dV + R dQ + p_dry d(sign Q).
+Leakage and drift are slow: differences over a fifth of a wave lose them. Source: Moslatt 2020 paper C, double-piston accumulator.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stillhook.physics.gas import gas_pressure
+from stillhook.units import parse
+from stillhook.validate.campaign import Kind
+from stillhook.validate.implied_curves import bridged, differences, integral, later, moments
+from stillhook.validate.implied_parts import Part, by_test
+from stillhook.validate.implied_regression import Estimate, FloatArray, fit, pooled
+from stillhook.validate.passive.curves import dry, flow, lacking, mean_every, oil, passive_of
+
+EVERY = 0.2
+"""Width of the means of which levels and excursions are taken [s]."""
+LEAST_OIL = 2e-3
+"""Smallest scatter of the oil moved in a window, over the stroke, from which the gas curve is shown [-]: on a stroke of 1.2 m^3 the
+pressure then moves by some tenths of a bar, as much as a transmitter scatters."""
+FORM = 0.05
+"""What the laws of friction, heat and make-up leave open of the gas volume [-]: windows of 1 to 3 s, dry friction that turns at
+2 to 10 % of the pumps' flow, and a lag that is off by 10 ms move it by 1 to 3 % each."""
+LAG = 0.04
+"""Lag between speed and pressure signals that is tried, either way [s]: sensors and filters of some tens of milliseconds. 20 ms of it are
+4 % of the gas volume, because the pressure that flow costs leads that of the gas."""
+LOSS_DOUBT = 3e4
+"""What lag, law of dry friction and transmitters leave open of the pressure that flow costs [Pa]: up to 0.4 bar high on 12 cranes of the
+reference plant before the lag was taken out."""
+KINK = 5.0
+"""Times the gas's own stiffness that a pressure must change to count as that of a piston at an end: trapped oil is 1000 times as stiff."""
+KINK_LEAST = parse("8 bar", "pressure")
+"""And the least change within `EVERY` [Pa]: beyond noise and beyond what flow costs."""
+SOFT, STIFF = 1.0, 2.3
+"""Least and most index n = V dp / (p dV) of nitrogen in an accumulator: 1 for an ideal gas whose heat has time to flow; 2.3 for real
+nitrogen of 280 bar and 20 degC without any (2.0 at 200 bar, 2.4 at 310 bar; equation of state of Span et al. 2000, as
+`stillhook.engine.gas_fit.nitrogen_isentrope`)."""
+
+
+@dataclass(frozen=True)
+class Level:
+    """Pressure at mid stroke of all tests. p: [Pa]; tests: by test; placed: the piston's place was logged, so that the level is the gas's
+    own; else it is the mean, which the make-up pumps hold at the set pressure whatever the gas has."""
+
+    p: Estimate
+    tests: dict[str, Estimate]
+    placed: bool
+
+
+@dataclass(frozen=True)
+class Curve:
+    """Gas curve of all tests. V: gas volume that the stiffness implies with the file's n [m^3]; R: pressure per flow [Pa s/m^3], dry: that
+    of dry friction [Pa], loss: both at the flow of all active pumps [Pa]; p: pressure that it holds at [Pa]; tests: V by test; dV, dp, dQ,
+    d_dry: differences in windows, for figures."""
+
+    V: Estimate
+    R: float
+    dry: float
+    loss: Estimate
+    p: float
+    tests: dict[str, Estimate]
+    dV: FloatArray
+    dp: FloatArray
+    dQ: FloatArray
+    d_dry: FloatArray
+
+
+@dataclass(frozen=True)
+class Displacement:
+    """error: oil that reaches the piston by V_acc over what the file's motors move, less 1; tests: by test."""
+
+    error: Estimate
+    tests: dict[str, Estimate]
+
+
+@dataclass(frozen=True)
+class Stroke:
+    """used: part of the file's stroke that the piston went through [-], low and high its ends about mid stroke [m^3]; at_end: time in which
+    the pressure moved as behind a piston at an end though the file leaves it room [s]; where: test and moment of it; placed: from the
+    logged place of the piston."""
+
+    used: float
+    low: float
+    high: float
+    at_end: float
+    where: str
+    placed: bool
+
+
+def levels(parts: Sequence[Part]) -> Level | None:
+    """Pressure at mid stroke, of the tests with heave compensation where there are any; None where p_hp was not logged."""
+    known = [p for p in parts if p.has("p_hp")]
+    known = [p for p in known if p.kind is Kind.AHC] or known
+    placed = bool(known) and all(p.has("V_acc") for p in known)
+    tests = {}
+    for test, mine in by_test(known).items():
+        p = np.concatenate([_at_middle(part, placed) for part in mine])
+        block = np.concatenate([part.blocks(part.t[:: max(1, round(EVERY / part.step))]) for part in mine])
+        found = fit((np.ones_like(p),), p, block)
+        if found is not None:
+            tests[test] = Estimate(float(found.b[0]), found.half(0), found.blocks)
+    return Level(pooled(list(tests.values())), tests, placed) if tests else None
+
+
+def _at_middle(part: Part, placed: bool) -> FloatArray:
+    """Pressure means, carried to mid stroke along the file's gas curve where the piston's place is known."""
+    p = mean_every(part["p_hp"], part, EVERY)
+    if not placed:
+        return p
+    acc = part.params.passive.accumulator
+    xi = mean_every(part["V_acc"], part, EVERY) * acc.i_half - 1.0
+    return np.asarray(p * gas_pressure(0.0, acc.gas) / gas_pressure(xi, acc.gas))
+
+
+def stiffness(part: Part) -> float:
+    """The file's gas at mid stroke: pressure per oil [Pa/m^3]."""
+    acc = part.params.passive.accumulator
+    return float(acc.gas.c_1 * acc.i_half)
+
+
+def index(part: Part) -> float:
+    """The file's index n = V dp / (p dV) at mid stroke, whatever its gas law."""
+    gas = passive_of(part).accumulator.gas
+    return stiffness(part) * gas.V_0 / gas.p_0
+
+
+def curve(parts: Sequence[Part]) -> Curve | None:
+    """Stiffness of the gas and what flow costs, test by test in the wave band; None where the signals or the motion are missing."""
+    volumes, losses, rows = {}, [], []
+    mine = [p for p in parts if p.kind is Kind.AHC and not lacking(p)]
+    lag = _lag(mine)
+    for test, these in by_test(mine).items():
+        dV, dQ, d_dry, dp, block = (np.concatenate(c) for c in zip(*(_rows(p, lag) for p in these), strict=True))
+        acc = passive_of(these[0]).accumulator
+        if not np.isfinite(dV).any() or np.nanstd(dV) < LEAST_OIL * acc.V_stroke:
+            continue
+        pump = these[0].crane.active.pump
+        full = pump.D_total * pump.omega_p
+        found = fit((dV, dQ - d_dry * full, d_dry, np.ones_like(dV)), dp, block)  # what a full flow costs is then one coefficient
+        if found is None or not found.b[0] > 0.0:
+            continue
+        p = float(np.nanmean(np.concatenate([part["p_hp"] for part in these])))
+        V = acc.gas.V_0 * stiffness(these[0]) * (p / acc.gas.p_0) / float(found.b[0])
+        volumes[test] = Estimate(V, V * found.half(0) / float(found.b[0]), found.blocks)
+        losses.append(Estimate(float(found.b[2]), found.half(2), found.blocks))
+        rows.append((p, dV, dp, dQ, d_dry, float(found.b[1]), float(found.b[2]) - full * float(found.b[1])))
+    if not volumes:
+        return None
+    dV, dp, dQ, d_dry = (np.concatenate([row[i] for row in rows]) for i in (1, 2, 3, 4))
+    p, R, level = (float(np.mean([row[i] for row in rows])) for i in (0, 5, 6))
+    return Curve(pooled(list(volumes.values())), R, level, pooled(losses), p, volumes, dV, dp, dQ, d_dry)
+
+
+def _lag(parts: Sequence[Part]) -> float:
+    """By how much the logged pressure comes later than the flow [s], from the residual of three lags; 0 where none between is least."""
+    left = []
+    for lag in (-LAG, 0.0, LAG):
+        rows = [_rows(p, lag) for p in parts]
+        if not rows:
+            return 0.0
+        dV, dQ, d_dry, dp, block = (np.concatenate(c) for c in zip(*rows, strict=True))
+        found = fit((dV, dQ, d_dry, np.ones_like(dV)), dp, block)
+        if found is None:
+            return 0.0
+        left.append(found.sd**2)
+    bend = left[0] - 2.0 * left[1] + left[2]
+    lag = 0.5 * LAG * (left[0] - left[2]) / bend if bend > 0.0 else 0.0
+    return lag if abs(lag) <= LAG else 0.0
+
+
+def _rows(part: Part, lag: float) -> tuple[NDArray[Any], ...]:
+    """Differences over windows: oil moved, flow, side of dry friction, as they come lag [s] later, and pressure; block."""
+    step = part.step
+    Q = later(flow(part), step, lag)
+    curves = (integral(Q, step), Q, dry(Q, part), bridged(part["p_hp"], step))
+    return (*(differences(x, step) for x in curves), part.blocks(moments(part)))
+
+
+def displacement(parts: Sequence[Part]) -> Displacement | None:
+    """What the motors really move, from the logged place of the piston; None where it was not logged or nothing moves."""
+    tests = {}
+    for test, mine in by_test([p for p in parts if p.kind is Kind.AHC and p.has("V_acc") and not lacking(p)]).items():
+        rows = [_moved(p) for p in mine]
+        dV, seen, block = (np.concatenate(c) for c in zip(*rows, strict=True))
+        found = fit((dV, np.ones_like(dV)), seen, block)
+        if found is not None and np.nanstd(dV) >= LEAST_OIL * passive_of(mine[0]).accumulator.V_stroke:
+            tests[test] = Estimate(float(found.b[0]) - 1.0, found.half(0), found.blocks)
+    return Displacement(pooled(list(tests.values())), tests) if tests else None
+
+
+def _moved(part: Part) -> tuple[NDArray[Any], ...]:
+    """Differences over windows: oil that the file's motors and make-up move, oil in the accumulator; block."""
+    step = part.step
+    return differences(oil(part), step), differences(bridged(part["V_acc"], step), step), part.blocks(moments(part))
+
+
+def stroke(parts: Sequence[Part], gas: Curve | None) -> Stroke | None:
+    """How far the piston went, by its logged place or by the pressure along the gas curve that the log itself implies; None without."""
+    mine = [p for p in parts if not lacking(p)]
+    if not mine:
+        return None
+    passive = passive_of(mine[0])
+    middle, placed = 0.5 * passive.accumulator.V_stroke, all(p.has("V_acc") for p in mine)
+    if not placed and gas is None:
+        return None
+    lows, highs, at_end, where = [], [], 0.0, ""
+    for part in mine:
+        x = mean_every(part["V_acc"], part, EVERY) - middle if placed else place(part, gas)
+        stands = _at_an_end(part, x, gas)
+        if stands.any():
+            at_end += EVERY * float(stands.sum())
+            where = where or f"{EVERY * int(np.argmax(stands)):.1f} s of {part.test}"
+        free = x[~stands & np.isfinite(x)]
+        lows.append(float(free.min()) if len(free) else 0.0)
+        highs.append(float(free.max()) if len(free) else 0.0)
+    low, high = min(lows), max(highs)
+    return Stroke(max(-low, high) / middle, low, high, at_end, where, placed)
+
+
+def place(part: Part, gas: Curve | None) -> FloatArray:
+    """Piston off mid stroke [m^3], one a mean over EVERY: from the pressure less what flow costs, along the implied gas curve."""
+    assert gas is not None
+    n = index(part)
+    Q = mean_every(flow(part), part, EVERY)
+    p = mean_every(part["p_hp"], part, EVERY) - gas.R * Q - gas.dry * dry(Q, part)
+    with np.errstate(invalid="ignore"):
+        return np.asarray(gas.V.value * (1.0 - (np.maximum(p, 1.0) / gas.p) ** (-1.0 / n)))
+
+
+def _at_an_end(part: Part, x: FloatArray, gas: Curve | None) -> NDArray[np.bool_]:
+    """Where the pressure changes far more than the gas would, while the file leaves the piston room, (m,)."""
+    acc = passive_of(part).accumulator
+    Q = flow(part)
+    p, V, Q = (mean_every(y, part, EVERY) for y in (part["p_hp"], integral(Q, part.step), Q))
+    dp, dV, dQ = (np.abs(np.diff(y, append=np.nan)) for y in (p, V, Q))
+    R, least = (abs(gas.R), KINK_LEAST + 2.0 * abs(gas.dry)) if gas is not None else (acc.R_piston, KINK_LEAST)
+    with np.errstate(invalid="ignore"):
+        jumps = dp > np.maximum(KINK * stiffness(part) * dV + 2.0 * R * dQ, least)
+        return np.asarray(jumps & (np.abs(x) < 0.9 * 0.5 * acc.V_stroke))

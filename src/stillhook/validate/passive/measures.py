@@ -1,0 +1,229 @@
+"""Measures of step 6: what a log says of the passive circuit less what the crane file says, with the likely cause in words."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import replace
+
+from stillhook.crane import Crane, PassiveCircuit
+from stillhook.physics.scalar import G
+from stillhook.units import number, show
+from stillhook.validate.implied_measures import measure
+from stillhook.validate.implied_regression import Estimate
+from stillhook.validate.lines import Measure
+from stillhook.validate.measures import MEASURES
+from stillhook.validate.passive import gas as gas_law
+from stillhook.validate.passive import torque
+from stillhook.validate.passive.curves import lacking, passive_of
+from stillhook.validate.passive.found import PassiveFindings
+
+TRANSMITTER = 2e5
+"""What a transmitter of 400 bar and class 0.5 may be off by [Pa]."""
+TRANSMITTER_SWING = 0.01
+"""What the swing of a transmitter, and that of a flow, may be off by, part of it [-]."""
+APART = 0.02
+"""Difference of the shares by load cell and by stated load from which it gets a word [-]."""
+DRY_WORTH = 0.3e5
+"""Dry friction of the piston that gets a word [Pa]."""
+WHOLE = 0.25
+"""By how much of a motor a whole number may be missed and still be named [-]."""
+DRIFTS = 0.03
+"""Standing torque over that of the safe working load from which a test with a light load counts: zeros, not gains [-]."""
+
+
+def measures(crane: Crane, found: PassiveFindings) -> tuple[Measure, ...]:
+    """Every measure of step 6; one without a value says what to log."""
+    return (
+        *_level(crane, found), *_gas(crane, found), *_stroke(crane, found), *_motors(crane, found),
+        *_flow(crane, found), *_setting(found), *_make_up(found),
+    )  # fmt: skip
+
+
+def _measure(
+    name: str, e: Estimate, calibration: float, *, law: float = 0.0, test: str = "", data: str = "", note: str = ""
+) -> Measure:
+    """A measure whose interval holds, beside its scatter, what calibrations and the form of the law leave open: half widths, as a part."""
+    total = math.sqrt(e.half**2 + calibration**2 + law**2)
+    if not MEASURES[name].quantity:
+        data += f", with {100.0 * calibration:.1f} % for calibrations"
+    return replace(measure(name, Estimate(e.value, total, e.blocks), test=test, data=data, note=note), structural=law)
+
+
+def rests_on(found: PassiveFindings, tests: Iterable[str], blocks: int = 0) -> str:
+    """The data behind a measure in words."""
+    names = list(dict.fromkeys(tests))
+    seconds = sum(p.segment.duration for p in found.parts if p.test in names)
+    what = f"{len(names)} test{'s' if len(names) != 1 else ''}, {number(seconds, 4)} s"
+    return f"{what} in {blocks} blocks" if blocks else what
+
+
+def spread(tests: dict[str, Estimate], quantity: str) -> str:
+    """Smallest and largest of several tests in words; "" of one."""
+    if len(tests) < 2:
+        return ""
+    low, high = min(tests, key=lambda t: tests[t].value), max(tests, key=lambda t: tests[t].value)
+    return f"; {show(tests[low].value, quantity, 4)} in {low} to {show(tests[high].value, quantity, 4)} in {high}"
+
+
+def _level(crane: Crane, found: PassiveFindings) -> list[Measure]:
+    level = found.level
+    if level is None:
+        return [measure("precharge_error", None, note="log the pressure of the passive circuit p_hp")]
+    p_0 = _passive(crane).accumulator.gas.p_0
+    e = Estimate(level.p.value / p_0 - 1.0, level.p.half / p_0, level.p.blocks)
+    whence = "carried to mid stroke by V_acc" if level.placed else "the mean, which make-up holds; log V_acc for the gas's own"
+    note = f"precharge {show(level.p.value, 'pressure', 4)}, {show(p_0, 'pressure', 4)} in the crane file ({whence})"
+    if abs(e.value) > 0.02:
+        note = f"precharge {show(level.p.value, 'pressure', 4)}, not {show(p_0, 'pressure', 4)} ({whence})"
+    data = rests_on(found, level.tests, level.p.blocks)
+    return [_measure("precharge_error", e, TRANSMITTER / p_0, data=data, note=note + spread(level.tests, "pressure"))]
+
+
+def _gas(crane: Crane, found: PassiveFindings) -> list[Measure]:
+    gas, passive = found.gas, _passive(crane)
+    names = ("gas_volume_error", "piston_loss_difference")
+    if gas is None:
+        lacks = dict.fromkeys(n for p in found.parts for n in lacking(p))
+        note = f"log {', '.join(lacks)}" if lacks else "the winch does not move enough in heave compensation"
+        return [measure(name, None, note=note) for name in names]
+    acc, data = passive.accumulator, rests_on(found, gas.tests, gas.V.blocks)
+    V_0 = acc.gas.V_0
+    V, calibration = volume(found, gas)
+    e = Estimate(V.value / V_0 - 1.0, V.half / V_0, V.blocks)
+    note = volume_says(V.value, V_0, gas_law.index(found.parts[0]))
+    Q = crane.active.pump.D_total * crane.active.pump.omega_p
+    loss = Estimate(gas.loss.value - acc.R_piston * Q, gas.loss.half, gas.loss.blocks)
+    wide, file = (show(2.0 * p, "pressure", 3) for p in (gas.loss.value, acc.R_piston * Q))
+    dry = f", {show(2.0 * gas.dry, 'pressure', 2)} of it dry" if gas.dry > DRY_WORTH else ""
+    width = f"{wide} wide at {show(Q, 'flow', 3)}{dry}, {file} in the crane file"
+    return [
+        _measure("gas_volume_error", e, calibration, law=gas_law.FORM, data=data, note=note + spread(gas.tests, "volume")),
+        _measure(
+            "piston_loss_difference", loss, TRANSMITTER_SWING * gas.loss.value, law=gas_law.LOSS_DOUBT, data=data,
+            note=f"the loop of pressure over oil is {width}",
+        ),
+    ]  # fmt: skip
+
+
+def volume(found: PassiveFindings, gas: gas_law.Curve) -> tuple[Estimate, float]:
+    """Gas volume with the displacement that the torque shows to work (dead motors move no oil), and the part of it that calibrations leave
+    open [-]: settings where there is no torque balance, else the share of the motors."""
+    if not found.shares:
+        return gas.V, torque.SETTING_DOUBT
+    share, doubt = torque.overall(found.shares)
+    works = 1.0 + share.value
+    half = math.hypot(works * gas.V.half, share.half * gas.V.value)
+    return Estimate(works * gas.V.value, half, gas.V.blocks), doubt
+
+
+def volume_says(V: float, V_0: float, n: float) -> str:
+    """What volume the stiffness implies at the file's index n, and what index at the file's volume: they are one number."""
+    at_file = n * V_0 / V
+    not_this = "not " if abs(V / V_0 - 1.0) > 0.2 else ""
+    text = f"gas volume {show(V, 'volume', 3)} at n {number(n, 3)}, {not_this or 'and '}{show(V_0, 'volume', 3)} in the crane file"
+    soft, stiff = (show(V * x / n, "volume", 3) for x in (gas_law.SOFT, gas_law.STIFF))
+    text += f"; the stiffness shows n / V as one number: {soft} to {stiff} for n of {gas_law.SOFT} to {gas_law.STIFF}"
+    if not_this and not gas_law.SOFT <= at_file <= gas_law.STIFF:
+        text += f", and no n of nitrogen (here {at_file:.2f}) makes it the file's volume"
+    elif not_this:
+        text += f', or n {at_file:.2f} at the file\'s volume (real nitrogen is stiffer than n 1.4: model = "nitrogen")'
+    return text
+
+
+def _stroke(crane: Crane, found: PassiveFindings) -> list[Measure]:
+    stroke = found.stroke
+    if stroke is None:
+        note = "log p_hp, alpha_pm and the motor speed, moving"
+        return [measure(name, None, note=note) for name in ("stroke_used", "stroke_end_time")]
+    whence = "V_acc" if stroke.placed else "the pressure along the implied gas curve"
+    ends = f"{show(stroke.low, 'volume', 2)} to {show(stroke.high, 'volume', 2)} about mid stroke by {whence}"
+    V = show(_passive(crane).accumulator.V_stroke, "volume", 3)
+    tests = rests_on(found, [p.test for p in found.parts])
+    end = f"; the pressure moves as behind a piston at an end at {stroke.where}" if stroke.where else ""
+    return [
+        measure("stroke_used", Estimate(stroke.used, 0.0), data=tests, note=f"{ends}, of a stroke of {V}"),
+        measure("stroke_end_time", Estimate(stroke.at_end, 0.0), data=tests, note=f"{ends}{end}"),
+    ]
+
+
+def _motors(crane: Crane, found: PassiveFindings) -> list[Measure]:
+    names = ("passive_motors_error", "passive_torque_error")
+    if not found.shares:
+        lacks = dict.fromkeys(n for p in found.parts for n in torque.missing(p))
+        note = f"log {', '.join(lacks)} for a torque balance at the motors" if lacks else "the winch does not move a load enough"
+        return [measure(name, None, note=note) for name in names]
+    share, structural = torque.overall(found.shares)
+    total = Estimate(share.value, math.hypot(share.half, structural), share.blocks)  # words go by all that is open
+    tests = [s.test for s in found.shares]
+    full = crane.SWL * G * 0.5 * crane.drum.d_max / crane.i_hD
+    out = [_measure(names[0], share, structural, data=rests_on(found, tests, share.blocks), note=motors_say(crane, found, total))]
+    for s in found.shares:
+        over = max(s.T_load, 0.25 * full)
+        e = Estimate(s.standing.value / over, s.standing.half / over, s.standing.blocks)
+        note = f"{show(s.standing.value, 'torque', 3)} of {show(s.T_load, 'torque', 3)} that the load takes are not explained"
+        out.append(_measure(names[1], e, s.structural, test=f"test {s.test}", data=rests_on(found, [s.test], s.standing.blocks), note=note))
+    return out
+
+
+def motors_say(crane: Crane, found: PassiveFindings, share: Estimate) -> str:
+    """How many motors' torque there is, the load cell beside it, and which other explanation is left."""
+    count = _passive(crane).motor.count
+    there = count * (1.0 + share.value)
+    text = f"torque of {number(there, 3)} of {count} motors"
+    counted = count / (1.0 + found.setting.gain.value) if found.setting is not None else math.nan
+    whole = round(there)
+    near = abs(there - whole) < WHOLE and whole != count
+    if near and not share.low <= 0.0 <= share.high:
+        if abs(counted - whole) < WHOLE:
+            text = f"{there:.1f} motors, not {count}: the PLC counts {whole} as well, a wrong number in the crane file"
+        elif whole < count:
+            text = f"{there:.1f} of {count} motors work: {count - whole} dead" + (", and the PLC counts on all" if counted > there else "")
+        else:
+            text = f"torque of {there:.1f} motors, {count} in the crane file"
+    by_weight = [s for s in found.shares if s.by_weight is not None]
+    if by_weight:
+        apart = max(by_weight, key=lambda s: abs(s.share.value - (s.by_weight or 0.0)))
+        error = apart.share.value - (apart.by_weight or 0.0)
+        cell = f"; load cell {100.0 * error:+.1f} % against the stated load in {apart.test}"
+        if abs(error) > APART:
+            mine, stated = count * (1.0 + apart.share.value), count * (1.0 + (apart.by_weight or 0.0))
+            each = f"{number(mine, 3)} motors by the cell, {number(stated, 3)} by the stated load"
+            return f"{text}{cell}: {each}; correct load cell or load first"
+        text += cell
+    return text
+
+
+def _flow(crane: Crane, found: PassiveFindings) -> list[Measure]:
+    moved = found.displacement
+    if moved is None:
+        return [measure("passive_flow_error", None, note="log the oil in the accumulator V_acc, with alpha_pm and the motor speed, moving")]
+    count = _passive(crane).motor.count
+    note = f"oil of {number(count * (1.0 + moved.error.value), 3)} of {count} motors reaches the piston"
+    data = rests_on(found, moved.tests, moved.error.blocks)
+    return [_measure("passive_flow_error", moved.error, torque.SETTING_DOUBT, data=data, note=note)]
+
+
+def _setting(found: PassiveFindings) -> list[Measure]:
+    s = found.setting
+    if s is None:
+        return [measure("passive_setting_error", None, note="log alpha_pm, F_w and p_hp with a load on the hook")]
+    count = passive_of(found.parts[0]).motor.count
+    motors = count / (1.0 + s.gain.value)
+    note = f"the motors stand at {1.0 + s.gain.value:.3f} times what load cell and pressure ask for: the PLC counts {motors:.1f} motors"
+    note += ", or reads another load than the log" if abs(s.gain.value) > APART else ""
+    return [_measure("passive_setting_error", s.gain, torque.SETTING_DOUBT, data=rests_on(found, s.tests, s.gain.blocks), note=note)]
+
+
+def _make_up(found: PassiveFindings) -> list[Measure]:
+    m = found.make_up
+    if m is None:
+        note = "log the passive pumps' setting alpha_pp, with p_hp, alpha_pm and the joystick"
+        return [measure("make_up_error", None, note=note)]
+    note = f"set pressure and transmitter {show(m.offset, 'pressure', 2)} apart"
+    return [measure("make_up_error", m.gain, data=rests_on(found, [p.test for p in found.parts if p.has('alpha_pp')]), note=note)]
+
+
+def _passive(crane: Crane) -> PassiveCircuit:
+    assert crane.passive is not None
+    return crane.passive

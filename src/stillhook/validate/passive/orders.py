@@ -1,0 +1,122 @@
+"""Whether motors and pumps of the passive circuit stand where their laws put them: displacement for the weight, make-up of the oil."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from stillhook.physics.scalar import G
+from stillhook.validate.campaign import Kind
+from stillhook.validate.implied_curves import bridged
+from stillhook.validate.implied_parts import Part, by_test
+from stillhook.validate.implied_regression import Estimate, FloatArray, fit, pooled
+from stillhook.validate.implied_settings import EVERY, followed
+from stillhook.validate.passive.curves import filtered, flow, passive_of
+
+SETTLING = 3.0
+"""Time constants of a filter of the PLC after which its unknown start has faded."""
+LEAST_LOAD = 0.1
+"""Load over the safe working load from which a setting is compared [-]: below, the zero of the load cell decides."""
+LEAST_ORDER = 0.02
+"""Smallest scatter of the make-up command from which its gain is shown [-]."""
+
+
+@dataclass(frozen=True)
+class Setting:
+    """gain: measured setting of the passive motors over that of the law, less 1; tests: by test; law, alpha: for figures [-]."""
+
+    gain: Estimate
+    tests: dict[str, Estimate]
+    law: FloatArray
+    alpha: FloatArray
+
+
+@dataclass(frozen=True)
+class MakeUp:
+    """gain: measured setting of the passive pumps over the answer to the law's command, less 1; offset: what stands between them, as the
+    pressure [Pa] by which set pressure and transmitter disagree."""
+
+    gain: Estimate
+    offset: float
+
+
+def displacement_by_weight(part: Part) -> FloatArray | None:
+    """Setting that the law and the servo give the passive motors, (n,) [-], NaN while the filter settles and where it is held in [0, 1];
+    None where load cell or pressure have holes."""
+    F, p = (bridged(part[name], part.step) for name in ("F_w", "p_hp"))
+    if not (np.isfinite(F).all() and np.isfinite(p).all() and np.isfinite(part.lever).all()):
+        return None
+    settings, tau = part.params.passive.settings, part.params.plc.tau_F
+    dp = np.maximum(p - settings.p_lp, settings.dp_least)
+    law = filtered(F, tau, part.step) * part.lever / (settings.D_m_max * dp)
+    held = followed(np.clip(law, 0.0, 1.0), part.params.passive.motor_servo, part.step)
+    free = (law > 0.0) & (law < 1.0) & (part.t > SETTLING * (tau + 1.0 / passive_of(part).motor.servo.omega_n))
+    return np.where(free, held, np.nan)
+
+
+def setting(parts: Sequence[Part]) -> Setting | None:
+    """Gain of the passive motors' setting over the law, of every test that carries a load; None where it was not logged."""
+    tests, laws, alphas = {}, [], []
+    for test, mine in by_test([p for p in parts if p.has("alpha_pm", "F_w", "p_hp")]).items():
+        mine = [p for p in mine if p.weight > LEAST_LOAD * p.crane.SWL * G]
+        rows = [(law, p) for p in mine if (law := displacement_by_weight(p)) is not None]
+        if not rows:
+            continue
+        law = np.concatenate([_at(x, p) for x, p in rows])
+        alpha = np.concatenate([_at(p["alpha_pm"], p) for _, p in rows])
+        found = fit((law,), alpha, np.concatenate([p.blocks(_at(p.t, p)) for _, p in rows]))
+        if found is None:
+            continue
+        tests[test] = Estimate(float(found.b[0]) - 1.0, found.half(0), found.blocks)
+        laws.append(law)
+        alphas.append(alpha)
+    if not tests:
+        return None
+    return Setting(pooled(list(tests.values())), tests, np.concatenate(laws), np.concatenate(alphas))
+
+
+def make_up_command(part: Part, standing: bool) -> FloatArray | None:
+    """Setting that the make-up law and the servo give the passive pumps, (n,) [-], NaN while the slow mean settles and where the command
+    is at an end; None where signals have holes. standing: the PLC's pressure is that of the standing piston, as in the twin (p_hp less
+    what flow costs by the file), else p_hp as it is, which a transmitter at the motors gives."""
+    if (part.kind is not Kind.AHC and not part.has("v_op")) or part.omega_m is None:
+        return None
+    p, u_m = (bridged(part[name], part.step) for name in ("p_hp", "alpha_pm"))
+    if standing:
+        p = p - passive_of(part).accumulator.R_piston * flow(part)
+    v_op = bridged(part["v_op"], part.step) if part.has("v_op") else np.zeros(part.n)
+    if not all(np.isfinite(x).all() for x in (p, u_m, v_op, part.lever)):
+        return None
+    s, tau = part.params.passive.settings, part.params.plc.tau_p
+    u = s.K_acc * (s.p_set - filtered(p, tau, part.step)) + s.D_m_max * u_m * v_op / part.lever / s.Q_p_max
+    free = (np.abs(u) < 0.9) & (part.t > SETTLING * tau)
+    return np.where(free, followed(np.clip(u, -1.0, 1.0), part.params.passive.pump_servo, part.step), np.nan)
+
+
+def make_up(parts: Sequence[Part]) -> MakeUp | None:
+    """Gain and offset of the passive pumps' setting over the make-up law; None where it was not logged or the command hardly moves. Of the
+    two places that the PLC's pressure may be from, the one that explains the setting better."""
+    both = [x for x in (_made_up(parts, standing) for standing in (True, False)) if x is not None]
+    _, moves, found = min(both, key=lambda x: x[0]) if both else (0.0, 0.0, None)
+    return found if moves > LEAST_ORDER else None
+
+
+def _made_up(parts: Sequence[Part], standing: bool) -> tuple[float, float, MakeUp] | None:
+    """What is left of the setting (rms), scatter of the law's [-], gain and offset."""
+    rows = [(law, p) for p in parts if p.has("alpha_pp", "alpha_pm", "p_hp") and (law := make_up_command(p, standing)) is not None]
+    if not rows:
+        return None
+    law, alpha = (np.concatenate([_at(y, p) for y, p in pairs]) for pairs in (rows, [(p["alpha_pp"], p) for _, p in rows]))
+    found = fit((law, np.ones_like(law)), alpha, np.concatenate([p.blocks(_at(p.t, p)) for _, p in rows]))
+    if found is None:
+        return None
+    K_acc = rows[0][1].params.passive.settings.K_acc
+    gain = Estimate(float(found.b[0]) - 1.0, found.half(0), found.blocks)
+    return found.sd, float(np.nanstd(law)), MakeUp(gain, float(found.b[1]) / K_acc)
+
+
+def _at(x: FloatArray, part: Part) -> FloatArray:
+    """A signal every EVERY seconds."""
+    return x[:: max(1, round(EVERY / part.step))]

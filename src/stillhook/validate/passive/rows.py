@@ -1,0 +1,48 @@
+"""The table of step 6: parameter, crane file, what the log says, difference, tests."""
+
+from __future__ import annotations
+
+from stillhook.crane import Crane
+from stillhook.units import KINDS, in_display, number
+from stillhook.validate.implied_regression import Estimate
+from stillhook.validate.lines import Table
+from stillhook.validate.passive import torque
+from stillhook.validate.passive.found import PassiveFindings
+
+HEADER = ("parameter", "crane\nfile", "log\nsays", "95 %", "differ-\nence", "tests")
+TITLE = "The passive circuit by the logs, against the crane file"
+
+Row = tuple[str, str, str, str, str, str]
+
+
+def table(crane: Crane, found: PassiveFindings) -> Table:
+    """One row a parameter, the motors' share one a test as well."""
+    passive = crane.passive
+    assert passive is not None
+    rows: list[Row] = []
+    if found.level is not None:
+        rows.append(_row("precharge", passive.accumulator.gas.p_0, found.level.p, "pressure", list(found.level.tests)))
+    if found.gas is not None:
+        file = passive.accumulator.gas
+        rows.append(_row(f"gas volume at n {number(file.n, 3)}", file.V_0, found.gas.V, "volume", list(found.gas.tests)))
+    count = passive.motor.count
+    for s in found.shares:
+        rows.append(_row("motors that work", count, Estimate(count * (1.0 + s.share.value), count * s.share.half), "", [s.test]))
+    if found.shares:
+        share, structural = torque.overall(found.shares)
+        both = Estimate(count * (1.0 + share.value), count * (share.half**2 + structural**2) ** 0.5)
+        rows.append(_row("motors, with load and calibration", count, both, "", [s.test for s in found.shares]))
+    if found.setting is not None:
+        gain = Estimate(1.0 + found.setting.gain.value, found.setting.gain.half)
+        rows.append(_row("setting over its law", 1.0, gain, "", list(found.setting.tests)))
+    if found.make_up is not None:
+        gain = Estimate(1.0 + found.make_up.gain.value, found.make_up.gain.half)
+        rows.append(_row("make-up over its law", 1.0, gain, "", []))
+    return Table(TITLE, HEADER, tuple(rows))
+
+
+def _row(name: str, twin: float, e: Estimate, quantity: str, tests: list[str]) -> Row:
+    unit = KINDS[quantity].display if quantity else ""
+    cells = [number(in_display(v, quantity) if quantity else v, 4) for v in (twin, e.value, e.low, e.high)]
+    difference = f"{100.0 * (e.value / twin - 1.0):+.2f} %"
+    return (f"{name} [{unit}]" if unit else name, cells[0], cells[1], f"{cells[2]} to {cells[3]}", difference, ", ".join(tests))

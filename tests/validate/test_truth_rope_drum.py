@@ -1,0 +1,103 @@
+"""Wire and drum of the truth plant: energy of a stiffening wire, wire turn by turn."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from stillhook import Scenario, load_crane
+from stillhook.engine.pack import drum_record
+from stillhook.engine.pack_truth import STRAIN, pack_truth
+from stillhook.engine.truth import Truth
+from stillhook.physics.drum import layer_diameter, layers_filled, wire_to_layer
+from stillhook.plants.truth_drum import CLIMB, TrueDrum, inertia_true, wire_on_layers, wound
+from stillhook.plants.truth_rope import elastic_tension, rope_energy, rope_loss, rope_state, stretch_under
+
+CRANE = load_crane("nov-250t")
+CASE = Scenario(load="94 t", s_w="487 m", tip="sine 0.75 m 10 s", mode="ssc", duration="60 s", warm_up="0 s")
+ROPE = pack_truth(CRANE, CASE, Truth()).params.extra.rope
+DRUM = TrueDrum(2.8, 0.095, 19.0, 2800.0, 36.0, 3.0, 1.4e5, 1.0 / 501.6)
+I_L = 2.0 / 547.0
+JOULE = 1e-6
+
+
+def test_a_standing_wire_takes_the_stretch_of_its_tension():
+    for F in (1e4, 1e6, 2e6):
+        assert elastic_tension(stretch_under(F, I_L, ROPE), I_L, ROPE) == pytest.approx(F, rel=1e-12)
+
+
+def test_the_wire_is_as_stiff_as_the_twins_under_half_a_load_and_softer_without():
+    def tangent(e: float) -> float:
+        d = 1e-7
+        return (elastic_tension((e + d) / I_L, I_L, ROPE) - elastic_tension((e - d) / I_L, I_L, ROPE)) / (2.0 * d)
+
+    EA = pack_truth(CRANE, CASE, Truth()).params.hoist.wire.EA
+    assert tangent(STRAIN) == pytest.approx(EA, rel=1e-6)
+    assert tangent(1e-5) < 0.95 * EA
+
+
+def test_what_winch_tip_and_load_give_the_wire_it_keeps_or_loses():
+    """Rate of the energy, by differences along a motion, against the powers at its ends."""
+    rng = np.random.default_rng(4)
+    for _ in range(20):
+        x_up, x_low = rng.uniform(0.1, 0.5, 2)
+        v = dict(zip(("omega_m", "v_mid", "v_load", "y_up", "y_low"), rng.uniform(-0.3, 0.3, 5) * (100, 1, 1, 0.1, 0.1), strict=True))
+        lever, tip_v, s_w = 0.0047, float(rng.uniform(-1.0, 1.0)), 487.0
+        start = SimpleNamespace(s_w=s_w, s_mid=-x_up, s_load=-x_up - x_low, **v)
+        tip = SimpleNamespace(s=0.0, v=tip_v)
+        q = rope_state(start, lever, s_w, tip, ROPE)
+
+        def energy(h: float, start=start, q=q, lever=lever, s_w=s_w, tip_v=tip_v) -> float:
+            x = SimpleNamespace(
+                omega_m=start.omega_m, s_w=s_w - h * q.v_w, s_mid=start.s_mid + h * start.v_mid, s_load=start.s_load + h * start.v_load,
+                v_mid=start.v_mid + h * q.a_mid, v_load=start.v_load + h * q.a_load,
+                y_up=start.y_up + h * (q.x_up_dot - start.y_up * ROPE.i_tau), y_low=start.y_low + h * (q.x_low_dot - start.y_low * ROPE.i_tau),
+            )  # fmt: skip
+            return float(rope_energy(x, rope_state(x, lever, s_w, SimpleNamespace(s=h * tip_v, v=tip_v), ROPE), ROPE))
+
+        h = 1e-5
+        rate = (energy(h) - energy(-h)) / (2.0 * h)
+        given = q.F_w * (tip_v + q.v_w)
+        assert rate == pytest.approx(given - rope_loss(q, start, ROPE) - q.P_drag, rel=1e-5, abs=1.0)
+
+
+def test_strands_lose_energy_in_a_swing_and_none_at_rest():
+    x = SimpleNamespace(omega_m=0.0, s_w=487.0, s_mid=-0.3, s_load=-0.6, v_mid=0.0, v_load=0.0, y_up=0.0, y_low=0.0)
+    q = rope_state(x, 0.0047, 487.0, SimpleNamespace(s=0.0, v=0.0), ROPE)
+    assert rope_loss(q, x, ROPE) == pytest.approx(0.0, abs=JOULE)
+    x.y_up = 0.01
+    q = rope_state(x, 0.0047, 487.0, SimpleNamespace(s=0.0, v=0.0), ROPE)
+    assert rope_loss(q, x, ROPE) > 0.0
+
+
+def test_layers_hold_the_wire_of_their_turns():
+    """Turn by turn: the length on n layers is the sum over circles."""
+    for n in (1, 3, 12):
+        circles = [np.pi * (DRUM.d + (2 * i - 1) * DRUM.pitch) for i in range(1, n + 1) for _ in range(19)]
+        assert wire_on_layers(float(n), DRUM) == pytest.approx(sum(circles), rel=1e-12)
+
+
+def test_each_turn_away_from_a_crossing_lies_on_its_layers_circle_and_the_crossing_is_smooth():
+    L = np.linspace(1.0, 2800.0, 200001)
+    w = [wound(float(x), DRUM) for x in L]
+    d, layer, turn = (np.array([getattr(i, n) for i in w]) for n in ("d", "layer", "turn"))
+    away = (np.minimum(turn, 19.0 - turn) > 0.5 * CLIMB) | ((layer == 1.0) & (turn < 18.0))
+    assert d[away] == pytest.approx(DRUM.d + (2.0 * layer[away] - 1.0) * DRUM.pitch)
+    assert (np.diff(d) > -1e-9).all()
+    assert np.diff(d).max() < 2e-3  # no step: a layer is 190 mm
+    assert away.mean() > 0.9
+
+
+def test_unpressed_wire_lies_where_the_twins_does():
+    twin = drum_record(CRANE)
+    own = DRUM._replace(pitch=twin.d_wire)
+    for L in (200.0, 516.0, 1500.0, 2343.0):
+        assert wound(L, own).d == pytest.approx(layer_diameter(layers_filled(L, twin), twin), rel=1e-12)
+    assert wire_on_layers(12.0, own) == pytest.approx(wire_to_layer(12.0, twin), rel=1e-12)
+
+
+def test_pressed_wire_makes_layers_thinner_and_inertia_grows_with_the_wire():
+    thick, thin = wound(2300.0, DRUM._replace(pitch=0.096)), wound(2300.0, DRUM)
+    assert thin.d < thick.d
+    J = [inertia_true(L, wound(L, DRUM), DRUM) for L in (100.0, 1000.0, 2500.0)]
+    assert J == sorted(J)
