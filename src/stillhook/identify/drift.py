@@ -79,7 +79,7 @@ class Noise:
     @property
     def friction_drift(self) -> float:
         """Standard deviation of the friction that goes with test or time, over the mean friction."""
-        return float(np.sqrt(sum(self.sd.get(m, 0.0) ** 2 for m in (LEVEL, OWN, WARM, COURSE, FORM))))
+        return float(np.sqrt(sum(self.sd.get(m, 0.0) ** 2 for m in WITHOUT_WEIGHT)))
 
     @property
     def sigma(self) -> FloatArray:

@@ -8,7 +8,7 @@ together, so that the data may leave several of them: the interval then holds ac
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -218,30 +218,23 @@ def choose(crane: Crane, rows: LeakRows) -> LeakChoice | None:
     if own is None:
         return None
     widest = _widest(rows, beside) if own.blocks >= FEWEST_FOR_FORM else None
-    file_form = form_of(crane.active).form
-    options: list[Option] = [(file_form, ("own",), own, _distance(rows, widest, ("own",)))]
-    if widest is not None:
-        for form, parts in _forms(widest[0]):
-            if parts == ("head",) and file_form is LeakForm.CONSTANT:
-                continue  # the crane file's own
-            if parts == LINEAR and len(widest[0]) < len(LINEAR):
-                continue  # the data tell no slope at all
-            found = _fitted(rows, beside, parts)
-            if found is not None and (found.b[-len(parts) :] >= 0.0).all():
-                options.append((form, parts, found, _distance(rows, widest, parts)))
-    return _chosen(crane, rows, options, 0 if widest is None else len(widest[0]), _sloped(rows, beside, widest))
-
-
-def _sloped(
-    rows: LeakRows, beside: tuple[str, ...], widest: tuple[tuple[str, ...], Fit] | None
-) -> tuple[tuple[tuple[str, ...], Fit], ...]:
-    """The laws of `ONE_SLOPE` that the data do not refute, whatever the sign of their slope."""
-    out = []
-    for parts in ONE_SLOPE if widest is not None else ():
-        found = _fitted(rows, beside, parts)
-        if found is not None and _probability(*_distance(rows, widest, parts), found.blocks) >= AGAINST:
-            out.append((parts, found))
-    return tuple(out)
+    file = form_of(crane.active)
+    options: list[Option] = [(file.form, ("own",), own, _distance(rows, widest, ("own",)))]
+    if widest is None:
+        return _chosen(crane, rows, options, 0, ())
+    forms = _forms(widest[0])
+    fitted = {parts: _fitted(rows, beside, parts) for parts in {*(parts for _, parts in forms), *ONE_SLOPE}}
+    laws = {parts: (found, _distance(rows, widest, parts)) for parts, found in fitted.items() if found is not None}
+    for form, parts in forms:
+        if parts == ("head",) and file.form is LeakForm.CONSTANT:
+            continue  # the crane file's own
+        if parts == LINEAR and len(widest[0]) < len(LINEAR):
+            continue  # the data tell no slope at all
+        if parts in laws and (laws[parts][0].b[-len(parts) :] >= 0.0).all():
+            options.append((form, parts, *laws[parts]))
+    left = {parts: found for parts, (found, distance) in laws.items() if _probability(*distance, found.blocks) >= AGAINST}
+    sloped = tuple((parts, left[parts]) for parts in ONE_SLOPE if parts in left)
+    return _chosen(crane, rows, options, len(widest[0]), sloped)
 
 
 def _forms(carried: tuple[str, ...]) -> list[tuple[LeakForm, tuple[str, ...]]]:
@@ -317,6 +310,7 @@ def _probability(T2: float, q: int, m: int) -> float:
 def _chosen(
     crane: Crane, rows: LeakRows, options: Sequence[Option], carried: int, sloped: tuple[tuple[tuple[str, ...], Fit], ...]
 ) -> LeakChoice:
+    file, per = form_of(crane.active), _per(crane)
     m = options[0][2].blocks
     evidence = np.array([m * math.log1p(T2 / (m - 1)) + (carried - q) * math.log(m) for *_, (T2, q) in options])
     weights = np.exp(-0.5 * (evidence - evidence.min()))
@@ -325,7 +319,7 @@ def _chosen(
     found = sorted(
         (
             Candidate(
-                form, parts, f, _value(rows, parts, f), _reference(crane, parts, f), _probability(T2, q, m), float(w), bool(w >= least)
+                form, parts, f, _value(rows, parts, f), _reference(per, parts, f), _probability(T2, q, m), float(w), bool(w >= least)
             )
             for (form, parts, f, (T2, q)), w in zip(options, weights, strict=True)
         ),
@@ -336,14 +330,14 @@ def _chosen(
     bend = _bend(rows, best)
     refuted = own is not best and own.p < AGAINST and bend > NOTABLE
     return LeakChoice(
-        chosen=best, candidates=tuple(found), file_form=form_of(crane.active).form,
+        chosen=best, candidates=tuple(found), file_form=file.form,
         value=_across(best.value, [(c.weight, c.value) for c in found], best.fit.blocks, [_value(rows, *x) for x in sloped]),
         reference=_across(
-            best.reference, [(c.weight, c.reference) for c in found], best.fit.blocks, [_reference(crane, *x) for x in sloped]
+            best.reference, [(c.weight, c.reference) for c in found], best.fit.blocks, [_reference(per, *x) for x in sloped]
         ),
-        stated=stated_leak(crane.active), twin=rows.total("own") / rows.total("head"), at=rows.at,
+        stated=per["own"], twin=rows.total("own") / rows.total("head"), at=rows.at,
         bend=bend, refuted=refuted, in_own_form=own.value, sloped=sloped,
-        file_at=form_of(crane.active).at,
+        file_at=file.at,
     )  # fmt: skip
 
 
@@ -372,10 +366,14 @@ def _value(rows: LeakRows, parts: tuple[str, ...], found: Fit) -> Estimate:
     return Estimate(e.value - 1.0, e.half, e.blocks)
 
 
-def _reference(crane: Crane, parts: tuple[str, ...], found: Fit) -> Estimate:
+def _per(crane: Crane) -> Mapping[str, float]:
+    """Conductance at the crane file's point per coefficient of each part."""
     at = form_of(crane.active).at
     stroke = float(pump_leakage(at.alpha_p, pump_leak(crane.active.pump)))
-    per = {"head": 1.0, "stroke": stroke, "alpha": at.alpha_p, "speed": at.n_m, "own": stated_leak(crane.active)}
+    return {"head": 1.0, "stroke": stroke, "alpha": at.alpha_p, "speed": at.n_m, "own": stated_leak(crane.active)}
+
+
+def _reference(per: Mapping[str, float], parts: tuple[str, ...], found: Fit) -> Estimate:
     return _linear(found, np.array([per[p] for p in parts]))
 
 

@@ -17,6 +17,7 @@ from stillhook.validate.implied_flow import Balance
 from stillhook.validate.implied_friction import Friction
 from stillhook.validate.implied_leak import form_says
 from stillhook.validate.implied_load import CLOSE, cell_says
+from stillhook.validate.implied_parts import Part
 from stillhook.validate.implied_regression import Estimate, by_case
 from stillhook.validate.implied_transmission import diagnosis
 from stillhook.validate.lines import Measure
@@ -50,10 +51,10 @@ def measure(name: str, e: Estimate | None, *, test: str = "", data: str = "", no
     return Measure(name, e.value, quantity, e.low if bounded else None, e.high if bounded else None, test, data, note, e.structural)
 
 
-def rests_on(found: Implied, tests: Iterable[str], blocks: int = 0) -> str:
+def rests_on(parts: Iterable[Part], tests: Iterable[str], blocks: int = 0) -> str:
     """The data behind a measure in words."""
     names = list(dict.fromkeys(tests))
-    seconds = sum(p.segment.duration for p in found.parts if p.test in names)
+    seconds = sum(p.segment.duration for p in parts if p.test in names)
     what = f"{len(names)} test{'s' if len(names) != 1 else ''}, {number(seconds, 4)} s"
     return f"{what} in {blocks} blocks" if blocks else what
 
@@ -63,7 +64,7 @@ def _levers(campaign: Campaign, found: Implied) -> list[Measure]:
         return [measure("lever_error", None, note="log the motor speed omega_m beside v_w or s_w, with the winch moving")]
     note = diagnosis(campaign.crane, found.levers)
     return [
-        measure("lever_error", x.error, test=f"test {x.test}", data=rests_on(found, [x.test], x.error.blocks), note=note)
+        measure("lever_error", x.error, test=f"test {x.test}", data=rests_on(found.parts, [x.test], x.error.blocks), note=note)
         for x in found.levers
     ]
 
@@ -71,17 +72,17 @@ def _levers(campaign: Campaign, found: Implied) -> list[Measure]:
 def _clock(found: Implied) -> list[Measure]:
     tests = [t for r in found.ratios.values() for t in r.tests]
     clock = found.clock.error
-    out = [measure("clock_error", clock, data=rests_on(found, tests) if clock else "", note=found.clock.note)]
+    out = [measure("clock_error", clock, data=rests_on(found.parts, tests) if clock else "", note=found.clock.note)]
     for name, key in (("v_w_error", "v_w"), ("v_tip_error", "v_tip"), ("a_tip_error", "a_tip")):
         if key in found.clock.calibration:
             e = found.clock.calibration[key]
-            out.append(measure(name, e, data=rests_on(found, found.ratios[key].tests), note=_calibration(found.ratios[key], e)))
+            out.append(measure(name, e, data=rests_on(found.parts, found.ratios[key].tests), note=_calibration(found.ratios[key], e)))
         else:
             out.append(measure(name, None, note=f"log {key} with what it is the rate of, and move"))
     if found.jump is None:
         out.append(measure("length_jump", None, note="log v_w beside s_w"))
     else:
-        out.append(measure("length_jump", Estimate(found.jump.size, 0.0), data=rests_on(found, tests), note=jump_says(found.jump)))
+        out.append(measure("length_jump", Estimate(found.jump.size, 0.0), data=rests_on(found.parts, tests), note=jump_says(found.jump)))
     return out
 
 
@@ -109,7 +110,7 @@ def _settings(campaign: Campaign, found: Implied) -> list[Measure]:
     if found.pump is None:
         return [*out, measure("pump_gain_error", None, note="log the pumps' command u_p and setting alpha_p")]
     zero = f"zero of the setting at {100.0 * found.pump.offset.value:.2f} %"
-    return [*out, measure("pump_gain_error", found.pump.gain, data=rests_on(found, [p.test for p in found.parts]), note=zero)]
+    return [*out, measure("pump_gain_error", found.pump.gain, data=rests_on(found.parts, [p.test for p in found.parts]), note=zero)]
 
 
 def _expected_offset(campaign: Campaign) -> float:
@@ -123,7 +124,7 @@ def _flow(found: Implied) -> list[Measure]:
     if b is None:
         note = "log p_a, p_b, the motor speed, alpha_m (or u_m) and alpha_p (or u_p), with pressure in one line"
         return [measure(name, None, note=note) for name in ("displacement_ratio_error", "leakage_error", "leakage_here_error")]
-    data = rests_on(found, b.tests, b.ratio.blocks)
+    data = rests_on(found.parts, b.tests, b.ratio.blocks)
     return [
         measure("displacement_ratio_error", b.ratio, data=data, note=_ratio_says(b)),
         measure("leakage_error", b.leak.judged, data=data, note=_leak_says(b)),
@@ -154,7 +155,7 @@ def _cells(found: Implied) -> list[Measure]:
     if not heavy:
         return [measure("load_cell_error", None, note="log the load cell F_w in a test whose load is stated")]
     note = cell_says(found.cells, found.parts)
-    data = {c.test: rests_on(found, [c.test], c.error.blocks) for c in heavy}
+    data = {c.test: rests_on(found.parts, [c.test], c.error.blocks) for c in heavy}
     return [measure("load_cell_error", c.error, test=f"test {c.test}", data=data[c.test], note=note) for c in heavy]
 
 
@@ -172,7 +173,7 @@ def _friction(found: Implied) -> list[Measure]:
         lacks = dict.fromkeys(name for p in found.parts for name in implied_friction.missing(p))
         note = f"log {', '.join(lacks)} for a torque balance at the motors" if lacks else "the winch does not move enough"
         return [measure("friction_error", None, note=note)]
-    data = rests_on(found, [f.test for f in mine], scale.blocks)
+    data = rests_on(found.parts, [f.test for f in mine], scale.blocks)
     return [measure("friction_error", scale, data=data, note=_friction_says(found, mine, scale))]
 
 
@@ -204,7 +205,7 @@ def _delay(campaign: Campaign, found: Implied) -> list[Measure]:
         note = f"{told}, +- {in_ms(total.half)} ms: load, motion or load cell are too weak; test a heavy load with little wire out"
         return [measure("tip_delay_error", None, note=note)]
     e = Estimate(total.value - campaign.delay, total.half, total.blocks)
-    data = rests_on(found, [d.test for d in found.delays], total.blocks)
+    data = rests_on(found.parts, [d.test for d in found.delays], total.blocks)
     return [measure("tip_delay_error", e, data=data, note=f"{told}, from the force that moves the hook")]
 
 
@@ -214,7 +215,7 @@ def _references(found: Implied) -> list[Measure]:
         return [measure(name, None, note=note) for name in ("reference_lag", "reference_spread")]
     out = []
     for r in found.references:
-        where, data = f"test {r.test}", rests_on(found, [r.test], r.lag.blocks)
+        where, data = f"test {r.test}", rests_on(found.parts, [r.test], r.lag.blocks)
         late = "later" if r.lag.value > 0.0 else "earlier"
         note = f"the PLC's tip comes {in_ms(abs(r.lag.value))} ms {late} than the logged one"
         out.append(measure("reference_lag", r.lag, test=where, data=data, note=note))
@@ -226,11 +227,12 @@ def _pressures(found: Implied) -> list[Measure]:
     if not found.pressures:
         return [measure(name, None, note="log p_a and p_b") for name in ("boost_error", "p_max_over_relief")]
     lows = [p for p in found.pressures if p.low is not None]
-    out = [measure("boost_error", p.low, test=f"test {p.test}", data=rests_on(found, [p.test]), note=_low_says(p.least)) for p in lows]
+    data = {p.test: rests_on(found.parts, [p.test]) for p in found.pressures}
+    out = [measure("boost_error", p.low, test=f"test {p.test}", data=data[p.test], note=_low_says(p.least)) for p in lows]
     if not lows:
         out = [measure("boost_error", None, note="the lines are never apart")]
     high = max(found.pressures, key=lambda p: p.high)
-    return [*out, measure("p_max_over_relief", Estimate(high.high, 0.0), test=f"test {high.test}", data=rests_on(found, [high.test]))]
+    return [*out, measure("p_max_over_relief", Estimate(high.high, 0.0), test=f"test {high.test}", data=data[high.test])]
 
 
 def _low_says(least: float) -> str:

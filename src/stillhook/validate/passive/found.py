@@ -6,7 +6,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from stillhook.engine.run import Meter
-from stillhook.validate.implied_load import Cell, cells
 from stillhook.validate.implied_parts import Part
 from stillhook.validate.passive.gas import Curve, Displacement, Level, Stroke, curve, displacement, levels, stroke
 from stillhook.validate.passive.orders import MakeUp, Setting, make_up, setting
@@ -25,7 +24,6 @@ class PassiveFindings:
     shares: tuple[Share, ...]
     setting: Setting | None
     make_up: MakeUp | None
-    cells: tuple[Cell, ...]
 
 
 def passive_by(parts: Sequence[Part], progress: Callable[[float], None]) -> PassiveFindings:
@@ -38,4 +36,4 @@ def passive_by(parts: Sequence[Part], progress: Callable[[float], None]) -> Pass
     meter.part(1.0)(1.0)
     motors = shares(parts)
     meter.part(1.0)(1.0)
-    return PassiveFindings(parts, level, gas, piston, moved, motors, setting(parts), make_up(parts), cells(parts))
+    return PassiveFindings(parts, level, gas, piston, moved, motors, setting(parts), make_up(parts))

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
 from dataclasses import replace
 
 from stillhook.crane import Crane, PassiveCircuit
 from stillhook.physics.scalar import G
 from stillhook.units import number, show
-from stillhook.validate.implied_measures import measure
+from stillhook.validate.implied_friction import missing
+from stillhook.validate.implied_measures import measure, rests_on
 from stillhook.validate.implied_regression import Estimate
 from stillhook.validate.lines import Measure
 from stillhook.validate.measures import MEASURES
@@ -50,14 +50,6 @@ def _measure(
     return replace(measure(name, Estimate(e.value, total, e.blocks), test=test, data=data, note=note), structural=law)
 
 
-def rests_on(found: PassiveFindings, tests: Iterable[str], blocks: int = 0) -> str:
-    """The data behind a measure in words."""
-    names = list(dict.fromkeys(tests))
-    seconds = sum(p.segment.duration for p in found.parts if p.test in names)
-    what = f"{len(names)} test{'s' if len(names) != 1 else ''}, {number(seconds, 4)} s"
-    return f"{what} in {blocks} blocks" if blocks else what
-
-
 def spread(tests: dict[str, Estimate], quantity: str) -> str:
     """Smallest and largest of several tests in words; "" of one."""
     if len(tests) < 2:
@@ -76,7 +68,7 @@ def _level(crane: Crane, found: PassiveFindings) -> list[Measure]:
     note = f"precharge {show(level.p.value, 'pressure', 4)}, {show(p_0, 'pressure', 4)} in the crane file ({whence})"
     if abs(e.value) > 0.02:
         note = f"precharge {show(level.p.value, 'pressure', 4)}, not {show(p_0, 'pressure', 4)} ({whence})"
-    data = rests_on(found, level.tests, level.p.blocks)
+    data = rests_on(found.parts, level.tests, level.p.blocks)
     return [_measure("precharge_error", e, TRANSMITTER / p_0, data=data, note=note + spread(level.tests, "pressure"))]
 
 
@@ -87,7 +79,7 @@ def _gas(crane: Crane, found: PassiveFindings) -> list[Measure]:
         lacks = dict.fromkeys(n for p in found.parts for n in lacking(p))
         note = f"log {', '.join(lacks)}" if lacks else "the winch does not move enough in heave compensation"
         return [measure(name, None, note=note) for name in names]
-    acc, data = passive.accumulator, rests_on(found, gas.tests, gas.V.blocks)
+    acc, data = passive.accumulator, rests_on(found.parts, gas.tests, gas.V.blocks)
     V_0 = acc.gas.V_0
     V, calibration = volume(found, gas)
     e = Estimate(V.value / V_0 - 1.0, V.half / V_0, V.blocks)
@@ -139,7 +131,7 @@ def _stroke(crane: Crane, found: PassiveFindings) -> list[Measure]:
     whence = "V_acc" if stroke.placed else "the pressure along the implied gas curve"
     ends = f"{show(stroke.low, 'volume', 2)} to {show(stroke.high, 'volume', 2)} about mid stroke by {whence}"
     V = show(_passive(crane).accumulator.V_stroke, "volume", 3)
-    tests = rests_on(found, [p.test for p in found.parts])
+    tests = rests_on(found.parts, [p.test for p in found.parts])
     end = f"; the pressure moves as behind a piston at an end at {stroke.where}" if stroke.where else ""
     return [
         measure("stroke_used", Estimate(stroke.used, 0.0), data=tests, note=f"{ends}, of a stroke of {V}"),
@@ -150,19 +142,20 @@ def _stroke(crane: Crane, found: PassiveFindings) -> list[Measure]:
 def _motors(crane: Crane, found: PassiveFindings) -> list[Measure]:
     names = ("passive_motors_error", "passive_torque_error")
     if not found.shares:
-        lacks = dict.fromkeys(n for p in found.parts for n in torque.missing(p))
+        lacks = dict.fromkeys(n for p in found.parts for n in missing(p))
         note = f"log {', '.join(lacks)} for a torque balance at the motors" if lacks else "the winch does not move a load enough"
         return [measure(name, None, note=note) for name in names]
     share, structural = torque.overall(found.shares)
     total = Estimate(share.value, math.hypot(share.half, structural), share.blocks)  # words go by all that is open
     tests = [s.test for s in found.shares]
     full = crane.SWL * G * 0.5 * crane.drum.d_max / crane.i_hD
-    out = [_measure(names[0], share, structural, data=rests_on(found, tests, share.blocks), note=motors_say(crane, found, total))]
+    out = [_measure(names[0], share, structural, data=rests_on(found.parts, tests, share.blocks), note=motors_say(crane, found, total))]
     for s in found.shares:
         over = max(s.T_load, 0.25 * full)
         e = Estimate(s.standing.value / over, s.standing.half / over, s.standing.blocks)
         note = f"{show(s.standing.value, 'torque', 3)} of {show(s.T_load, 'torque', 3)} that the load takes are not explained"
-        out.append(_measure(names[1], e, s.structural, test=f"test {s.test}", data=rests_on(found, [s.test], s.standing.blocks), note=note))
+        data = rests_on(found.parts, [s.test], s.standing.blocks)
+        out.append(_measure(names[1], e, s.structural, test=f"test {s.test}", data=data, note=note))
     return out
 
 
@@ -200,7 +193,7 @@ def _flow(crane: Crane, found: PassiveFindings) -> list[Measure]:
         return [measure("passive_flow_error", None, note="log the oil in the accumulator V_acc, with alpha_pm and the motor speed, moving")]
     count = _passive(crane).motor.count
     note = f"oil of {number(count * (1.0 + moved.error.value), 3)} of {count} motors reaches the piston"
-    data = rests_on(found, moved.tests, moved.error.blocks)
+    data = rests_on(found.parts, moved.tests, moved.error.blocks)
     return [_measure("passive_flow_error", moved.error, torque.SETTING_DOUBT, data=data, note=note)]
 
 
@@ -212,7 +205,7 @@ def _setting(found: PassiveFindings) -> list[Measure]:
     motors = count / (1.0 + s.gain.value)
     note = f"the motors stand at {1.0 + s.gain.value:.3f} times what load cell and pressure ask for: the PLC counts {motors:.1f} motors"
     note += ", or reads another load than the log" if abs(s.gain.value) > APART else ""
-    return [_measure("passive_setting_error", s.gain, torque.SETTING_DOUBT, data=rests_on(found, s.tests, s.gain.blocks), note=note)]
+    return [_measure("passive_setting_error", s.gain, torque.SETTING_DOUBT, data=rests_on(found.parts, s.tests, s.gain.blocks), note=note)]
 
 
 def _make_up(found: PassiveFindings) -> list[Measure]:
@@ -221,7 +214,7 @@ def _make_up(found: PassiveFindings) -> list[Measure]:
         note = "log the passive pumps' setting alpha_pp, with p_hp, alpha_pm and the joystick"
         return [measure("make_up_error", None, note=note)]
     note = f"set pressure and transmitter {show(m.offset, 'pressure', 2)} apart"
-    return [measure("make_up_error", m.gain, data=rests_on(found, [p.test for p in found.parts if p.has('alpha_pp')]), note=note)]
+    return [measure("make_up_error", m.gain, data=rests_on(found.parts, [p.test for p in found.parts if p.has('alpha_pp')]), note=note)]
 
 
 def _passive(crane: Crane) -> PassiveCircuit:

@@ -19,8 +19,7 @@ from stillhook.physics.motor import motor_torque
 from stillhook.physics.scalar import G
 from stillhook.units import parse
 from stillhook.validate.campaign import Kind
-from stillhook.validate.implied_friction import EVERY, MOVING, twin_friction
-from stillhook.validate.implied_friction import missing as missing_of
+from stillhook.validate.implied_friction import EVERY, MOVING, missing, twin_friction
 from stillhook.validate.implied_parts import Part, by_test
 from stillhook.validate.implied_regression import Estimate, Fit, FloatArray, fit, pooled
 from stillhook.validate.implied_settings import known_setting
@@ -49,11 +48,6 @@ class Share:
     T_load: float
     T: FloatArray
     T_p: FloatArray
-
-
-def missing(part: Part) -> tuple[str, ...]:
-    """What the torque balance lacks."""
-    return missing_of(part)
 
 
 def shares(parts: Sequence[Part]) -> tuple[Share, ...]:
