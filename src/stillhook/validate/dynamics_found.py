@@ -18,10 +18,10 @@ from stillhook.validate.transients import Transient
 
 ERROR = {C_H: "C_h_error", C_LEAK: "C_leak_error", INERTIA: "J_m_eff_error"}
 """Name of the measure of each tuned number: tuned over crane file, less 1."""
-UNSEEN: Mapping[str, float] = {C_H: 0.02, C_LEAK: 0.04, INERTIA: 0.015}
+UNSEEN: Mapping[str, float] = {C_H: 0.02, C_LEAK: 0.045, INERTIA: 0.015}
 """Deviation of the logarithm that no residual shows, added to that of the fit: gain errors of the pressure transmitters and the tolerance
 of the motors' displacement scale what is found, and the twin's one volume a line, its friction law and its leakage law stand for more than
-they are. On 33 simulated cranes, whose lines have two ends and whose leakage is none of the published forms, the capacitance read 2 % low
+they are. On 85 simulated cranes, whose lines have two ends and whose leakage is none of the published forms, the capacitance read 2 % low
 and the inertia 1.3 % high in the median, the leakage 3.6 % low with a scatter of 6 %: with these the intervals hold that."""
 WIDEST: Mapping[str, float] = {C_H: 0.2, C_LEAK: 0.4, INERTIA: 0.2}
 """Half width of the interval of the logarithm beyond which the data cannot tell a number."""

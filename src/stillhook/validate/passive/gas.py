@@ -26,9 +26,10 @@ EVERY = 0.2
 LEAST_OIL = 2e-3
 """Smallest scatter of the oil moved in a window, over the stroke, from which the gas curve is shown [-]: on a stroke of 1.2 m^3 the
 pressure then moves by some tenths of a bar, as much as a transmitter scatters."""
-FORM = 0.05
+FORM = 0.065
 """What the laws of friction, heat and make-up leave open of the gas volume [-]: windows of 1 to 3 s, dry friction that turns at
-2 to 10 % of the pumps' flow, and a lag that is off by 10 ms move it by 1 to 3 % each."""
+2 to 10 % of the pumps' flow, and a lag that is off by 10 ms move it by 1 to 3 % each. On 85 simulated cranes it came out 3.4 % high in the
+mean, with a scatter of 2 %."""
 LAG = 0.04
 """Lag between speed and pressure signals that is tried, either way [s]: sensors and filters of some tens of milliseconds. 20 ms of it are
 4 % of the gas volume, because the pressure that flow costs leads that of the gas."""

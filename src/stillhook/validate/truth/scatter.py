@@ -43,8 +43,8 @@ DRIFT, PERIODS = 0.3e5, (900.0, 3600.0)
 """Amplitude of the slow zero drift of a pressure transmitter [Pa], and between what periods it lies [s] (assumed: 0.1 % of its range, as
 deck and oil warm up)."""
 TRANSMITTERS = ("p_a", "p_b", "p_hp")
-GAINS = {"p_a": 0.003, "p_b": 0.003, "p_hp": 0.003, "alpha_p": 0.003, "alpha_pm": 0.003, "v_tip": 0.0005}
-"""Half width of the calibration error of a sensor, part of the reading (assumed: class of a transmitter; of a motion unit)."""
+GAINS = {"p_a": 0.003, "p_b": 0.003, "p_hp": 0.003, "alpha_p": 0.003, "alpha_pm": 0.003}
+"""Half width of the calibration error of a sensor, part of the reading (assumed: class of a transmitter)."""
 
 
 @dataclass(frozen=True)
