@@ -20,6 +20,7 @@ CASES = (
     "frequency_road",
     "friction_coverage",
     "hull_convergence",
+    "independent_crane_results",
     "offshore_100t",
     "offshore_200t",
     "paper_a_motor_models",
