@@ -79,7 +79,9 @@ def test_scatter_that_the_sensors_do_not_show_is_found():
 def test_stated_uncertainty_that_explains_the_scatter_is_left_alone():
     points = stage(truth("crane-2"), rng=np.random.default_rng(2), sd_dp=0.5e5, sd_omega=0.0)
     known = dataclasses.replace(points, u_dp=np.full(len(points), 1.0e5))
-    assert fit_system(known, LOSS).tau == 0.0
+    fit = fit_system(known, LOSS)
+    assert fit.noise.sd["pair"] == fit.noise.sd["load"] == 0.0
+    assert fit.tau < 0.2e5  # left: oil that warms too little to be seen, a fifth of what is stated
 
 
 def test_too_few_points_are_refused_in_one_line():

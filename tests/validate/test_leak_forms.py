@@ -15,6 +15,7 @@ from stillhook.library import crane_toml, load_crane
 from stillhook.library.leakage import leak_at, stated_leak
 from stillhook.library.load import changed
 from stillhook.units import in_display
+from stillhook.validate import implied_leak
 from stillhook.validate.dynamics import DynamicsStep, check_dynamics
 from stillhook.validate.dynamics_found import Found
 from stillhook.validate.implied_flow import balance, leak_rows
@@ -73,7 +74,7 @@ def test_a_constant_leak_is_recognised_where_the_file_has_it_rise(twin):
     assert leak.refuted
     assert in_display(leak.reference.value, "leakage") == pytest.approx(0.4, abs=0.004)
     assert leak.value.low < truth_of("constant", twin) < leak.value.high
-    assert leak.in_own_form.value > leak.value.high
+    assert leak.in_own_form.value > leak.chosen.value.high
     (measure,) = step("constant", twin).found("leakage_error")
     assert "the form of the leakage does not fit: it is constant in the log, goes with" in measure.note
     assert any("the form of the leakage does not fit" in x.lower() for x in step("constant", twin).statements)
@@ -174,7 +175,9 @@ def drawn(i: int):
     return balance(parts), truth
 
 
-def test_intervals_hold_the_leak_in_95_of_100_cranes_under_drift_and_warming_oil():
+def test_intervals_hold_the_leak_in_95_of_100_cranes_under_drift_and_warming_oil(monkeypatch):
+    """Cranes whose law is one of the forms: the part of the interval for what no form closes is left out."""
+    monkeypatch.setattr(implied_leak, "UNCLOSED", 0.0)
     hits, wrongly = 0, 0
     for i in range(DRAWS):
         b, truth = drawn(i)
