@@ -10,7 +10,6 @@ It may be stopped at any time: what is done is in the file. Then `python docs/va
 from __future__ import annotations
 
 import datetime
-import json
 import sys
 import time
 from collections.abc import Mapping, Sequence
@@ -24,12 +23,11 @@ import independent_crane
 import independent_plant
 import independent_plc
 import independent_sea_trial
+import trial_store
 from independent_crane import CASES, Case, write_campaign
 
 from stillhook.errors import StillhookError
 from stillhook.validate import validate
-from stillhook.validate.certificate_content import method_hash, versions
-from stillhook.validate.detection import LIMITS_FILE
 from stillhook.validate.validation import Validation
 
 STORE = Path(__file__).resolve().parent / "independent-crane.json"
@@ -61,22 +59,14 @@ def kept_of(found: Validation, case: Case) -> dict[str, Any]:
 
 def kept() -> dict[str, Any]:
     """Outcomes by name of the case, each with the code that it was computed by."""
-    return json.loads(STORE.read_text(encoding="utf-8")) if STORE.is_file() else {}
+    return trial_store.read(STORE)
 
 
 def code() -> str:
-    """The code that computes: twin, method of validation (without the table of detection limits, by which nothing is judged), crane."""
+    """The code that computes: twin and method of validation, and the crane."""
     files = [Path(str(m.__file__)) for m in (independent_crane, independent_plant, independent_plc, independent_sea_trial)]
     crane = sha256(b"".join(f.read_bytes() for f in files)).hexdigest()[:16]
-    return f"{versions()['code']}-{method_hash(LIMITS_FILE.name)}-{crane}"
-
-
-def keep(outcomes: Mapping[str, Any]) -> None:
-    """One line a case, in the order of the cases; an interrupted write leaves the file as it was."""
-    lines = [f"{json.dumps(name)}: {json.dumps(outcomes[name], ensure_ascii=False)}" for name in BY_NAME if name in outcomes]
-    new = STORE.with_suffix(".json.new")
-    new.write_text("{\n" + ",\n".join(lines) + "\n}\n", encoding="utf-8", newline="\n")
-    new.replace(STORE)
+    return f"{trial_store.judging_code()}-{crane}"
 
 
 def main(arguments: Sequence[str]) -> None:
@@ -91,7 +81,7 @@ def main(arguments: Sequence[str]) -> None:
         for future in as_completed(running):
             name, result = running[future], future.result()
             done[name] = {**result, "code": now, "date": datetime.date.today().isoformat()}
-            keep(done)
+            trial_store.write(STORE, BY_NAME, done)
             spent = sum(result["seconds"].values())
             print(f"{name} ({spent:.0f} s): {result['outcome']}; {', '.join(result['failed']) or 'no line failed'}", flush=True)
 

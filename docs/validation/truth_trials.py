@@ -13,7 +13,6 @@ from __future__ import annotations
 
 import datetime
 import functools
-import json
 import sys
 import time
 import tomllib
@@ -24,6 +23,7 @@ from tempfile import TemporaryDirectory
 from typing import Any, NamedTuple
 
 import numpy as np
+import trial_store
 
 from stillhook.engine.pack import drum_record
 from stillhook.engine.truth import Truth
@@ -37,8 +37,6 @@ from stillhook.physics.scalar import G
 from stillhook.plants.truth_drum import TrueDrum, wound
 from stillhook.validate import validate
 from stillhook.validate.campaign import Kind, load_campaign
-from stillhook.validate.certificate_content import method_hash, versions
-from stillhook.validate.detection import LIMITS_FILE
 from stillhook.validate.dynamics import DynamicsStep
 from stillhook.validate.implied_friction import States, slope_beside
 from stillhook.validate.implied_parts import Part, by_test, parts_of
@@ -248,22 +246,11 @@ def _short(x: float | None) -> float | None:
 
 def kept() -> dict[str, Any]:
     """Outcomes by key of the trial, each with the code that it was computed by."""
-    return json.loads(STORE.read_text(encoding="utf-8")) if STORE.is_file() else {}
-
-
-def code() -> str:
-    """The code that computes. The table of detection limits follows from the trials and is no part of it."""
-    return f"{versions()['code']}-{method_hash(LIMITS_FILE.name)}"
-
-
-def keep(outcomes: Mapping[str, Any]) -> None:
-    """One line an outcome, in the order of the trials."""
-    lines = [f"{json.dumps(t.key)}: {json.dumps(outcomes[t.key], ensure_ascii=False)}" for t in trials() if t.key in outcomes]
-    STORE.write_text("{\n" + ",\n".join(lines) + "\n}\n", encoding="utf-8", newline="\n")
+    return trial_store.read(STORE)
 
 
 def main(wanted: list[str]) -> None:
-    done, now = kept(), code()
+    done, now = kept(), trial_store.judging_code()
     names = {w for w in wanted if w != "--new" and not w.isdigit()}
     todo = [t for t in trials() if t.key not in done or ("--new" in wanted and done[t.key]["code"] != now)]
     todo = [t for t in todo if not names or (t.defect or ("apart" if t.apart else "none")) in names]
@@ -274,7 +261,7 @@ def main(wanted: list[str]) -> None:
             trial = running[future]
             found, seconds = future.result()
             done[trial.key] = {**found, "code": now, "date": datetime.date.today().isoformat()}
-            keep(done)
+            trial_store.write(STORE, (t.key for t in trials()), done)
             said = "refused" if "refused" in found else "passed" if found["passed"] else ", ".join(found["no"])
             print(f"{trial.key} ({seconds:.0f} s): {said}", flush=True)
 
