@@ -249,8 +249,13 @@ def kept() -> dict[str, Any]:
     return trial_store.read(STORE)
 
 
+def code() -> str:
+    """State of the code that the trials rest on."""
+    return trial_store.judging_code()
+
+
 def main(wanted: list[str]) -> None:
-    done, now = kept(), trial_store.judging_code()
+    done, now = kept(), code()
     names = {w for w in wanted if w != "--new" and not w.isdigit()}
     todo = [t for t in trials() if t.key not in done or ("--new" in wanted and done[t.key]["code"] != now)]
     todo = [t for t in todo if not names or (t.defect or ("apart" if t.apart else "none")) in names]
