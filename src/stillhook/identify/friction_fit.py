@@ -10,12 +10,23 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
 from stillhook.errors import IdentifyError
 from stillhook.identify.drift import DP_FLOOR, Noise, freedom, noise_of, spread
-from stillhook.identify.friction_model import Y_LINEAR, Y_NAMES, Loss, Y, motor_loss_at, system_columns, system_friction_at, system_slope
+from stillhook.identify.friction_model import (
+    Y_FADING,
+    Y_LINEAR,
+    Y_NAMES,
+    Loss,
+    Y,
+    motor_loss_at,
+    system_columns,
+    system_friction_at,
+    system_slope,
+)
 from stillhook.identify.points import FloatArray, Points
 from stillhook.units import parse
 
@@ -25,6 +36,7 @@ than 1500 rev/min is a straight line over the speeds that it can reach, which Y_
 Y_4_GRID = np.geomspace(Y_4_LEAST, Y_4_MOST, 61)
 EVIDENCE = 2.0
 """Improvement of AICc that a constant term Y_2 must bring to be kept (Burnham and Anderson's "substantial support" ends there)."""
+FADING = [Y_LINEAR.index(n) for n in Y_FADING]
 ROUNDS = 2
 """Rounds of estimating variances and parameters in turn: a third changes the scatter by less than a thousandth."""
 
@@ -72,16 +84,28 @@ class Target:
 
     def __init__(self, points: Points, T: FloatArray) -> None:
         self.points, self.T = points, T
+        self._steady = system_columns(points, Y_4_LEAST)
         self._columns: dict[float, FloatArray] = {}
 
     def columns(self, Y_4: float) -> FloatArray:
         """Shape (n, 5), as `system_columns`."""
         if Y_4 in self._columns:
             return self._columns[Y_4]
-        found = system_columns(self.points, Y_4)
+        found = self._steady.copy()
+        found[:, FADING] = system_columns(self.points, Y_4, Y_FADING)
         if len(self._columns) < len(Y_4_GRID):
             self._columns[Y_4] = found
         return found
+
+
+class _Reduced(NamedTuple):
+    """Whitened columns as Q R, their sizes, the whitened target along Q, and the square of what lies beside Q."""
+
+    Q: FloatArray
+    R: FloatArray
+    size: FloatArray
+    q: FloatArray
+    beside: float
 
 
 class Problem:
@@ -102,7 +126,8 @@ class Problem:
     ) -> None:
         self.target, self.sigma, self.used, self.given = target, sigma, used, dict(given or {})
         self.points, self.T = target.points, target.T if shift is None else target.T - shift
-        self._reduced: dict[float, tuple[FloatArray, FloatArray, FloatArray, float]] = {}
+        self._b = self.whitened(self.T)
+        self._reduced: dict[float, _Reduced] = {}
 
     def whitened(self, A: FloatArray) -> FloatArray:
         """Rows (n,) or (n, k) as independent ones of unit variance."""
@@ -120,53 +145,63 @@ class Problem:
 
         return np.asarray(solve_triangular(self.sigma, A, lower=True, trans="T", check_finite=False))
 
-    def _at(self, Y_4: float) -> tuple[FloatArray, FloatArray, FloatArray, float]:
-        """Q and R of the whitened columns, the target along Q, and the square of what lies beside Q."""
+    def _at(self, Y_4: float) -> _Reduced:
         if Y_4 in self._reduced:
             return self._reduced[Y_4]
         Q, R = np.linalg.qr(self.whitened(self.target.columns(Y_4)))
-        b = self.whitened(self.T)
-        q = Q.T @ b
-        out = Q, R, q, float(np.sum((b - Q @ q) ** 2))
+        size = np.linalg.norm(R, axis=0)
+        size[size == 0.0] = 1.0
+        q = Q.T @ self._b
+        out = _Reduced(Q, R, size, q, float(np.sum((self._b - Q @ q) ** 2)))
         if len(self._reduced) < len(Y_4_GRID):
             self._reduced[Y_4] = out
         return out
 
-    def solve(self, Y_4: float, fixed: Mapping[str, float] | None = None, T: FloatArray | None = None) -> tuple[Y, float]:
-        """Best parameters at this Y_4 and their chi^2; ``fixed`` linear parameters keep the values given [SI]; ``T`` another target."""
+    def _least(self, Y_4: float, free: list[int], fixed: Mapping[str, float], b: FloatArray | None) -> tuple[FloatArray, float]:
+        """Best values of the free columns at this Y_4, and chi^2; ``b`` another whitened target."""
         from scipy.optimize import nnls
 
-        fixed = fixed or {}
-        Q, A, b, beside = self._at(Y_4)
-        if T is not None:
-            whole = self.whitened(T)
-            b = Q.T @ whole
-            beside = float(np.sum((whole - Q @ b) ** 2))
+        Q, R, size, q, beside = self._at(Y_4)
+        if b is not None:
+            q = Q.T @ b
+            beside = float(np.sum((b - Q @ q) ** 2))
         for name, value in fixed.items():
-            b = b - value * A[:, Y_LINEAR.index(name)]
-        free = [n for n in self.used if n not in fixed]
-        part = A[:, [Y_LINEAR.index(n) for n in free]]
-        size = np.linalg.norm(part, axis=0)
-        size[size == 0.0] = 1.0
-        found, norm = nnls(part / size, b) if free else (np.zeros(0), float(np.linalg.norm(b)))
-        values = {**dict.fromkeys(Y_LINEAR, 0.0), **dict(zip(free, map(float, found / size), strict=True)), **fixed}
-        return Y(**values, Y_4=Y_4), float(norm) ** 2 + beside
+            q = q - value * R[:, Y_LINEAR.index(name)]
+        if not free:
+            return np.zeros(0), float(q @ q) + beside
+        found, norm = nnls((R / size)[:, free], q)
+        return found / size[free], float(norm) ** 2 + beside
+
+    def solve(self, Y_4: float, fixed: Mapping[str, float] | None = None, b: FloatArray | None = None) -> tuple[Y, float]:
+        """Best parameters at this Y_4 and their chi^2; ``fixed`` linear parameters keep the values given [SI]; ``b`` another whitened
+        target."""
+        fixed = fixed or {}
+        free = self._free(fixed)
+        found, chi2 = self._least(Y_4, free, fixed, b)
+        values = {**dict.fromkeys(Y_LINEAR, 0.0), **{Y_LINEAR[i]: float(v) for i, v in zip(free, found, strict=True)}, **fixed}
+        return Y(**values, Y_4=Y_4), chi2
+
+    def _free(self, fixed: Mapping[str, float]) -> list[int]:
+        return [Y_LINEAR.index(n) for n in self.used if n not in fixed]
 
     def best(self, fixed: Mapping[str, float] | None = None, T: FloatArray | None = None, *, fine: float = 1e-7) -> tuple[Y, float]:
-        """Best parameters over all Y_4, and their chi^2; ``fixed`` may hold Y_4 itself; ``fine`` how well ln Y_4 is to be found."""
+        """Best parameters over all Y_4, and their chi^2; ``fixed`` may hold Y_4 itself; ``T`` another target [N m]; ``fine`` how well
+        ln Y_4 is to be found."""
         fixed = {**self.given, **(fixed or {})}
+        b = None if T is None else self.whitened(T)
         if "Y_4" in fixed:
-            return self.solve(fixed.pop("Y_4"), fixed, T)
+            return self.solve(fixed.pop("Y_4"), fixed, b)
         from scipy.optimize import minimize_scalar
 
-        rough = [self.solve(v, fixed, T)[1] for v in Y_4_GRID]
+        free = self._free(fixed)
+        rough = [self._least(v, free, fixed, b)[1] for v in Y_4_GRID]
         i = int(np.argmin(rough))
         lo, hi = np.log(Y_4_GRID[max(i - 1, 0)]), np.log(Y_4_GRID[min(i + 1, len(Y_4_GRID) - 1)])
         found = minimize_scalar(
-            lambda v: self.solve(math.exp(v), fixed, T)[1], bounds=(lo, hi), method="bounded", options={"xatol": fine}
+            lambda v: self._least(math.exp(v), free, fixed, b)[1], bounds=(lo, hi), method="bounded", options={"xatol": fine}
         )
         at = math.exp(found.x) if found.fun < rough[i] else float(Y_4_GRID[i])
-        return self.solve(at, fixed, T)
+        return self.solve(at, fixed, b)
 
 
 def fit_system(

@@ -13,6 +13,8 @@ from stillhook.physics import friction, motor
 
 Y_NAMES = ("Y_1", "Y_2", "Y_3", "Y_4", "Y_5", "Y_6")
 Y_LINEAR = ("Y_1", "Y_2", "Y_3", "Y_5", "Y_6")
+Y_FADING = ("Y_1", "Y_3")
+"""Parameters whose terms fade with the speed by Y_4; the others' columns are the same for any Y_4."""
 X_NAMES = ("X_1", "X_2", "X_3", "X_4", "X_5")
 
 Loss = Callable[[FloatArray, FloatArray, FloatArray], FloatArray]
@@ -62,9 +64,9 @@ def system_friction_at(points: Points, y: Y) -> FloatArray:
     return mean_of_pair(lambda omega, _: system_friction(omega, points.T_d, y), points)
 
 
-def system_columns(points: Points, Y_4: float) -> FloatArray:
-    """Shape (n, 5): what Y_1, Y_2, Y_3, Y_5, Y_6 each add per unit, with Y_4 [rad/s] given; the model is linear in them."""
-    return np.column_stack([system_friction_at(points, _unit(name, Y_4)) for name in Y_LINEAR])
+def system_columns(points: Points, Y_4: float, names: tuple[str, ...] = Y_LINEAR) -> FloatArray:
+    """Shape (n, k): what each of these linear parameters adds per unit, with Y_4 [rad/s] given; the model is linear in them."""
+    return np.column_stack([system_friction_at(points, _unit(name, Y_4)) for name in names])
 
 
 def system_slope(points: Points, y: Y) -> FloatArray:

@@ -136,12 +136,15 @@ def _thinned(t: FloatArray, x: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def _shade(ax: Any, steady: Steady, used: Sequence[Window], unpaired: Sequence[Rejected]) -> None:
+    from matplotlib.collections import PolyCollection  # one for all of a kind: hundreds of spans take seconds
+
     groups: tuple[tuple[Sequence[Window | Rejected], str, float], ...] = (
         (steady.rejected, NOT_USED, 0.35), (steady.trimmed, LEFT_OUT, 0.25), (unpaired, ALONE, 0.35), (used, USED, 0.3),
     )  # fmt: skip
     for parts, colour, alpha in groups:
-        for p in parts:
-            ax.axvspan(p.start, p.end, color=colour, alpha=alpha, lw=0)
+        boxes = [((p.start, 0.0), (p.start, 1.0), (p.end, 1.0), (p.end, 0.0)) for p in parts]
+        spans = PolyCollection(boxes, transform=ax.get_xaxis_transform(), color=colour, alpha=alpha, lw=0)
+        ax.add_collection(spans, autolim=False)
 
 
 def _words(ax: Any, rejected: Sequence[Rejected], length: float) -> None:
