@@ -1,0 +1,79 @@
+"""Which code the tables of the slow pages were computed by. While that code and the tables are the same, nothing is computed again.
+
+Kept for each page: the packages and scripts that its computation loaded, a hash of all their files (with the pinned libraries), and a hash
+of its tables. Prose around the tables is free to change.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import re
+import sys
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+
+import trial_store
+
+HERE = Path(__file__).resolve().parent
+ROOT = HERE.parents[1]
+STORE = HERE / "computed.json"
+LOCK = "requirements.lock"
+BLOCK = re.compile(r"<!-- [\w-]+ -->\n.*?<!-- end -->", re.DOTALL)
+DIGITS = 16
+BOOKKEEPING = ("make.py", "computed.py", "trial_store.py")
+"""Scripts that no number comes from."""
+
+
+def loaded(root: Path = ROOT) -> list[str]:
+    """What this process has imported so far, as paths below the root: folders of the package, its own modules, scripts beside the pages."""
+    files = (getattr(module, "__file__", None) for module in list(sys.modules.values()))
+    inside = [Path(file).resolve().relative_to(root) for file in files if file and Path(file).resolve().is_relative_to(root)]
+    return sorted({place for path in inside if (place := _place(path))})
+
+
+def _place(path: Path) -> str:
+    """`src/stillhook/<folder>` for all modules in and below it, the file itself for others, nothing for what no number comes from."""
+    if path.parts[:2] == ("src", "stillhook"):
+        return Path(*path.parts[:3]).as_posix()
+    return path.as_posix() if path.parts[:2] == ("docs", "validation") and path.name not in BOOKKEEPING else ""
+
+
+def code(places: Iterable[str], root: Path = ROOT) -> str:
+    """Hash of every file in these places and of the pinned libraries; empty where a place is gone."""
+    digest = hashlib.sha256()
+    for place in (*sorted(places), LOCK):
+        if not (root / place).exists():
+            return ""
+        for path in _files(root / place):
+            digest.update(path.relative_to(root).as_posix().encode() + b"\0" + path.read_bytes().replace(b"\r\n", b"\n"))
+    return digest.hexdigest()[:DIGITS]
+
+
+def _files(place: Path) -> Iterator[Path]:
+    if place.is_file():
+        yield place
+    else:
+        yield from sorted(p for p in place.rglob("*") if p.is_file() and "__pycache__" not in p.parts)
+
+
+def tables(text: str) -> str:
+    """Hash of a page's computed parts."""
+    return hashlib.sha256("\n".join(BLOCK.findall(text)).encode()).hexdigest()[:DIGITS]
+
+
+def stands(page: Path, root: Path = ROOT, store: Path = STORE) -> bool:
+    """Whether the tables of the page are those kept, by code that has not changed since."""
+    kept = trial_store.read(store).get(page.name)
+    return kept is not None and kept["code"] == code(kept["loaded"], root) and kept["tables"] == tables(page.read_text(encoding="utf-8"))
+
+
+def record(text: str, root: Path = ROOT) -> dict[str, object]:
+    """What to keep of a page that this process, and it alone, has just computed."""
+    places = loaded(root)
+    return {"code": code(places, root), "tables": tables(text), "loaded": places}
+
+
+def keep(records: dict[str, dict[str, object]], store: Path = STORE) -> None:
+    """Write records of pages beside those that are there."""
+    now = {**trial_store.read(store), **records}
+    trial_store.write(store, sorted(now), now)

@@ -1,0 +1,81 @@
+"""A page is computed again when code, libraries or its tables change, and only then."""
+
+import importlib.util
+import sys
+from pathlib import Path
+
+import pytest
+
+PAGES = Path(__file__).resolve().parents[2] / "docs" / "validation"
+TEXT = "# Page\n\nProse.\n\n<!-- table -->\n| a |\n| 1 |\n<!-- end -->\n"
+
+
+@pytest.fixture(scope="module")
+def computed():
+    sys.path.insert(0, str(PAGES))
+    try:
+        spec = importlib.util.spec_from_file_location("computed", PAGES / "computed.py")
+        module = importlib.util.module_from_spec(spec)
+        spec.loader.exec_module(module)
+        yield module
+    finally:
+        sys.path.remove(str(PAGES))
+
+
+@pytest.fixture
+def house(tmp_path, computed):
+    """A small project with one page that is kept."""
+    for name, text in {
+        "src/stillhook/physics/wire.py": "k = 1", "src/stillhook/plan/rules.py": "r = 1", "src/stillhook/units.py": "u = 1",
+        "docs/validation/case.py": "c = 1", "requirements.lock": "numpy==2", "page.md": TEXT,
+    }.items():  # fmt: skip
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).write_text(text)
+    places = ["src/stillhook/physics", "src/stillhook/units.py", "docs/validation/case.py"]
+    kept = {"code": computed.code(places, tmp_path), "tables": computed.tables(TEXT), "loaded": places}
+    computed.keep({"page.md": kept}, tmp_path / "computed.json")
+    return tmp_path
+
+
+def stands(computed, house):
+    return computed.stands(house / "page.md", house, house / "computed.json")
+
+
+def test_a_page_stands_while_nothing_that_it_rests_on_changes(computed, house):
+    assert stands(computed, house)
+    (house / "src/stillhook/plan/rules.py").write_text("r = 2")
+    (house / "page.md").write_text(TEXT.replace("Prose.", "Other prose."))
+    assert stands(computed, house)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"src/stillhook/physics/wire.py": "k = 2"},
+        {"src/stillhook/physics/new.py": ""},
+        {"src/stillhook/units.py": "u = 2"},
+        {"docs/validation/case.py": "c = 2"},
+        {"requirements.lock": "numpy==3"},
+        {"page.md": TEXT.replace("| 1 |", "| 2 |")},
+        {"computed.json": "{}"},
+    ],
+    ids=lambda change: next(iter(change)),
+)
+def test_a_change_of_code_libraries_or_tables_asks_for_a_new_computation(computed, house, change):
+    for name, text in change.items():
+        (house / name).write_text(text)
+    assert not stands(computed, house)
+
+
+def test_a_package_that_is_gone_asks_for_a_new_computation(computed, house):
+    (house / "src/stillhook/physics/wire.py").unlink()
+    (house / "src/stillhook/physics").rmdir()
+    assert not stands(computed, house)
+
+
+def test_what_a_computation_loads_is_found(computed):
+    import stillhook.physics.wire  # noqa: F401
+
+    places = computed.loaded()
+    assert {"src/stillhook/physics", "src/stillhook/units.py"} <= set(places)
+    assert computed.code(places) != ""
