@@ -14,6 +14,17 @@ settings.register_profile("stillhook", deadline=None, print_blob=True, derandomi
 settings.load_profile("stillhook")
 
 
+@pytest.hookimpl(tryfirst=True)
+def pytest_sessionstart(session: pytest.Session) -> None:
+    """Before the workers of a whole run start, its kernels are compiled."""
+    config = session.config
+    whole = config.args_source is pytest.Config.ArgsSource.TESTPATHS and not config.option.collectonly
+    if whole and getattr(config.option, "numprocesses", None):
+        from tests.kernels import compile_all
+
+        compile_all()
+
+
 @pytest.fixture(scope="session")
 def shared_data() -> Path:
     """Folder of the public measured data; it is not part of the repository."""

@@ -1,6 +1,8 @@
 """The whole road: logs of a twin's tests, through the command line, to a set that a crane file takes and that is near the truth."""
 
+import contextlib
 import dataclasses
+import io
 import json
 import math
 import shutil
@@ -41,6 +43,15 @@ def result(noisy):
     return identify.friction(noisy.campaign, loops=1)
 
 
+@pytest.fixture(scope="module")
+def written(noisy, tmp_path_factory):
+    """Results that the command line wrote of the noisy campaign, and what it printed."""
+    out, printed = tmp_path_factory.mktemp("written") / "results", io.StringIO()
+    with contextlib.redirect_stdout(printed):
+        assert run(["identify", "friction", str(noisy.campaign), "--out", str(out), "--loops", "1"]) == 0
+    return out, printed.getvalue()
+
+
 def test_noise_free_logs_give_parameters_and_friction_back(exact):
     found = identify.friction(exact.campaign)
     truth = Y.of(system_friction("L4593"))
@@ -76,10 +87,8 @@ def test_a_full_campaign_is_usable_and_says_where_it_holds(result):
     assert all(len(m.points) > 5 for m in result.measured)
 
 
-def test_the_command_line_writes_everything_and_a_crane_file_takes_the_set(noisy, tmp_path, capsys):
-    out = tmp_path / "results"
-    assert run(["identify", "friction", str(noisy.campaign), "--out", str(out), "--loops", "1"]) == 0
-    printed = capsys.readouterr().out
+def test_the_command_line_writes_everything_and_a_crane_file_takes_the_set(written):
+    out, printed = written
     assert "system friction per motor shaft" in printed
     assert 'held-out test "8"' in printed
     names = {p.name for p in out.iterdir()}
@@ -97,14 +106,12 @@ def test_the_command_line_writes_everything_and_a_crane_file_takes_the_set(noisy
     assert float(np.ptp(spread.p_max.values)) > 0.0
 
 
-def test_the_second_loop_writes_two_sets_that_belong_together(noisy, tmp_path, capsys):
-    out = tmp_path / "results"
-    run(["identify", "friction", str(noisy.campaign), "--out", str(out), "--loops", "1"])
-    capsys.readouterr()
-    (out / "mine.toml").write_text(
+def test_the_second_loop_writes_two_sets_that_belong_together(written):
+    out, _ = written
+    (out / "both.toml").write_text(
         'base = "nov-150t"\n[friction]\nlibrary = "second-loop-friction.toml"\n[active.motor]\ntype = "second-loop-motor.toml"\n'
     )
-    crane, loss = load_crane(out / "mine.toml"), load_losses(out / "second-loop-motor.toml")
+    crane, loss = load_crane(out / "both.toml"), load_losses(out / "second-loop-motor.toml")
     assert crane.active.motor.loss == loss.motor.loss
     assert crane.active.motor.D_max == pytest.approx(load_crane("nov-150t").active.motor.D_max)
     assert loss.evidence is not None
@@ -116,10 +123,8 @@ def test_the_second_loop_writes_two_sets_that_belong_together(noisy, tmp_path, c
     assert np.max(np.abs(data["correlation"])) <= 1.0 + 1e-9
 
 
-def test_the_report_is_one_page_with_its_pictures_inside(noisy, tmp_path, capsys):
-    out = tmp_path / "results"
-    run(["identify", "friction", str(noisy.campaign), "--out", str(out)])
-    page = (out / "report.html").read_text(encoding="utf-8")
+def test_the_report_is_one_page_with_its_pictures_inside(written):
+    page = (written[0] / "report.html").read_text(encoding="utf-8")
     assert page.startswith("<!doctype html>")
     assert "SYNTHETIC: these logs were simulated, not measured." in page
     assert page.count("data:image/png;base64,") >= 5 + 12
@@ -137,11 +142,11 @@ def test_json_is_strict_and_in_si(noisy, capsys):
     assert data["thesis"]["agree"] is True
 
 
-def edited(written, folder: Path, change) -> Path:
+def edited(campaign, folder: Path, change) -> Path:
     """A copy of the campaign file beside the same logs."""
-    text = change(written.campaign.read_text())
+    text = change(campaign.campaign.read_text())
     (folder / "logs").mkdir()
-    for log in written.logs:
+    for log in campaign.logs:
         (folder / "logs" / log.name).symlink_to(log)
     (folder / "campaign.toml").write_text(text)
     return folder / "campaign.toml"
@@ -150,6 +155,10 @@ def edited(written, folder: Path, change) -> Path:
 def only(text: str, keep) -> str:
     head, *tests = text.split("[[test]]")
     return head + "".join("[[test]]" + t for t in tests if keep(t))
+
+
+def held_in(text: str) -> str:
+    return only(text, lambda t: "true" not in t)
 
 
 def test_one_load_is_warned_of_and_still_written(noisy, tmp_path, capsys):
@@ -164,7 +173,7 @@ def test_one_load_is_warned_of_and_still_written(noisy, tmp_path, capsys):
 
 
 def test_without_low_speeds_no_set_is_written_and_the_exit_code_says_no(noisy, tmp_path, capsys):
-    path = edited(noisy, tmp_path, lambda text: text.replace("[[test]]", '[[test]]\nstart = "250 s"'))
+    path = edited(noisy, tmp_path, lambda text: held_in(text).replace("[[test]]", '[[test]]\nstart = "250 s"'))
     assert run(["identify", "friction", str(path), "--out", str(tmp_path / "out")]) == 1
     streams = capsys.readouterr()
     assert "NOT USABLE: The slowest pair runs at" in streams.out
@@ -191,7 +200,7 @@ def test_a_speed_in_another_unit_is_refused_by_the_wire_that_was_paid_out(noisy,
 
 
 def test_a_grossly_wrong_load_forbids_the_set(noisy, tmp_path, capsys):
-    path = edited(noisy, tmp_path, lambda text: text.replace('load = "107 t"', 'load = "0 t"'))
+    path = edited(noisy, tmp_path, lambda text: held_in(text).replace('load = "107 t"', 'load = "0 t"'))
     assert run(["identify", "friction", str(path), "--out", str(tmp_path / "out")]) == 1
     assert 'NOT USABLE: test "3": the pressures carry 107 t, the campaign file says 0 t' in capsys.readouterr().out
     assert not (tmp_path / "out" / "friction.toml").exists()
@@ -199,7 +208,7 @@ def test_a_grossly_wrong_load_forbids_the_set(noisy, tmp_path, capsys):
 
 @pytest.mark.parametrize(("stated", "code"), [("98 t", 1), ("103 t", 0)])
 def test_a_load_contradiction_of_nine_per_cent_forbids_the_set_and_one_of_four_stands_in_it(noisy, tmp_path, capsys, stated, code):
-    path = edited(noisy, tmp_path, lambda text: only(text.replace('load = "107 t"', f'load = "{stated}"'), lambda t: "true" not in t))
+    path = edited(noisy, tmp_path, lambda text: held_in(text).replace('load = "107 t"', f'load = "{stated}"'))
     assert run(["identify", "friction", str(path), "--out", str(tmp_path / "out")]) == code
     printed = capsys.readouterr().out
     assert f"the campaign file says {stated}" in printed

@@ -12,6 +12,7 @@ from stillhook.library import motor
 
 SUPPLIER = motor("A6VM215").loss
 FULL = 215 * CM3
+WORN = mj4(motor("A6VM280").loss)
 
 
 def unmodelled(omega, D, dp):
@@ -21,7 +22,7 @@ def unmodelled(omega, D, dp):
 
 def worn(omega, D, dp):
     """A motor of another size than the supplier's map: the terms of MJ4 with other parameters."""
-    return mj4(motor("A6VM280").loss)(omega, D, dp)
+    return WORN(omega, D, dp)
 
 
 def test_second_loop_lowers_the_cost_as_paper_d_found():
