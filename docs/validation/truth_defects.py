@@ -12,7 +12,7 @@ from detection_limits import limits
 from truth_trials import APART, DEFECT_SEEDS, SEEDS, Trial, kept
 
 from stillhook.validate.truth import Defect
-from stillhook.validate.truth.defects import DEFECTS, told
+from stillhook.validate.truth.defects import DEFECTS, size_text, told
 
 PAGE = "truth-defects.md"
 MOST_FALSE = 5
@@ -168,7 +168,8 @@ def coverage_rows(found: list[dict[str, Any]]) -> Iterator[tuple[str, ...]]:
 def limit_rows(outcomes: Mapping[str, Any]) -> Iterator[tuple[str, ...]]:
     for limit in limits(outcomes):
         seen = limit.smallest_text if limit.smallest is not None else f"not detectable up to: {limit.largest_text}"
-        sizes = [f"{x:.3g}" for x in DEFECTS[Defect(limit.defect)].ladder]
+        change = DEFECTS[defect := Defect(limit.defect)]
+        sizes = [size_text(defect, x) if change.kind else f"{x:.3g}" for x in change.ladder]
         yield f"`{limit.defect}`", seen, ", ".join(sizes).replace("-", "−"), str(limit.campaigns)
 
 

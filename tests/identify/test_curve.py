@@ -117,7 +117,9 @@ def test_the_figure_shows_what_was_used_and_what_was_not() -> None:
     words = [t.get_text() for ax in figure.axes for t in ax.texts]
     assert len([r for r in found.steady.rejected if r.code == "short"]) == words.count("short") > 0
     assert figure.axes[2].get_xlabel() == "speed [SI]"
-    spans = list(figure.axes[0].patches)
+    spans = [span.vertices[:, 0] for group in figure.axes[0].collections for span in group.get_paths()]
+    ends = [(float(x.min()), float(x.max())) for x in spans]
+    assert all((w.start, w.end) in ends for w in found.steady.windows)
     assert len(spans) == len(found.steady.windows) + len(found.steady.rejected) + len(found.steady.trimmed)
     assert len(window_figure(log, "speed", "effort", found.steady, kinds={"effort": "force"}).axes) == 2
 

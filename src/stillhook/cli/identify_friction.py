@@ -119,16 +119,16 @@ def _write(result: Friction, out: Path) -> list[str]:
     from stillhook.identify.friction_figures import figures
     from stillhook.identify.friction_report import report
     from stillhook.identify.friction_result import friction_set, points_table, second_loop_sets, stretches_table, to_dict, warnings
-    from stillhook.io.page import png
+    from stillhook.io.pictures import pngs
     from stillhook.io.results import save_json
     from stillhook.library.sets import set_toml
     from stillhook.whole import whole_folder
 
     with whole_folder(out) as part:
-        pictures = {stem: png(figure) for stem, figure in figures(result).items()}
+        pictures = pngs(figures(result))
         for stem, data in pictures.items():
             (part / f"{stem}.png").write_bytes(data)
-        logs = {m.test.name: png(_log_figure(m), LOG_DPI) for m in result.measured}
+        logs = pngs({m.test.name: _log_figure(m) for m in result.measured}, LOG_DPI)
         (part / REPORT).write_text(report(result, pictures, logs), encoding="utf-8")
         save_json(to_dict(result), part / NUMBERS)
         points_table(result).write_csv(part / POINTS)

@@ -69,8 +69,11 @@ def _cell(text: str, words: bool) -> str:
 
 def png(figure: Figure, resolution: int = RESOLUTION) -> bytes:
     """A figure as PNG of so many dots per inch, for a file and for a page."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg  # heavy
+
     memory = io.BytesIO()
-    figure.savefig(memory, format="png", dpi=resolution)
+    figure.set_dpi(resolution)
+    FigureCanvasAgg(figure).print_png(memory)  # type: ignore[no-untyped-call]  # savefig draws twice, once for the layout
     return memory.getvalue()
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stillhook.io.page import png
+from stillhook.io.pictures import pngs
 from stillhook.plan.figure_parts import (
     COLOUR,
     CREDITED,
@@ -55,7 +55,7 @@ def pictures(result: PlanResult) -> dict[str, bytes]:
 
     with matplotlib.rc_context():
         matplotlib.rcdefaults()
-        return {stem: png(figure, RESOLUTION) for stem, figure in figures(result).items()}
+        return pngs(figures(result), RESOLUTION)
 
 
 def figures(result: PlanResult) -> dict[str, Figure]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
-from stillhook.io.page import png
+from stillhook.io.pictures import pngs
 from stillhook.validate import ahc_figures, controller_figures, data_set_figures, dynamics_figures, limits_figures, parameters_figures
 from stillhook.validate.lines import StepNumber
 from stillhook.validate.passive import figures as passive_figures
@@ -36,7 +36,7 @@ def pictures(validation: Validation) -> dict[str, bytes]:
 
     with matplotlib.rc_context():
         matplotlib.rcdefaults()
-        return {stem: png(figure, RESOLUTION) for stem, figure in figures(validation).items()}
+        return pngs(figures(validation), RESOLUTION)
 
 
 def figures(validation: Validation) -> dict[str, Figure]:
