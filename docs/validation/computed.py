@@ -24,11 +24,10 @@ BOOKKEEPING = ("make.py", "computed.py", "trial_store.py")
 """Scripts that no number comes from."""
 
 
-def loaded(root: Path = ROOT) -> list[str]:
+def loaded() -> list[str]:
     """What this process has imported so far, as paths below the root: folders of the package, its own modules, scripts beside the pages."""
-    files = (getattr(module, "__file__", None) for module in list(sys.modules.values()))
-    inside = [Path(file).resolve().relative_to(root) for file in files if file and Path(file).resolve().is_relative_to(root)]
-    return sorted({place for path in inside if (place := _place(path))})
+    files = [Path(file).resolve() for module in list(sys.modules.values()) if (file := getattr(module, "__file__", None))]
+    return sorted({place for file in files if file.is_relative_to(ROOT) and (place := _place(file.relative_to(ROOT)))})
 
 
 def _place(path: Path) -> str:
@@ -67,10 +66,10 @@ def stands(page: Path, root: Path = ROOT, store: Path = STORE) -> bool:
     return kept is not None and kept["code"] == code(kept["loaded"], root) and kept["tables"] == tables(page.read_text(encoding="utf-8"))
 
 
-def record(text: str, root: Path = ROOT) -> dict[str, object]:
+def record(text: str) -> dict[str, object]:
     """What to keep of a page that this process, and it alone, has just computed."""
-    places = loaded(root)
-    return {"code": code(places, root), "tables": tables(text), "loaded": places}
+    places = loaded()
+    return {"code": code(places), "tables": tables(text), "loaded": places}
 
 
 def keep(records: dict[str, dict[str, object]], store: Path = STORE) -> None:

@@ -7,9 +7,6 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
-from stillhook.validate.certificate_content import method_hash, versions
-from stillhook.validate.detection import LIMITS_FILE
-
 
 def read(store: Path) -> dict[str, Any]:
     """Outcomes by key, each with the code that it was computed by; none where there is no file."""
@@ -26,4 +23,7 @@ def write(store: Path, keys: Iterable[str], outcomes: Mapping[str, Any]) -> None
 
 def judging_code() -> str:
     """The code that computes and judges. The table of detection limits follows from the trials and is no part of it."""
+    from stillhook.validate.certificate_content import method_hash, versions  # not for those who only keep a store
+    from stillhook.validate.detection import LIMITS_FILE
+
     return f"{versions()['code']}-{method_hash(LIMITS_FILE.name)}"

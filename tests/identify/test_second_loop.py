@@ -12,17 +12,13 @@ from stillhook.library import motor
 
 SUPPLIER = motor("A6VM215").loss
 FULL = 215 * CM3
-WORN = mj4(motor("A6VM280").loss)
+worn = mj4(motor("A6VM280").loss)
+"""A motor of another size than the supplier's map: the terms of MJ4 with other parameters."""
 
 
 def unmodelled(omega, D, dp):
     """The supplier's loss and what its map does not show: more turbulence, and drag in the housing that grows as the motor swivels in."""
     return LOSS(omega, D, dp) + 3.0 * (omega / (1000 * RPM)) ** 2 * (D / FULL) ** 3 + 9.0 * (1.0 - D / FULL) * np.minimum(1.0, omega / (400 * RPM))
-
-
-def worn(omega, D, dp):
-    """A motor of another size than the supplier's map: the terms of MJ4 with other parameters."""
-    return WORN(omega, D, dp)
 
 
 def test_second_loop_lowers_the_cost_as_paper_d_found():
