@@ -9,9 +9,8 @@ import causes
 from blocks import claims_table, percent, save, table, verdict
 
 from stillhook import Crane, Scenario, load_crane, simulate
-from stillhook.analysis.controllers import Controller, controller
+from stillhook.analysis.controllers import Controller, controller, strong_ssc
 from stillhook.analysis.ringing import rms_above
-from stillhook.analysis.strong import strong_ssc
 from stillhook.analysis.tune_compare import VARIATIONS, Outcome, Point, outcomes, variations
 from stillhook.analysis.tune_figures import bars_figure, pareto_figure
 from stillhook.analysis.tune_goal import Limits, hold_out, scenarios

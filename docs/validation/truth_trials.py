@@ -25,6 +25,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import trial_store
 
+from stillhook.arrays import FloatArray
 from stillhook.engine.pack import drum_record
 from stillhook.engine.truth import Truth
 from stillhook.engine.truth_circuits import leak_over_twin
@@ -40,7 +41,6 @@ from stillhook.validate.campaign import Kind, load_campaign
 from stillhook.validate.dynamics import DynamicsStep
 from stillhook.validate.implied_friction import States, slope_beside
 from stillhook.validate.implied_parts import Part, by_test, parts_of
-from stillhook.validate.implied_regression import FloatArray
 from stillhook.validate.lines import Measure, StepNumber, Verdict
 from stillhook.validate.parameters import ParametersStep
 from stillhook.validate.reading import read_records

@@ -7,12 +7,12 @@ from functools import cached_property
 from typing import Any, Self
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from stillhook.arrays import FloatArray
 from stillhook.columns import packed, unpacked
 from stillhook.errors import ScenarioError
 
-FloatArray = NDArray[np.float64]
 EDGE = 1e-9  # s: how far a time may lie outside the record by rounding alone
 
 

@@ -8,12 +8,11 @@ import numpy as np
 import pytest
 
 from stillhook import Crane, Profile, Scenario, load_crane, simulate
-from stillhook.analysis.controllers import Controller, controller
+from stillhook.analysis.controllers import Controller, controller, strong_ssc
 from stillhook.analysis.governing import KEPT, SLOW, carried, governing, plant_loop_at, slow_places, wire_range
 from stillhook.analysis.linear import gain_limit
 from stillhook.analysis.margins import gain_limit_of, margins, strongest_gain
 from stillhook.analysis.slow_limit import slow_limit
-from stillhook.analysis.strong import strong_ssc
 from stillhook.analysis.tune_goal import Limits, parse_limits
 from stillhook.analysis.tune_score import gain_allowed, linear_broken, loop_margins
 from stillhook.analysis.tuning import tune

@@ -7,11 +7,10 @@ import math
 import pytest
 
 from stillhook import Crane, Scenario, load_crane, simulate
-from stillhook.analysis.controllers import controller
+from stillhook.analysis.controllers import controller, lateness, strong_ssc
 from stillhook.analysis.loops import position_loop, sampled
 from stillhook.analysis.margins import margins
 from stillhook.analysis.ringing import rms_above
-from stillhook.analysis.strong import lateness, strong_ssc
 from stillhook.engine.many import summaries
 from stillhook.errors import StillhookError
 from stillhook.library import changed, cranes

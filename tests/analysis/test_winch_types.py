@@ -13,6 +13,7 @@ import pytest
 
 from stillhook import Crane, Scenario, library, load_crane, simulate
 from stillhook.analysis.compare import compare
+from stillhook.analysis.controllers import strong_ssc
 from stillhook.analysis.governing import governing
 from stillhook.analysis.linear import eigenfrequency, gain_limit
 from stillhook.analysis.linearisation import linearise
@@ -24,7 +25,6 @@ from stillhook.analysis.margins import strongest_gain
 from stillhook.analysis.operation import operating_point
 from stillhook.analysis.settling import settling_of
 from stillhook.analysis.steady import speed_limit, steady
-from stillhook.analysis.strong import strong_ssc
 from stillhook.analysis.tuning import tune
 from stillhook.cli import run
 from stillhook.crane import Plant

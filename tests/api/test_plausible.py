@@ -226,7 +226,7 @@ class TestVessel:
     def test_a_table_over_frequencies_that_no_wave_has_is_refused(self):
         from dataclasses import replace
 
-        from stillhook.sea.long_wave import long_wave_test, remarks, wrong_line
+        from stillhook.sea.floating_body import long_wave_test, remarks, wrong_line
 
         ship = stillhook.read_vessel("supply-vessel-82m")
         fast, faster = (replace(ship, omega=ship.omega * factor) for factor in (10.0, 100.0))

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from stillhook.io.vessel_file import read_vessel
-from stillhook.sea.long_wave import long_wave_test, wavenumber
+from stillhook.sea.floating_body import long_wave_test
+from stillhook.sea.long_wave import wavenumber
 from stillhook.sea.rao import Rao
 
 HEAD, FOLLOWING, FROM_STARBOARD, FROM_PORT = np.pi, 0.0, np.pi / 2.0, 3.0 * np.pi / 2.0

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 from tests.sea.plank import BETA, plank
 
-from stillhook.sea.long_wave import long_wave_limits, long_wave_scales, long_wave_test, remarks, wavenumber, wrong_line
+from stillhook.sea.floating_body import long_wave_test, remarks, wrong_line
+from stillhook.sea.long_wave import long_wave_limits, long_wave_scales, wavenumber
 from stillhook.sea.rao import Rao
 
 OTHER_SIDE = np.array([1, -1, 1, -1, 1, -1])[:, None, None]

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from stillhook.arrays import FloatArray
 from stillhook.engine.summary import OK
 from stillhook.errors import SpecError
 from stillhook.library.files import nearest
@@ -19,7 +20,6 @@ from stillhook.variables import BY_NAME, SUMMARY
 if TYPE_CHECKING:
     import xarray
 
-FloatArray = NDArray[np.float64]
 
 INSIDE = 0.9
 """Share of the draws inside a band: 5 to 95 %."""

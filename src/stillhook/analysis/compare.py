@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from stillhook.crane import Crane
 from stillhook.engine.checks import check
 from stillhook.engine.given import checked_cases, cycles, paired, steps_per_cycle
-from stillhook.engine.run import Progress, Result, run_cases
+from stillhook.engine.run import Result, run_cases
 from stillhook.engine.simulate import to_dataset
 from stillhook.engine.summary import OK, summarise
 from stillhook.errors import ScenarioError
+from stillhook.progress import Progress
 from stillhook.scenario import Mode, Scenario, mode_of
 from stillhook.units import came
 

@@ -9,12 +9,10 @@ from enum import StrEnum
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stillhook.arrays import FloatArray
 from stillhook.errors import SpecError
 from stillhook.units import KINDS, came, in_display, number, parse
-
-FloatArray = NDArray[np.float64]
 
 MOST_OUTSIDE = 0.01
 """Largest share of a normal distribution beyond what the number may be [-]: more, and a normal distribution is the wrong one."""

@@ -8,9 +8,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stillhook.analysis.factors import CASE, FACTORS, missing
+from stillhook.arrays import FloatArray
 from stillhook.crane import Crane, SourceKind
 from stillhook.engine.checks import check
 from stillhook.engine.pack import gains
@@ -19,7 +19,6 @@ from stillhook.library import changed
 from stillhook.library.write import items, written
 from stillhook.scenario import Scenario
 
-FloatArray = NDArray[np.float64]
 Pair = tuple[Crane, Scenario]
 
 SETS = {"friction": "friction.system", "motor_loss": "{circuit}.motor.loss"}

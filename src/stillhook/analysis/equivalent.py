@@ -11,8 +11,9 @@ from typing import NamedTuple
 import numpy as np
 
 from stillhook.analysis.linear import eigenfrequency, gain_limit
-from stillhook.analysis.linearisation import FloatArray, Linear, linearise
+from stillhook.analysis.linearisation import Linear, linearise
 from stillhook.analysis.operation import OperatingPoint
+from stillhook.arrays import FloatArray
 from stillhook.crane import Crane
 from stillhook.engine.pack import drum_record
 from stillhook.physics.drum import K_wire as ratio_of

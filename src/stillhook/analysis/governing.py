@@ -22,7 +22,6 @@ from stillhook.analysis.linearisation import plc_loop
 from stillhook.analysis.loops import SampledLoop, position_loop, sampled
 from stillhook.analysis.margins import GAIN_MARGIN, PHASE_MARGIN, SENSITIVITY_PEAK, strongest_up_to
 from stillhook.analysis.operation import NoSteadyOperation
-from stillhook.analysis.tune_space import least_displacement
 from stillhook.crane import Crane
 from stillhook.engine.pack import drum_record, plc_record
 from stillhook.errors import StillhookError
@@ -211,3 +210,9 @@ def _plant_at(keyed: _Keyed, mode: Mode, alpha: float, kept: tuple[float, float,
     crane, station = keyed.machine
     loop = _loop(crane, station, mode, keyed.key[2].v_tip, alpha)
     return (None, math.inf) if loop is None else (loop, strongest_up_to(loop, *kept))
+
+
+def least_displacement(crane: Crane, mode: Mode) -> float:
+    """Smallest displacement of the motors that this law may use on the outermost layer, where the margins are least [-]."""
+    fixed = {Mode.NS: crane.control.alpha_ns, Mode.HS: crane.control.alpha_hs, Mode.LEVEL_1: 1.0, Mode.LEVEL_2: 1.0}
+    return fixed.get(mode, crane.active.motor.alpha_min)

@@ -13,10 +13,10 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stillhook.analysis.loops import ContinuousLoop, SampledLoop, balanced, hold_matrices, whole_cycles
 from stillhook.analysis.operation import OperatingPoint
+from stillhook.arrays import FloatArray
 from stillhook.control.plc import Memory
 from stillhook.crane import Crane
 from stillhook.engine.pack import MODE_CODE, NO_LIMIT, plc_record
@@ -31,7 +31,6 @@ from stillhook.scenario import Mode
 if TYPE_CHECKING:
     import control
 
-FloatArray = NDArray[np.float64]
 
 STEP = {
     "alpha": 1e-6, "alpha_dot": 1e-4, "p": 100.0, "V_o": 1e-7, "omega_m": 1e-4, "s_w": 1e-6, "z": 1e-7, "s_load": 1e-6, "v_load": 1e-5,

@@ -22,6 +22,7 @@ from stillhook.engine.pack import plc_record, wire_speed_max
 from stillhook.errors import StillhookError
 from stillhook.library import crane_toml
 from stillhook.plausible import implausible_values
+from stillhook.progress import Progress
 from stillhook.scenario import Mode, Scenario
 from stillhook.units import parse
 from stillhook.variables import BY_NAME
@@ -37,7 +38,6 @@ LOADS = tuple(n / 20 for n in range(21))
 SPEEDS = 121
 """Default number of wire speeds of setting curves."""
 CELL = ("mode", "layer", "load", "direction")
-Progress = Callable[[float], None]
 Which = Sequence[Mode | str | Controller]
 
 

@@ -23,6 +23,7 @@ from stillhook.analysis.margins import Margins, gain_limit_of, margins, stronges
 from stillhook.analysis.operation import OperatingPoint, operating_point
 from stillhook.analysis.steady import steady
 from stillhook.analysis.transfer import About, command_pole, lever, motor_slope, on_layer, whole_matrices
+from stillhook.arrays import FloatArray
 from stillhook.crane import Crane
 from stillhook.engine.pack import drum_record, gains, wire_speed_max
 from stillhook.errors import StillhookError
@@ -34,7 +35,6 @@ from stillhook.variables import BY_NAME
 if TYPE_CHECKING:
     import xarray
 
-FloatArray = NDArray[np.float64]
 
 
 class Stability(NamedTuple):

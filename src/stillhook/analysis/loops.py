@@ -11,15 +11,13 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import expm, matrix_balance
 
 from stillhook.analysis.transfer import loop_matrices
+from stillhook.arrays import ComplexArray, FloatArray
 from stillhook.crane import Crane
 from stillhook.errors import StillhookError
 
-FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 Transfer = Callable[[ComplexArray], ComplexArray]
 
 CYCLE_ROUNDING = 1e-9

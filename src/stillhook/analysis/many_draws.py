@@ -9,20 +9,20 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stillhook._version import __version__
 from stillhook.analysis.drawn import Drawing, Pair
 from stillhook.analysis.uncertainty import Draws, Uncertainty, draws
+from stillhook.arrays import FloatArray
 from stillhook.crane import Crane
 from stillhook.engine.build import results_hash
 from stillhook.engine.given import STATISTICS_STEP, paired, steps_per_cycle
 from stillhook.engine.many import NUMBERS, summaries
-from stillhook.engine.run import Progress
 from stillhook.engine.validated import twin_line
 from stillhook.errors import ScenarioError
 from stillhook.library import crane_toml
 from stillhook.library.draws import crane_with
+from stillhook.progress import Progress
 from stillhook.scenario import Scenario
 from stillhook.units import came
 from stillhook.variables import attributes
@@ -30,7 +30,6 @@ from stillhook.variables import attributes
 if TYPE_CHECKING:
     import xarray
 
-FloatArray = NDArray[np.float64]
 
 AT_ONCE = 4096
 """Runs that are made at once: their cranes take about 60 MB."""

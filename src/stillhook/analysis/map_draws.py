@@ -19,17 +19,17 @@ from stillhook.analysis.many_draws import AT_ONCE, SAMPLER, base_drawings, part_
 from stillhook.analysis.map_result import CLASSIC
 from stillhook.analysis.maps import CLASSIC_AND_NEW, Cells, cells_of
 from stillhook.analysis.uncertainty import Draws, Uncertainty, draws
+from stillhook.arrays import FloatArray
 from stillhook.crane import Crane
 from stillhook.engine.build import results_hash
 from stillhook.engine.many import NUMBERS
-from stillhook.engine.run import Progress
 from stillhook.library import crane_toml
+from stillhook.progress import Progress
 from stillhook.variables import attributes
 
 if TYPE_CHECKING:
     import xarray
 
-FloatArray = NDArray[np.float64]
 
 SHOWN = ("e_c_pp", "eta_c", "p_max", "alpha_m_min")
 """Numbers whose bands the map holds."""

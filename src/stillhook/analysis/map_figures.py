@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stillhook.analysis.map_result import BEST_CLASSIC, CLASSIC, SHOWN, FloatArray, Map
+from stillhook.analysis.map_result import BEST_CLASSIC, CLASSIC, SHOWN, Map
+from stillhook.arrays import FloatArray
 from stillhook.units import in_display, show
 
 if TYPE_CHECKING:

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from stillhook._version import __version__
 from stillhook.analysis.map_axes import Axes
+from stillhook.arrays import FloatArray
 from stillhook.crane import Crane
 from stillhook.engine.build import kernel_hash
 from stillhook.engine.validated import twin_line
@@ -33,7 +34,6 @@ class Shown(NamedTuple):
     digits: int
 
 
-FloatArray = NDArray[np.float64]
 BEST_CLASSIC = "best classic"
 CLASSIC = (Mode.NS, Mode.HS)
 """The two settings of the classic controller (level 3) between which an operator chooses."""

@@ -16,8 +16,8 @@ from stillhook.analysis.map_result import Map, as_dataset
 from stillhook.crane import Crane
 from stillhook.engine.checks import notes_of
 from stillhook.engine.many import summaries
-from stillhook.engine.run import Progress
 from stillhook.errors import ScenarioError, SpecError
+from stillhook.progress import Progress
 from stillhook.scenario import Mode, Scenario
 from stillhook.sea.motion import Motion, Sine
 from stillhook.sea.scale import scaled_to, speed_peak

@@ -15,7 +15,8 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import brentq, minimize_scalar
 
-from stillhook.analysis.loops import ComplexArray, ContinuousLoop, FloatArray, Loop, SampledLoop, position_loop, sampled
+from stillhook.analysis.loops import ContinuousLoop, Loop, SampledLoop, position_loop, sampled
+from stillhook.arrays import ComplexArray, FloatArray
 from stillhook.crane import Crane
 from stillhook.errors import StillhookError
 

@@ -10,10 +10,10 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 from stillhook.analysis.steady import motor_law
+from stillhook.arrays import FloatArray
 from stillhook.control.ahc import feedback, feedforward
 from stillhook.crane import Crane
 from stillhook.engine.pack import NO_LIMIT, gains
@@ -29,7 +29,6 @@ RTOL = 1e-9
 LONGEST_STEP = 0.05
 """Longest step of the solver [s]: shorter than the pump servo's and the circuit's time constants, so that no kink is stepped over."""
 
-FloatArray = NDArray[np.float64]
 
 
 class Reduced(NamedTuple):

@@ -9,8 +9,8 @@ import math
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stillhook.arrays import FloatArray
 from stillhook.errors import StillhookError
 from stillhook.metrics import time_step
 from stillhook.units import came
@@ -18,7 +18,6 @@ from stillhook.units import came
 if TYPE_CHECKING:
     import xarray
 
-FloatArray = NDArray[np.float64]
 ORDER = 3
 """Order of the Butterworth filter, run forwards and backwards, that parts ringing from the motion below it."""
 

@@ -13,18 +13,20 @@ from stillhook.analysis.applicable import cause_of
 from stillhook.analysis.controllers import Controller
 from stillhook.analysis.drum import layer_row
 from stillhook.analysis.map_axes import LOADS, SPEEDS, Axes, Texts, axes_of
-from stillhook.analysis.map_result import FloatArray, Map, as_dataset
+from stillhook.analysis.map_result import Map, as_dataset
 from stillhook.analysis.maps import CLASSIC_AND_NEW, controllers_of
+from stillhook.arrays import FloatArray
 from stillhook.crane import Crane
 from stillhook.engine.build import results_hash
 from stillhook.engine.checks import notes_of
 from stillhook.engine.given import SERIES_STEP, check_threads, steps_per_cycle
 from stillhook.engine.lanes import VL
 from stillhook.engine.many import spread
-from stillhook.engine.run import Ending, Progress, Result, run_cases
+from stillhook.engine.run import Ending, Result, run_cases
 from stillhook.engine.summary import summarise
 from stillhook.errors import ScenarioError
 from stillhook.plants.state import Signals
+from stillhook.progress import Progress
 from stillhook.scenario import Operator, Scenario
 from stillhook.units import parse, show
 

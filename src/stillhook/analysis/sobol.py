@@ -7,23 +7,21 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stillhook.analysis.bands import NUMERIC
 from stillhook.analysis.distribution import Distribution, Law
 from stillhook.analysis.factors import FACTORS
 from stillhook.analysis.many_draws import base_drawings, case_labels, run_drawn
 from stillhook.analysis.uncertainty import MOST, Draws, Uncertainty, even, shaped
+from stillhook.arrays import FloatArray
 from stillhook.crane import Crane
 from stillhook.engine.given import paired
 from stillhook.engine.many import NUMBERS
-from stillhook.engine.run import Progress
 from stillhook.errors import SimulationError, SpecError
 from stillhook.library.files import nearest
+from stillhook.progress import Progress
 from stillhook.scenario import Scenario
 from stillhook.units import came
-
-FloatArray = NDArray[np.float64]
 
 CONFIDENCE = 0.95
 RESAMPLES = 200

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from stillhook.analysis import loop_stability, margins, operation, reduced, strong
+from stillhook.analysis import controllers, loop_stability, margins, operation, reduced
 from stillhook.analysis.controllers import Controller
 from stillhook.analysis.loop_stability import Over, Stability
 from stillhook.analysis.operation import OperatingPoint
@@ -107,11 +107,11 @@ def strongest_gain(
 
 
 def strong_ssc(crane: Crane, *, delay: str = "0 s") -> Controller:
-    """SSC with the strongest gain, aligned in time, for a motion signal that is `delay` late; see `stillhook.analysis.strong.strong_ssc`.
+    """SSC with the strongest gain, aligned in time, for a motion signal that is `delay` late; see `controllers.strong_ssc`.
 
     Parameters: delay "100 ms". Errors: UnitError for a delay without its unit, else as there.
     """
-    return strong.strong_ssc(crane, delay=parse(delay, "time", "delay"))
+    return controllers.strong_ssc(crane, delay=parse(delay, "time", "delay"))
 
 
 def operating_point(

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from stillhook.analysis.drum import layer_row
 from stillhook.analysis.steady import steady
+from stillhook.arrays import FloatArray
 from stillhook.crane import Crane, ServoVariant
 from stillhook.engine.pack import gains
 from stillhook.engine.winch_type import plant_of
@@ -24,7 +25,6 @@ from stillhook.scenario import Mode
 if TYPE_CHECKING:
     import control
 
-FloatArray = NDArray[np.float64]
 
 CIRCUIT = ("dp", "omega_m")
 LOOP = ("alpha_p", "alpha_p_dot", *CIRCUIT, "s_hoisted")

@@ -18,8 +18,8 @@ from stillhook.analysis.tune_search import Trial
 from stillhook.analysis.tuning import BUDGET, Tuned, tune
 from stillhook.crane import Crane
 from stillhook.engine.many import summaries
-from stillhook.engine.run import Progress
 from stillhook.errors import StillhookError
+from stillhook.progress import Progress
 from stillhook.scenario import Scenario
 
 if TYPE_CHECKING:

@@ -8,11 +8,10 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import differential_evolution, minimize
 from scipy.stats import qmc
 
-from stillhook.analysis.strong import lateness
+from stillhook.analysis.controllers import lateness
 from stillhook.analysis.tune_goal import Limits, Objective
 from stillhook.analysis.tune_score import (
     Fast,
@@ -27,9 +26,10 @@ from stillhook.analysis.tune_score import (
     wires_of,
 )
 from stillhook.analysis.tune_space import Setting, of_vector, present, to_vector, with_settings
+from stillhook.arrays import FloatArray
 from stillhook.crane import Crane
 from stillhook.engine.many import summaries
-from stillhook.engine.run import Progress
+from stillhook.progress import Progress
 from stillhook.scenario import Mode, Scenario
 
 POPULATION = 2
@@ -48,7 +48,6 @@ SIMPLEX = 0.02
 """Size of that simplex, as a part of each range."""
 UNRUN, BROKEN = 1e6, 1e3
 """Ranks: what the linear limits forbid lies behind what a run forbids, and that behind what keeps all limits."""
-FloatArray = NDArray[np.float64]
 
 
 class Trial(NamedTuple):

@@ -169,12 +169,6 @@ def text_of(name: str, value: float) -> str | float:
     return show(value, kind, 6) if kind else value
 
 
-def least_displacement(crane: Crane, mode: Mode) -> float:
-    """Smallest displacement of the motors that this law may use on the outermost layer, where the margins are least [-]."""
-    fixed = {Mode.NS: crane.control.alpha_ns, Mode.HS: crane.control.alpha_hs, Mode.LEVEL_1: 1.0, Mode.LEVEL_2: 1.0}
-    return fixed.get(mode, crane.active.motor.alpha_min)
-
-
 def of_vector(settings: Sequence[Setting], x: Sequence[float]) -> dict[str, float]:
     """Settings from a point of the unit cube; its ends stay ends."""
     return {s.name: min(max(s.low + float(u) * (s.high - s.low), s.low), s.high) for s, u in zip(settings, x, strict=True)}

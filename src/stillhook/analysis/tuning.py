@@ -22,8 +22,8 @@ from stillhook.analysis.tune_search import Search, Spent, Trial
 from stillhook.analysis.tune_space import present, space, tunable, tuned_controller, with_settings
 from stillhook.crane import Crane
 from stillhook.engine.many import summaries
-from stillhook.engine.run import Progress
 from stillhook.errors import StillhookError
+from stillhook.progress import Progress
 from stillhook.scenario import Scenario
 
 BUDGET = 400

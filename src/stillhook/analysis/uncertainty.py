@@ -8,11 +8,11 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stillhook.analysis.distribution import Distribution, distribution
 from stillhook.analysis.drawn import SETS, Pair
 from stillhook.analysis.factors import EXCLUSIVE, FACTORS
+from stillhook.arrays import FloatArray
 from stillhook.crane import Crane
 from stillhook.errors import SpecError, StillhookError
 from stillhook.library import load_friction, load_losses, set_toml
@@ -23,7 +23,6 @@ from stillhook.library.sets import FrictionSet, LossSet, is_path
 from stillhook.scenario import Scenario
 from stillhook.units import came
 
-FloatArray = NDArray[np.float64]
 Set = FrictionSet | LossSet
 
 MOST = 1_000_000

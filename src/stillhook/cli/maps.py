@@ -15,7 +15,7 @@ from stillhook.cli.show import print_implausible, print_json, print_table, print
 if TYPE_CHECKING:
     from stillhook.analysis.map_result import Map
     from stillhook.crane import Crane
-    from stillhook.engine.run import Progress
+    from stillhook.progress import Progress
 
 SETTLING = "settling"
 METRICS = {"e_c_pp": "e_c_pp", "eta_c": "eta_c", "p_max": "p_max", "alpha_m": "alpha_m_min", SETTLING: "settling_time"}

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from rich.table import Table
 
     from stillhook.crane import Crane
-    from stillhook.engine.run import Progress
+    from stillhook.progress import Progress
     from stillhook.scenario import Scenario
 
 

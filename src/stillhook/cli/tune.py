@@ -93,8 +93,7 @@ def _split(text: str) -> list[str]:
 
 def _chosen(names: str, crane: Crane, delay: float) -> list[Controller]:
     """Where the tunings start; strong SSC is aligned for the delay that is asked for."""
-    from stillhook.analysis.controllers import STRONG, controllers
-    from stillhook.analysis.strong import strong_ssc
+    from stillhook.analysis.controllers import STRONG, controllers, strong_ssc
 
     return [strong_ssc(crane, delay=delay) if c.name == STRONG else c for c in controllers(names)]
 

@@ -13,7 +13,7 @@ from stillhook.cli.running_text import wrapped
 from stillhook.cli.show import print_json, print_table
 
 if TYPE_CHECKING:
-    from stillhook.sea.long_wave import LongWave
+    from stillhook.sea.floating_body import LongWave
     from stillhook.sea.rao import Rao
 
 app = typer.Typer(no_args_is_help=True, help="Vessels: list, show and check motion transfer functions (RAO).")
@@ -83,7 +83,7 @@ def check(vessel: Vessel, json: Json = False) -> None:
     Example: stillhook vessel check FILE.re1
     """
     from stillhook.io.vessel_file import read_untested
-    from stillhook.sea.long_wave import long_wave_test, remarks, wrong_line
+    from stillhook.sea.floating_body import long_wave_test, remarks, wrong_line
 
     rao = read_untested(vessel)
     tests = long_wave_test(rao)
@@ -164,7 +164,7 @@ def _print_sheet(rao: Rao, answer: dict[str, Any], point: tuple[float, float] | 
 
 
 def _print_check(rao: Rao, tests: tuple[LongWave, ...], line: str | None, notes: list[str]) -> None:
-    from stillhook.sea.long_wave import in_words
+    from stillhook.sea.floating_body import in_words
 
     period = 2.0 * math.pi / float(rao.omega[0])
     rows = [

@@ -7,8 +7,8 @@ from functools import cached_property, lru_cache
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stillhook.arrays import FloatArray
 from stillhook.control.plc import MANUAL
 from stillhook.crane import Crane
 from stillhook.engine.lanes import room_for
@@ -18,7 +18,6 @@ from stillhook.plants.state import THIN, Tick
 from stillhook.scenario import Operator, PowerLoss, Scenario
 from stillhook.sea.motion import Motion, Ramped
 
-Array = NDArray[np.float64]
 TICK = len(Tick._fields)
 """Columns of a full row of the drive; THIN is that of one that only moves the tip."""
 
@@ -26,7 +25,7 @@ CHUNK = 4096
 """Cycles that are made and run at once."""
 
 
-def hermite_weights(n_sub: int) -> Array:
+def hermite_weights(n_sub: int) -> FloatArray:
     """Weights of s, v, a at both ends of a cycle (t_cycle = 1) for s and v at the middle and end of each of n_sub steps.
 
     The quintic through both ends; rows of 12, to be scaled with `scale_weights`.
@@ -39,7 +38,7 @@ def hermite_weights(n_sub: int) -> Array:
     return np.hstack([s, powers @ solve])
 
 
-def scale_weights(H: Array, t_cycle: float) -> Array:
+def scale_weights(H: FloatArray, t_cycle: float) -> FloatArray:
     """`hermite_weights` for a cycle of t_cycle [s], flat."""
     unit = np.array([1.0, t_cycle, t_cycle**2] * 2)
     return np.ascontiguousarray(np.hstack([H[:, :6] * unit, H[:, 6:] * unit / t_cycle])).ravel()
@@ -67,7 +66,7 @@ def _only_the_tip_moves(case: Scenario) -> bool:
     return plain and not any((s.delay, s.noise_s_tip, s.noise_v_tip, s.noise_a_tip, s.noise_s_w, s.noise_F, s.step_s_tip, s.step_v_tip))
 
 
-def filled(drives: Sequence["Drive"], k: int, n: int) -> Array:
+def filled(drives: Sequence["Drive"], k: int, n: int) -> FloatArray:
     """Cycles k .. k + n - 1 of several drives side by side, (n, cols, lanes); motions that are one are sampled once."""
     out = room_for((n, drives[0].cols, len(drives)))
     done: dict[tuple[int, float], int] = {}
@@ -104,13 +103,13 @@ class Drive:
             yield k, count
             k += count
 
-    def rows(self, k: int, n: int) -> Array:
+    def rows(self, k: int, n: int) -> FloatArray:
         """Cycles k .. k + n - 1, shape (n, cols)."""
-        t: Array = np.arange(k, k + n, dtype=np.float64) * self.t_cycle
+        t: FloatArray = np.arange(k, k + n, dtype=np.float64) * self.t_cycle
         thin = _tip(self.motion, k, n, self.t_cycle)
         return thin if self.cols == THIN else self._full(t, k, n, thin)
 
-    def fill(self, k: int, n: int, out: Array, lane: int) -> None:
+    def fill(self, k: int, n: int, out: FloatArray, lane: int) -> None:
         """Cycles k .. k + n - 1 into one lane of out (n, cols, lanes), where `rest` stands already."""
         if self.cols == THIN:
             if not sampled(self.motion, k, n, self.t_cycle, out, lane):
@@ -134,7 +133,7 @@ class Drive:
         return not given and s.noise_s_w == 0.0 and s.noise_F == 0.0
 
     @cached_property
-    def rest(self) -> Array:
+    def rest(self) -> FloatArray:
         """What does not change then: the columns behind tip and image."""
         return self.first_row()[2 * THIN :]
 
@@ -153,11 +152,11 @@ class Drive:
             wire += [float(out.min()), float(out.max())]
         return Asked(v_max, max(tip) - min(tip), min(wire), max(wire))
 
-    def first_row(self) -> Array:
+    def first_row(self) -> FloatArray:
         """The full first row."""
         return self._full(np.zeros(1), 0, 1, _tip(self.motion, 0, 1, self.t_cycle))[0]
 
-    def _full(self, t: Array, k: int, n: int, thin: Array) -> Array:
+    def _full(self, t: FloatArray, k: int, n: int, thin: FloatArray) -> FloatArray:
         case, out = self.case, np.empty((n, TICK))
         out[:, :3] = thin
         out[:, 3:6] = self._measured(t, k, n, thin)
@@ -170,7 +169,7 @@ class Drive:
         out[:, 14:] = _given(case, t)
         return out
 
-    def _measured(self, t: Array, k: int, n: int, thin: Array) -> Array:
+    def _measured(self, t: FloatArray, k: int, n: int, thin: FloatArray) -> FloatArray:
         """The tip as the PLC receives it: delayed (before the start it stood as at the start), noisy, quantised."""
         sensors = self.case.sensors
         seen = thin if sensors.delay == 0.0 else np.column_stack(self.motion.sample(np.maximum(t - sensors.delay, 0.0)))
@@ -182,7 +181,7 @@ class Drive:
 
 
 @lru_cache(maxsize=64)
-def _tip(motion: Motion, k: int, n: int, t_cycle: float) -> Array:
+def _tip(motion: Motion, k: int, n: int, t_cycle: float) -> FloatArray:
     """True tip s, v, a of cycles k .. k + n - 1; remembered, because controllers are compared on the same motion."""
     rows = np.column_stack(motion.sample(np.arange(k, k + n) * t_cycle))
     rows.flags.writeable = False
@@ -207,7 +206,7 @@ class _Noise:
         self.wire, self.load = columns[3], columns[4]
 
 
-def operator_motion(operator: Operator, t: Array) -> tuple[Array, Array]:
+def operator_motion(operator: Operator, t: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Joystick speed [m/s] and what it asks for in all [m], hoisting positive; set-point steps add to the latter alone."""
     v, s = np.zeros_like(t), np.zeros_like(t)
     if operator.profile:
@@ -222,14 +221,14 @@ def operator_motion(operator: Operator, t: Array) -> tuple[Array, Array]:
     return v, s
 
 
-def mode_codes(case: Scenario, t: Array) -> Array:
+def mode_codes(case: Scenario, t: FloatArray) -> FloatArray:
     """Code of the mode in force at each time."""
     times = [i for i, _ in case.modes]
     codes = [MODE_CODE[case.mode], *(MODE_CODE[m] for _, m in case.modes)]
     return np.array([codes[bisect.bisect_right(times, i)] for i in t]) if times else np.full_like(t, codes[0])
 
 
-def pump_shares(loss: PowerLoss | None, pumps: tuple[float, ...], t: Array) -> tuple[Array, Array]:
+def pump_shares(loss: PowerLoss | None, pumps: tuple[float, ...], t: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Share of a circuit's pump flow that is there, and the share that the PLC reckons with; pumps one for each power unit."""
     there = np.ones_like(t)
     if loss is None or loss.unit > len(pumps):
@@ -240,7 +239,7 @@ def pump_shares(loss: PowerLoss | None, pumps: tuple[float, ...], t: Array) -> t
     return 1.0 - (1.0 - left) * gone, known
 
 
-def _given(case: Scenario, t: Array) -> Array:
+def _given(case: Scenario, t: FloatArray) -> FloatArray:
     """Whether commands are given at each time, and which: columns given, u_p, u_m."""
     if case.commands is None:
         return np.zeros((len(t), 3))

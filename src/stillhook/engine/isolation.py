@@ -4,24 +4,22 @@ import functools
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stillhook.arrays import FloatArray
 from stillhook.control.plc import Memory, Plc, Sensed, cycle
 from stillhook.engine.build import kept
 from stillhook.physics.swash import MotorControl, known_displacement
-
-Array = NDArray[np.float64]
 
 
 class Told(NamedTuple):
     """What the PLC commands in every cycle, each (n,): u_p pumps and u_m motors [-], u_ff the feedforward in u_p, u_raw pumps before the
     limit, e_c control error against the tip that it reads [m]."""
 
-    u_p: Array
-    u_m: Array
-    u_ff: Array
-    u_raw: Array
-    e_c: Array
+    u_p: FloatArray
+    u_m: FloatArray
+    u_ff: FloatArray
+    u_raw: FloatArray
+    e_c: FloatArray
 
 
 AJAR = 1e-9
@@ -34,19 +32,19 @@ class Seen(NamedTuple):
     braked: 1 where the holding brake may not be open; u_braked: the pump command of those cycles, which follows from pressures [-].
     """
 
-    s_tip: Array
-    v_tip: Array
-    a_tip: Array
-    v_op: Array
-    s_op: Array
-    mode: Array
-    f_pump: Array
-    s_w: Array
-    F: Array
-    alpha_m: Array
-    K_wire: Array
-    braked: Array
-    u_braked: Array
+    s_tip: FloatArray
+    v_tip: FloatArray
+    a_tip: FloatArray
+    v_op: FloatArray
+    s_op: FloatArray
+    mode: FloatArray
+    f_pump: FloatArray
+    s_w: FloatArray
+    F: FloatArray
+    alpha_m: FloatArray
+    K_wire: FloatArray
+    braked: FloatArray
+    u_braked: FloatArray
 
     @property
     def sensed(self) -> Any:
@@ -54,7 +52,7 @@ class Seen(NamedTuple):
         return Sensed._make([*self[: self._fields.index("braked")], 0.0, 0.0])
 
 
-def plc_alone(seen: Seen, p_hp: Array, memory: Memory, plc: Plc, control: MotorControl) -> tuple[Told, Memory]:
+def plc_alone(seen: Seen, p_hp: FloatArray, memory: Memory, plc: Plc, control: MotorControl) -> tuple[Told, Memory]:
     """Commands of the PLC over what it reads, cycle by cycle, and its memory after the last one.
 
     Parameters: seen, one value a cycle; p_hp (n,) accumulator pressure [Pa]; memory before the first

@@ -5,8 +5,8 @@ from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stillhook.arrays import FloatArray
 from stillhook.control.lift_modes import Watch, supervisor_at_rest
 from stillhook.control.plc import MANUAL
 from stillhook.crane import Crane
@@ -24,8 +24,6 @@ from stillhook.plants.lift import Field, Hanging, Hook, Lift, Works, level_of
 from stillhook.scenario import Operator, Scenario
 from stillhook.sea.kinematics import WaveField
 
-Array = NDArray[np.float64]
-
 FIXED = 1.0e12
 """Factor on stiffness and length that keeps the plant's wire, the part from drum to crane tip, as it is however much wire is out."""
 STILL_WATER = Field(z_w=1.0, i_ds=1.0, last=1.0)
@@ -39,9 +37,9 @@ class PackedLift(NamedTuple):
     winch: Packed
     lift: Lift
     hang: Hanging
-    q: Array
-    weights: Array
-    table: Array
+    q: FloatArray
+    weights: FloatArray
+    table: FloatArray
     m_a: float
     programme: Programme
 
@@ -90,7 +88,7 @@ def field_record(waves: WaveField | None) -> Field:
     return STILL_WATER if waves is None else Field(waves.z_0, 1.0 / waves.ds, waves.w.shape[1] - 1.0)
 
 
-def at_rest(lift: Lift, s_tip: float, k_0: float, weights: Array, F_sling: float, e: Element) -> Array:
+def at_rest(lift: Lift, s_tip: float, k_0: float, weights: FloatArray, F_sling: float, e: Element) -> FloatArray:
     """Displacements [m] of nodes and payload under their own weights, from the crane tip down; k_0 stiffness from drum to tip [N/m]."""
     below = F_sling + np.cumsum(weights[::-1])[::-1]
     nodes = s_tip - below[0] / k_0 - np.concatenate([[0.0], np.cumsum(below[1:]) / e.k])

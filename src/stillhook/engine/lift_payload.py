@@ -5,16 +5,14 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stillhook.arrays import FloatArray
 from stillhook.errors import LiftError
 from stillhook.lift.payload import Payload
 from stillhook.physics import payload as kernel
 from stillhook.physics.payload import LEVELS
 from stillhook.physics.scalar import G
 from stillhook.units import show
-
-Array = NDArray[np.float64]
 
 COLUMNS = kernel.WettedLevel._fields
 """Numbers of a level."""
@@ -31,11 +29,11 @@ PLAIN_DRAG_GROWTH = 1.0
 class Spread(NamedTuple):
     """How much of something there is at every level, and its first and second moment over the height above the underside."""
 
-    m_0: Array
-    m_1: Array
-    m_2: Array
+    m_0: FloatArray
+    m_1: FloatArray
+    m_2: FloatArray
 
-    def centre(self, otherwise: Array) -> tuple[Array, Array]:
+    def centre(self, otherwise: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Centre above the underside and radius of gyration [m]; where there is nothing those of an even spread over the height
         `otherwise` [m]."""
         some = self.m_0 > 0.0
@@ -45,7 +43,7 @@ class Spread(NamedTuple):
         return y, np.sqrt(np.maximum(r_2, 0.0))
 
 
-def evenly(amount: Array, at: float, over: Array) -> Spread:
+def evenly(amount: FloatArray, at: float, over: FloatArray) -> Spread:
     """An amount spread evenly from the height `at` on over the heights `over` [m]."""
     y = at + 0.5 * over
     return Spread(amount, amount * y, amount * (y * y + over**2 / 12.0))
@@ -55,7 +53,7 @@ def total(parts: list[Spread]) -> Spread:
     return Spread(*(np.sum(column, axis=0) for column in zip(*parts, strict=True)))
 
 
-def pack_payload(payload: Payload, rho: float, depth: float) -> tuple[kernel.Payload, Array]:
+def pack_payload(payload: Payload, rho: float, depth: float) -> tuple[kernel.Payload, FloatArray]:
     """The record and the levels (LEVELS, fields of `WettedLevel`) of a payload over a seabed `depth` [m] down, in water of density rho
     [kg/m^3]. Errors: LiftError where the payload floats, or has more faces than there are levels.
     """
@@ -98,7 +96,7 @@ def pack_payload(payload: Payload, rho: float, depth: float) -> tuple[kernel.Pay
     return record, rows
 
 
-def level_heights(payload: Payload, rho: float) -> Array:
+def level_heights(payload: Payload, rho: float) -> FloatArray:
     """Submergence of every level [m]: one at each face of a shape, or at each level that was given, the rest even between them.
 
     Nothing changes beyond the last. Errors: LiftError where there are more faces than levels.
@@ -122,7 +120,7 @@ def level_heights(payload: Payload, rho: float) -> Array:
     return np.append(np.concatenate(inside), reach)
 
 
-def centres(payload: Payload, h: Array, short: Array, rho: float) -> tuple[Array, Array, Array, Array]:
+def centres(payload: Payload, h: FloatArray, short: FloatArray, rho: float) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
     """y_m, r_m, y_d, r_d of `WettedLevel` at the levels h [m], drag as it is just short of them.
 
     The displaced volume sits where each level adds it. Added mass and drag are those of the flow about a body: each body's is spread evenly
@@ -145,7 +143,7 @@ def centres(payload: Payload, h: Array, short: Array, rho: float) -> tuple[Array
     return *mass.centre(wet), *drag.centre(wet)
 
 
-def wetted_at(h: float, rows: Array) -> kernel.Wetted:
+def wetted_at(h: float, rows: FloatArray) -> kernel.Wetted:
     """A payload's numbers at the submergence h [m], from its levels."""
     j = min(max(int(np.searchsorted(rows[:, 0], h, side="right")) - 1, 0), LEVELS - 2)
     return kernel.wetted(h, kernel.WettedLevel(*rows[j]), kernel.WettedLevel(*rows[j + 1]))

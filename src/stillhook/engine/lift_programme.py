@@ -4,8 +4,8 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stillhook.arrays import FloatArray
 from stillhook.control import lift_modes as modes
 from stillhook.control.lift_modes import LiftSettings
 from stillhook.crane import Crane
@@ -17,8 +17,6 @@ from stillhook.physics.drum import LAST_TURNS, wire_usable
 from stillhook.physics.scalar import G
 from stillhook.scenario import Mode
 from stillhook.units import show
-
-Array = NDArray[np.float64]
 
 STAGE_CODE = {
     StageMode.MANUAL: modes.STAGE_MANUAL,
@@ -57,7 +55,7 @@ class Hanging(NamedTuple):
 class Programme(NamedTuple):
     """rows (n, fields of control.lift_modes.Stage); settings; names of the stages."""
 
-    rows: Array
+    rows: FloatArray
     settings: LiftSettings
     names: tuple[str, ...]
 

@@ -6,8 +6,8 @@ from collections.abc import Callable, Iterator, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stillhook.arrays import FloatArray
 from stillhook.control.lift_modes import Stage
 from stillhook.control.plc import Memory
 from stillhook.crane import Crane
@@ -16,17 +16,17 @@ from stillhook.engine.drive import Drive, filled, hermite_weights, scale_weights
 from stillhook.engine.lanes import access, aligned, fields, flatten, offset, room_for, size
 from stillhook.engine.lift_checks import check_course, check_lift, check_lift_step, check_sea
 from stillhook.engine.lift_pack import PackedLift, field_record, pack_lift, stand_in
-from stillhook.engine.run import Ending, Progress, nothing, shared
+from stillhook.engine.run import Ending, nothing, shared
 from stillhook.engine.stats import Stats, blank
 from stillhook.engine.window import blank_window
 from stillhook.errors import StillhookError
 from stillhook.lift.lowering import Lowering
 from stillhook.plants.lift import Hanging, LiftStats, Solve, blank_lift_stats
 from stillhook.plants.state import Geometry, Tick, Tip
+from stillhook.progress import Progress
 from stillhook.sea.kinematics import WaveField
 from stillhook.variables import WINDOW
 
-Array = NDArray[np.float64]
 KIND = "lift_driver"
 ROWS = 5
 """Numbers of one node of the wire: see `stillhook.engine.lift_driver`."""
@@ -57,9 +57,9 @@ class LiftResult(NamedTuple):
     state: Any
     memory: Memory
     hang: Hanging
-    q: Array
-    v: Array
-    series: Array | None
+    q: FloatArray
+    v: FloatArray
+    series: FloatArray | None
     dt: float
     step: float
     t_cycle: float
@@ -167,7 +167,7 @@ class LiftBlock:
         self.B = aligned(np.stack([self._rows(r) for r in self.lanes], axis=-1))
         self.d.base.at_rest(self.A.reshape(-1))
 
-    def _stages(self) -> Array:
+    def _stages(self) -> FloatArray:
         """Stages of every lane; a shorter programme goes no further than its last."""
         S = np.zeros((self.n_stages, len(Stage._fields), len(self.lanes)))
         for l, r in enumerate(self.lanes):
@@ -200,7 +200,7 @@ class LiftBlock:
         )  # fmt: skip
         return flatten(lane)
 
-    def _rows(self, r: Ready) -> Array:
+    def _rows(self, r: Ready) -> FloatArray:
         """Nodes of one lane at rest."""
         rows = np.zeros((self.n + 2, ROWS))
         rows[:, 0] = r.packed.q
@@ -226,7 +226,7 @@ class LiftBlock:
             self.starts.reshape(-1), self.first, self.out.reshape(-1), self.every, k, count, n, self.n_win, self.n_sub, self.drive.t_cycle,
         )  # fmt: skip
 
-    def _water(self, k: int, count: int) -> tuple[Array, int]:
+    def _water(self, k: int, count: int) -> tuple[FloatArray, int]:
         """Samples of the water that a piece needs, and the number of the first; waves grow with the tip's ramp."""
         dt, levels = self.dt_waves, self.levels
         if levels == 0:
@@ -298,7 +298,7 @@ class LiftBlock:
         return StageResult(record_of(Stats)(row, 0), record_of(LiftStats)(row, size(Stats)), (e_c, tip, load, hook))
 
 
-def ramped_samples(waves: WaveField, lo: int, hi: int, ramp: float, levels: int) -> Array:
+def ramped_samples(waves: WaveField, lo: int, hi: int, ramp: float, levels: int) -> FloatArray:
     """Samples lo .. hi - 1 of the water, shape (hi - lo, 2 + 2 levels): eta, its rate, speeds and accelerations of all levels.
 
     Levels that the field does not have stand still. The samples grow from nothing over `ramp` [s] as `stillhook.sea.motion.Ramped` does;

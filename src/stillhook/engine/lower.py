@@ -16,7 +16,6 @@ from stillhook.engine.given import check_threads, cycles, steps_per_cycle
 from stillhook.engine.lanes import VL
 from stillhook.engine.lift_run import LiftResult, run_lowerings
 from stillhook.engine.lift_summary import lift_summary
-from stillhook.engine.run import Progress
 from stillhook.engine.simulate import OnFailure, Series, raise_failures, series_columns, summary_columns, time_axis
 from stillhook.errors import LiftError, SpecError
 from stillhook.library import crane_toml
@@ -24,6 +23,7 @@ from stillhook.lift.lowering import Lowering
 from stillhook.lift.programme import stage_names
 from stillhook.plants.lift import LiftSignals
 from stillhook.plants.state import Signals
+from stillhook.progress import Progress
 from stillhook.variables import attributes
 
 if TYPE_CHECKING:

@@ -22,11 +22,12 @@ from stillhook.engine.lift_run import KIND, run_lowerings, waves_step
 from stillhook.engine.lift_summary import RUN_NUMBERS, STAGE_NUMBERS, lift_summary
 from stillhook.engine.lower import LIFT_STEP, Found, summarised
 from stillhook.engine.many import Answers, Task, in_tasks, on_cluster, on_threads
-from stillhook.engine.run import Meter, Progress
+from stillhook.engine.run import Meter
 from stillhook.engine.store import Store, bare
 from stillhook.errors import LiftError, SpecError, StillhookError
 from stillhook.lift.in_sea import InSea
 from stillhook.lift.lowering import Lowering
+from stillhook.progress import Progress
 
 if TYPE_CHECKING:
     import xarray

@@ -21,10 +21,11 @@ from stillhook.engine.checks import check
 from stillhook.engine.drive import shape
 from stillhook.engine.given import STATISTICS_STEP, check_threads, paired, steps_per_cycle
 from stillhook.engine.lanes import VL
-from stillhook.engine.run import Meter, Progress, run_cases
+from stillhook.engine.run import Meter, run_cases
 from stillhook.engine.store import Store
 from stillhook.engine.summary import summarise
 from stillhook.errors import SimulationError, StillhookError
+from stillhook.progress import Progress
 from stillhook.scenario import Scenario
 from stillhook.variables import SUMMARY
 

@@ -10,7 +10,7 @@ from stillhook.engine.checks import check
 from stillhook.engine.drive import Drive
 from stillhook.engine.given import SERIES_STEP, steps_per_cycle
 from stillhook.engine.pack import Packed, pack
-from stillhook.engine.run import Block, Progress
+from stillhook.engine.run import Block
 from stillhook.engine.simulate import raise_failures, to_dataset
 from stillhook.engine.stability import RK4_LIMIT, check_step
 from stillhook.engine.summary import summarise
@@ -28,6 +28,7 @@ from stillhook.plants.hoist import Hoist
 from stillhook.plants.truth_drum import TrueDrum
 from stillhook.plants.truth_laws import Lines, Oil
 from stillhook.plants.truth_rope import Rope
+from stillhook.progress import Progress
 from stillhook.scenario import RHO_SEA, Scenario
 
 if TYPE_CHECKING:

@@ -9,8 +9,8 @@ from enum import StrEnum
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stillhook.arrays import FloatArray
 from stillhook.control.plc import Memory
 from stillhook.crane import Crane
 from stillhook.engine.build import driver
@@ -23,11 +23,10 @@ from stillhook.engine.stats import Stats, blank
 from stillhook.engine.window import SIGNALS, blank_window
 from stillhook.errors import StillhookError
 from stillhook.plants.state import Geometry, Signals, Tick, Tip
+from stillhook.progress import Progress
 from stillhook.scenario import Scenario
 from stillhook.variables import WINDOW
 
-Array = NDArray[np.float64]
-Progress = Callable[[float], None]
 Pair = tuple[Packed, Drive]
 
 
@@ -49,7 +48,7 @@ class Result(NamedTuple):
     t_end: float
     state: Any
     memory: Memory
-    series: Array | None
+    series: FloatArray | None
     dt: float
     step: float
     t_cycle: float
@@ -220,7 +219,7 @@ class Block:
         at, cls = offset(self.d.Lane, name, 1), dict(fields(self.d.Lane))[name]
         return unflatten(cls, iter(self.A[at : at + size(cls), i].tolist()))
 
-    def _result(self, i: int, best: Array) -> Result:
+    def _result(self, i: int, best: FloatArray) -> Result:
         x, m, st = (self._part(name, i) for name in ("x", "m", "st"))
         span, full = _span(best, st, self.n_win)
         t_cycle, failed = self.drive.t_cycle, self.failed.get(i)
@@ -247,7 +246,7 @@ def nothing(cls: type) -> Any:
     return unflatten(cls, itertools.repeat(0.0))
 
 
-def _span(best: Array, st: Stats, n_win: int) -> tuple[tuple[float, float, float], bool]:
+def _span(best: FloatArray, st: Stats, n_win: int) -> tuple[tuple[float, float, float], bool]:
     """Largest peak-to-peak over the window; over the whole counted run where that is shorter than the window."""
     if st.cycles >= n_win:
         return (float(best[0]), float(best[1]), float(best[2])), True

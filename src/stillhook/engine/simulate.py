@@ -17,12 +17,13 @@ from stillhook.crane import Crane
 from stillhook.engine.build import kernel_hash
 from stillhook.engine.given import SERIES_STEP, STATISTICS_STEP, check_threads, cycles, paired, steps_per_cycle
 from stillhook.engine.many import summaries
-from stillhook.engine.run import Ending, Progress, Result, run_cases
+from stillhook.engine.run import Ending, Result, run_cases
 from stillhook.engine.summary import summarise
 from stillhook.engine.validated import twin_line
 from stillhook.errors import ScenarioError, SimulationError
 from stillhook.library import crane_toml
 from stillhook.plants.state import Signals
+from stillhook.progress import Progress
 from stillhook.scenario import Scenario
 from stillhook.variables import WINDOW, attributes
 

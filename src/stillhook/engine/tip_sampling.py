@@ -5,13 +5,11 @@ import math
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stillhook.arrays import FloatArray
 from stillhook.engine.build import kept
 from stillhook.sea.irregular import IrregularTip
 from stillhook.sea.motion import Motion, Ramped
-
-Array = NDArray[np.float64]
 
 
 def _rows(s, v, a, h, h_2, k, n, t_cycle, out, place, across):  # type: ignore[no-untyped-def]
@@ -38,7 +36,7 @@ def _compiled() -> Any:
     return kept(_rows, "tip")
 
 
-def sampled(motion: Motion, k: int, n: int, t_cycle: float, out: Array, lane: int) -> bool:
+def sampled(motion: Motion, k: int, n: int, t_cycle: float, out: FloatArray, lane: int) -> bool:
     """Cycles k .. k + n - 1 of a motion to one lane of out (n, 3, lanes); False, and nothing done, where it is no irregular one."""
     ramp, tip = (motion.t_ramp, motion.motion) if isinstance(motion, Ramped) else (0.0, motion)
     if not isinstance(tip, IrregularTip):

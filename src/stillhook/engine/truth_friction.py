@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import nnls
 from scipy.special import erfinv
 
+from stillhook.arrays import FloatArray
 from stillhook.crane import Crane, TorqueLoss
 from stillhook.engine.pack import drum_record, friction_record
 from stillhook.engine.truth import Truth
@@ -18,7 +18,6 @@ from stillhook.physics.motor import TorqueLossFit, torque_loss
 from stillhook.physics.scalar import G
 from stillhook.plants.truth_laws import TrueFriction
 
-Array = NDArray[np.float64]
 STATES = ((0.0, 0.005), (0.328, 0.172), (0.376, 0.172), (0.656, 0.818))
 """Payload over the SWL and wire out over all wire at which both frictions have one mean: an empty hook, and paper F table 3."""
 SPEED = 0.25
@@ -39,10 +38,10 @@ class Surface(NamedTuple):
     """Sliding states of a winch: omega_m [rad/s], T_w torque of the wire [N m] and T_hyd of the motors' oil [N m] at the shaft, and the
     twin's friction there [N m]. Each state weighs the same."""
 
-    omega_m: Array
-    T_w: Array
-    T_hyd: Array
-    T_f: Array
+    omega_m: FloatArray
+    T_w: FloatArray
+    T_hyd: FloatArray
+    T_f: FloatArray
 
 
 class Law(NamedTuple):
@@ -54,13 +53,13 @@ class Law(NamedTuple):
     difference: float
 
 
-def usual_speeds() -> Array:
+def usual_speeds() -> FloatArray:
     """Wire speeds as they come up in heave compensation, each as often as the others, both ways [m/s]."""
     half = SPEED * np.sqrt(2.0) * erfinv((np.arange(SPEEDS) + 0.5) / SPEEDS)
     return np.concatenate([-half, half])
 
 
-def surface(crane: Crane, speeds: Array) -> Surface:
+def surface(crane: Crane, speeds: FloatArray) -> Surface:
     """The twin's friction (MJ4 and eq. 2.7) at STATES and wire speeds [m/s]."""
     assert crane.passive is not None
     a, b, f = crane.active.motor, crane.passive.motor, friction_record(crane.friction.system)
@@ -78,7 +77,7 @@ def surface(crane: Crane, speeds: Array) -> Surface:
     return Surface(w, T_w, T_w + T_f, T_f)
 
 
-def _mj4(omega_m: Array, D_m: Array | float, dp_m: Array | float, loss: TorqueLoss) -> Array:
+def _mj4(omega_m: FloatArray, D_m: FloatArray | float, dp_m: FloatArray | float, loss: TorqueLoss) -> FloatArray:
     """MJ4 (eq. 2.12) over arrays."""
     fit = TorqueLossFit(loss.X_1, loss.X_2, loss.X_3, loss.X_4, loss.X_5)
     return np.asarray(torque_loss(omega_m, D_m, dp_m, fit))
@@ -98,7 +97,7 @@ def true_friction(crane: Crane, truth: Truth) -> Law:
     grown = np.array([0.0, truth.shape_load, truth.shape_load, 2.0 * truth.shape_stribeck, 2.0 * truth.shape_stribeck, 0.0, 0.0])
     added = np.array([0.0, 0.0, 0.0, 0.0, 0.0, truth.shape_viscous * mean / OMEGA_BEND, 0.0])
 
-    def law(size: float) -> tuple[Array, float]:
+    def law(size: float) -> tuple[FloatArray, float]:
         c = np.maximum(best * (1.0 + size * grown) + size * added, LEAST * best)
         c[0] = max(c[0] + (mean - (parts @ c).mean()) / parts[:, 0].mean(), 0.0)
         return c, float(np.sqrt(np.mean((parts @ c / at.T_f - 1.0) ** 2)))
@@ -117,7 +116,7 @@ def true_friction(crane: Crane, truth: Truth) -> Law:
     return Law(TrueFriction(*(float(x) for x in friction)), mean, float((parts @ c).mean()), difference)
 
 
-def _fitted(crane: Crane, omega_s: float, uneven: float) -> Array:
+def _fitted(crane: Crane, omega_s: float, uneven: float) -> FloatArray:
     """Coefficients of the law's terms, none negative, with which it lies closest to the twin's friction up to FAST."""
     fast = np.linspace(0.0, FAST, SPEEDS + 1)[1:]
     wide = surface(crane, np.concatenate([usual_speeds(), -fast, fast]))
@@ -127,7 +126,7 @@ def _fitted(crane: Crane, omega_s: float, uneven: float) -> Array:
     return np.insert(rest, 2, share)
 
 
-def _parts(at: Surface, omega_s: float, uneven: float) -> Array:
+def _parts(at: Surface, omega_s: float, uneven: float) -> FloatArray:
     """The law's terms over the surface, shape (states, 7), in the order of `TrueFriction` without its shape numbers."""
     side = 1.0 + uneven * np.sign(at.omega_m)
     start, w = np.exp(-((at.omega_m / omega_s) ** 2)), abs(at.omega_m)

@@ -14,8 +14,8 @@ from enum import StrEnum
 
 import numpy as np
 
+from stillhook.arrays import FloatArray
 from stillhook.errors import IdentifyError
-from stillhook.identify.points import FloatArray
 
 POPULATION = 36
 REFLECTION = 1.3

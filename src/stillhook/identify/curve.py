@@ -11,8 +11,8 @@ from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stillhook.arrays import FloatArray
 from stillhook.errors import IdentifyError
 from stillhook.identify.means import NORMAL_95, mean_and_uncertainty, students_factor
 from stillhook.identify.pairs import Pair, pair_windows
@@ -20,8 +20,6 @@ from stillhook.identify.steady_records import Rejected, Steady, Window, WindowSe
 from stillhook.identify.windows import effort_of, kind_of, signal_of, steady_windows
 from stillhook.io.log import Log
 from stillhook.units import KINDS, show
-
-FloatArray = NDArray[np.float64]
 
 SAME_STROKE = 0.05
 """Stretches of one stroke that differ in speed by less are compared as one: friction changes by far less than its uncertainty."""

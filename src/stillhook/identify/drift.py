@@ -17,8 +17,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from stillhook.arrays import FloatArray
 from stillhook.identify.friction_model import Loss, Y, motor_loss_at, system_friction, system_friction_at
-from stillhook.identify.points import FloatArray, Points
+from stillhook.identify.points import Points
 
 DP_FLOOR = 1.0
 """Least standard uncertainty of a friction pressure [Pa]: a hundred-thousandth of a bar, so that noise-free data keep their numbers."""

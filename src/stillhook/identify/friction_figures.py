@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from stillhook.arrays import FloatArray
 from stillhook.identify.friction_fit import predicted_sd
 from stillhook.identify.friction_model import Loss, mj4, motor_loss_at, system_friction
 from stillhook.identify.from_tests import JUDGED_FROM, Friction, nominal_share
-from stillhook.identify.points import FloatArray, Points
+from stillhook.identify.points import Points
 from stillhook.identify.uncertainty import t_factor
 from stillhook.io.figures import COLOURS, GREY
 from stillhook.units import in_display, parse, show

@@ -14,6 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from stillhook.arrays import FloatArray
 from stillhook.errors import IdentifyError
 from stillhook.identify.drift import DP_FLOOR, Noise, freedom, noise_of, spread
 from stillhook.identify.friction_model import (
@@ -27,7 +28,7 @@ from stillhook.identify.friction_model import (
     system_friction_at,
     system_slope,
 )
-from stillhook.identify.points import FloatArray, Points
+from stillhook.identify.points import Points
 from stillhook.units import parse
 
 Y_4_LEAST, Y_4_MOST = parse("5 rev/min", "rotation"), parse("1500 rev/min", "rotation")

@@ -7,8 +7,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from stillhook.arrays import FloatArray
 from stillhook.crane import SystemFriction, TorqueLoss
-from stillhook.identify.points import FloatArray, Points
+from stillhook.identify.points import Points
 from stillhook.physics import friction, motor
 
 Y_NAMES = ("Y_1", "Y_2", "Y_3", "Y_4", "Y_5", "Y_6")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from pathlib import Path
@@ -34,6 +34,7 @@ from stillhook.identify.remarks import log_statements, motor_statement, unlike
 from stillhook.identify.uncertainty import Interval, bootstrap, posterior, profile_intervals, quantile_intervals
 from stillhook.io.choices import choice
 from stillhook.physics.scalar import G
+from stillhook.progress import Progress
 from stillhook.units import parse
 
 JUDGED_FROM = parse("250 rev/min", "rotation")
@@ -43,7 +44,6 @@ UPPER = Y(Y_1=2e-4, Y_2=30.0, Y_3=50.0, Y_4=Y_4_MOST, Y_5=0.2, Y_6=2e-4)
 AGREE = 1e-3
 """Relative difference of the two methods' costs that counts as agreement."""
 
-Progress = Callable[[float], None]
 
 
 class Intervals(StrEnum):

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from stillhook.arrays import FloatArray, IntArray
 from stillhook.identify.means import NORMAL_95, blocks, mean_and_uncertainty, noise_of, trends
 from stillhook.identify.steady_records import Rejected, Window, WindowSettings
 from stillhook.identify.steps import NOISE_LIMIT, sides
@@ -16,8 +17,6 @@ from stillhook.identify.steps import NOISE_LIMIT, sides
 if TYPE_CHECKING:
     from stillhook.io.log import Finding, Log
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.intp]
 
 TREND_BLOCKS = 96
 """Samples of a step are put together into so many at most before its drift is looked at."""

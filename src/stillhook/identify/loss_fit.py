@@ -9,14 +9,11 @@ from itertools import product
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stillhook.arrays import BoolArray, FloatArray
 from stillhook.errors import IdentifyError
 from stillhook.identify.loss_map import LossMap, blocks
 from stillhook.identify.loss_models import CARDS, LAMINAR, TURBULENT_AND_MORE, LossCard, LossModel
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 
 ALIKE = 1.0e-7
 """Columns (each of length 1) whose smallest singular value is below this part of the largest carry the same information: rounding of

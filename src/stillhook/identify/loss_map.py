@@ -10,13 +10,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from stillhook.arrays import BoolArray, FloatArray
 from stillhook.errors import LogError
 from stillhook.io.table import Columns, Wanted, read_columns
 from stillhook.physics.motor_losses import LossMotor
 from stillhook.units import came, parse, show
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 
 FEWEST_CELLS = 10
 """A fit of five parameters wants at least twice as many cells."""

@@ -13,13 +13,11 @@ from types import MappingProxyType
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stillhook.arrays import FloatArray
 from stillhook.physics import motor_losses as eq
 from stillhook.physics.motor import TorqueLossFit
 from stillhook.physics.motor_losses import LossMotor
-
-FloatArray = NDArray[np.float64]
 
 LAMINAR, TURBULENT_AND_MORE = 1.0, 3.0
 """Bounds of MJ5's exponent: laminar flow is 1, turbulent flow is 2; a fit beyond 2 is reported and is not that physics."""

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from stillhook.arrays import FloatArray, IntArray
 from stillhook.errors import IdentifyError
 from stillhook.identify.loss_fit import LossFit, fit_loss
 from stillhook.identify.loss_map import AXES, LossMap, blocks, levels
@@ -17,9 +18,6 @@ from stillhook.library import motor as library_motor
 from stillhook.library import motors as library_motors
 from stillhook.physics.motor import TorqueLossFit, torque_loss
 from stillhook.units import show
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.intp]
 
 MATERIAL = 0.002
 """Part of the mean nominal torque by which a model may be worse than the best and still be as good: at 200 bar it is 0.4 bar, less than

@@ -5,10 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.intp]
+from stillhook.arrays import FloatArray, IntArray
 
 OF_SECOND_DIFFERENCES = 1.0 / (0.6745 * np.sqrt(6.0))
 """Differences of white noise weighted 1, -2, 1 have sqrt(6) times its deviation; their median magnitude is 0.6745 of theirs."""

@@ -4,23 +4,25 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
+from stillhook.arrays import FloatArray
 from stillhook.engine.pack import drum_record
 from stillhook.engine.wire_weight import wire_carried
 from stillhook.errors import IdentifyError, LogError, StillhookError
 from stillhook.identify.campaign import Campaign, CraneTest
 from stillhook.identify.diagnosis import Statement
 from stillhook.identify.pairs import Grid, Pairs, on_grid, pair_windows
-from stillhook.identify.points import FloatArray, Points
+from stillhook.identify.points import Points
 from stillhook.identify.windows import Steady, Window, steady_windows
 from stillhook.io.hook_depth import wire_text
 from stillhook.io.log import Log, read_log
 from stillhook.physics.drum import wire_to_layer
 from stillhook.physics.scalar import G
+from stillhook.progress import Progress
 from stillhook.units import parse, show
 
 GRID = parse("25 rev/min", "rotation")
@@ -43,7 +45,6 @@ D_DOUBT, D_WRONG = 0.02, 0.25  # of D_max, between the stated and the logged dis
 
 LOAD_CODE = "load"
 
-Progress = Callable[[float], None]
 
 
 @dataclass(frozen=True)

@@ -6,8 +6,8 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stillhook.arrays import FloatArray
 from stillhook.crane import Source, SourceKind, TorqueLoss
 from stillhook.errors import IdentifyError
 from stillhook.identify.loss_against_map import Compared, compare_mapped
@@ -31,8 +31,6 @@ from stillhook.library import motors as library_motors
 from stillhook.library.evidence import Evidence
 from stillhook.library.sets import LOSS_RANGE, LossSet, load_losses
 from stillhook.units import show
-
-FloatArray = NDArray[np.float64]
 
 SAME_SIZE = 0.02
 """A library motor whose full displacement differs by less is taken for the mapped motor's other data (inertia, speed limits, leakage)."""

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from stillhook.arrays import FloatArray
 from stillhook.identify.loss_fit import LossFit, fit_loss
 from stillhook.identify.loss_map import AXES, LossMap, blocks, levels, mapped_loss
 from stillhook.identify.loss_models import LossModel
@@ -20,7 +21,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-FloatArray = NDArray[np.float64]
 
 TERM_MODELS = (LossModel.MJ4, LossModel.MJ5, LossModel.MJ6)
 TERM_POINT = ("200 bar", 250.0 / 280.0)

@@ -11,11 +11,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from stillhook.arrays import FloatArray
 from stillhook.crane import TorqueLoss
 from stillhook.errors import IdentifyError
 from stillhook.identify.friction_fit import FrictionFit, cost, covariance, fit_system, predicted
 from stillhook.identify.friction_model import X_NAMES, Y_LINEAR, Loss, Y, mj4, motor_columns, system_friction_at
-from stillhook.identify.points import FloatArray, Points
+from stillhook.identify.points import Points
 from stillhook.units import show
 
 NARROW = 0.5

@@ -6,12 +6,10 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stillhook.arrays import FloatArray
 from stillhook.errors import IdentifyError
 from stillhook.identify.steady_records import Rejected, Window
-
-FloatArray = NDArray[np.float64]
 
 LARGEST_DIFFERENCE = 0.35
 """Largest difference of speed within a pair, over its mean: leakage makes lowering up to 30 % faster than hoisting at low speed."""

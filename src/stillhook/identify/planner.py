@@ -12,12 +12,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from stillhook.arrays import FloatArray
 from stillhook.engine.pack import drum_record
 from stillhook.errors import IdentifyError
 from stillhook.identify.campaign import Campaign
 from stillhook.identify.friction_fit import FrictionFit, jacobian, sigma_of
 from stillhook.identify.friction_model import Y_NAMES, Loss, Y, system_friction
-from stillhook.identify.points import FloatArray, Points, joined
+from stillhook.identify.points import Points, joined
 from stillhook.physics.drum import layer_diameter
 from stillhook.physics.scalar import G
 from stillhook.units import parse

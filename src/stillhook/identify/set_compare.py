@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from stillhook.arrays import FloatArray
 from stillhook.crane import Crane, SystemFriction
 from stillhook.engine.pack import drum_record
 from stillhook.errors import IdentifyError
@@ -23,7 +24,6 @@ from stillhook.units import in_display, show
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-FloatArray = NDArray[np.float64]
 
 FASTEST = 2000.0
 """Highest motor speed of the figure [rev/min], as in Moslatt 2020 paper D figure 8."""

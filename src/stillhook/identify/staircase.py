@@ -6,8 +6,8 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stillhook.arrays import FloatArray
 from stillhook.crane import Crane
 from stillhook.engine.checks import speed_limit
 from stillhook.engine.pack import active_record, drum_record, friction_record
@@ -19,8 +19,6 @@ from stillhook.physics.motor import torque_loss
 from stillhook.physics.scalar import G
 from stillhook.scenario import LONGEST, Operator, Scenario
 from stillhook.units import show
-
-FloatArray = NDArray[np.float64]
 
 HOLD = 12.0
 """How long each speed is held [s]: speed and pressures come to their means within three; a load that rings on its wire averages out."""

@@ -6,13 +6,10 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stillhook.arrays import BoolArray, FloatArray
 from stillhook.identify.means import OF_SECOND_DIFFERENCES, noise_of
 from stillhook.identify.steady_records import WindowSettings
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 
 NOISE_LIMIT = 4.0
 """Standard deviations of noise above which a change of speed is one."""

@@ -10,16 +10,14 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stillhook.arrays import FloatArray
 from stillhook.identify.loss_map import SYNTHETIC, LossMap
 from stillhook.library import motor as library_motor
 from stillhook.physics.motor import TorqueLossFit, torque_loss
 from stillhook.physics.motor_losses import LossMotor, notch_loss
 from stillhook.units import from_display, in_display
 from stillhook.whole import whole_file
-
-FloatArray = NDArray[np.float64]
 
 SPEEDS = tuple(range(400, 2501, 100))
 PRESSURES = (50, 100, 150, 200, 250, 300, 350)

@@ -6,7 +6,6 @@ from log to parameters.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
@@ -33,13 +32,13 @@ from stillhook.io.synthetic import (
 )
 from stillhook.library import changed, crane_toml, load_crane
 from stillhook.library.leakage import form_of
+from stillhook.progress import Progress
 from stillhook.units import came, parse, show
 from stillhook.whole import whole_folder
 
 LAYER_ROOM = 1e-6
 """Layers by which a wire that stays on its layer may seem to leave it: rounding."""
 
-Progress = Callable[[float], None]
 
 
 @dataclass(frozen=True)

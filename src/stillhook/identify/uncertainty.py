@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from stillhook.arrays import FloatArray
 from stillhook.errors import IdentifyError
 from stillhook.identify.friction_fit import (
     Y_4_LEAST,
@@ -19,7 +20,7 @@ from stillhook.identify.friction_fit import (
     scaled_directions,
 )
 from stillhook.identify.friction_model import X_NAMES, Y_LINEAR, Y_NAMES, Loss, Y, motor_columns, motor_loss_at, system_friction_at
-from stillhook.identify.points import FloatArray, Points
+from stillhook.identify.points import Points
 
 LEVEL = 0.95
 FINE, ENDS = 1e-4, 1e-3

@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stillhook.arrays import FloatArray
 from stillhook.identify.means import NORMAL_95
 from stillhook.identify.steady_records import Rejected, Steady, Window
 from stillhook.identify.windows import effort_of, kind_of, signal_of
@@ -20,7 +20,6 @@ if TYPE_CHECKING:
     from stillhook.identify.curve import FrictionCurve
     from stillhook.io.log import Log
 
-FloatArray = NDArray[np.float64]
 
 USED, NOT_USED, LEFT_OUT, ALONE = "#009E73", "#999999", "#E69F00", "#56B4E9"
 MOST_POINTS = 6000

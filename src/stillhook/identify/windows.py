@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from stillhook.arrays import BoolArray, FloatArray
 from stillhook.errors import IdentifyError
 from stillhook.identify.last_part import LEVEL_CHANGE, Cut, Piece, bad_code, last_part, pieces_of, window_of
 from stillhook.identify.means import SHARE_OF_RANGE, converter_step, noise_of
@@ -26,8 +27,6 @@ if TYPE_CHECKING:
 
 __all__ = ["Rejected", "Steady", "Window", "WindowSettings", "steady_windows"]
 
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 
 HIGH = 95.0
 """Percentile of a signal's magnitude that stands for "high": above settled values, below the spikes of starting and stopping."""

@@ -9,15 +9,13 @@ from enum import StrEnum
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stillhook.arrays import FloatArray
 from stillhook.crane import Crane
 from stillhook.errors import IdentifyError
 from stillhook.io.choices import choice
 from stillhook.physics.scalar import G
 from stillhook.units import KINDS, came, from_display, parse
-
-FloatArray = NDArray[np.float64]
 
 BITS = 12
 """Resolution of the analogue inputs of a PLC over a sensor's range (typical of input cards)."""

@@ -9,7 +9,7 @@ Memory stays bounded for files of any size: a piece of about 32 MB at a time, of
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from types import MappingProxyType
 from typing import Any
 
@@ -25,12 +25,12 @@ from stillhook.io.log_source import Source
 from stillhook.io.log_standstill import standstill
 from stillhook.io.log_tracks import Tracks, build, refuse_broken, stream
 from stillhook.io.log_types import Finding, Log, Signal
+from stillhook.progress import Progress
 from stillhook.units import came, parse
 
 __all__ = ["Finding", "Log", "Signal", "check_signs", "describe", "mapping_from", "read_log", "read_mapping", "to_dict"]
 
 CHUNK = 1 << 25  # bytes of a piece
-Progress = Callable[[float], None]
 
 
 def read_log(

@@ -12,9 +12,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from stillhook.arrays import FloatArray
 from stillhook.errors import LogError
 from stillhook.io.log_source import Want
-from stillhook.io.log_types import FloatArray, Signal
+from stillhook.io.log_types import Signal
 from stillhook.io.log_watch import Watch
 
 GAP = 5.0  # median spacings: a longer step is a gap ...

@@ -11,8 +11,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from stillhook.arrays import FloatArray
 from stillhook.errors import LogError
-from stillhook.io.log_types import FloatArray
 
 SLOPE = 0.6  # s over which slopes are taken: long against noise, short against moves
 COARSE = 3.0  # s: smoothing for the search of the offset, so that a drift of 2000 ppm over 20 minutes does not hide it

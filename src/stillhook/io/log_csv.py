@@ -17,10 +17,10 @@ import numpy as np
 import polars as pl
 from numpy.typing import NDArray
 
+from stillhook.arrays import FloatArray
 from stillhook.errors import LogError
 from stillhook.io.log_csv_dialect import COMMENTS, Dialect, dialect_of
 from stillhook.io.log_source import EXAMPLES, Chunk, Want, stamps_to_seconds, with_words
-from stillhook.io.log_types import FloatArray
 from stillhook.units import came
 
 HEAD = 1 << 18  # bytes from which the dialect is found

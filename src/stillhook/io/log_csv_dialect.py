@@ -7,7 +7,7 @@ from collections import Counter
 from dataclasses import dataclass
 
 from stillhook.errors import LogError
-from stillhook.io.log_mapping import our_unit
+from stillhook.io.unit_spelling import our_unit
 from stillhook.units import KINDS, came
 
 COMMENTS = (b"#", b"//", b"%")

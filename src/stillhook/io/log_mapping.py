@@ -25,24 +25,14 @@ from typing import Any
 
 from stillhook.errors import LogError, UnitError
 from stillhook.io.log_types import Signal
+from stillhook.io.unit_spelling import PURE, hint, our_unit
 from stillhook.library.kinds import told_kind
 from stillhook.units import KINDS, came, parse
 from stillhook.variables import PHYSICAL
 
 KEYS = ("column", "unit", "sign", "scale", "offset", "clock", "range", "quantity", "words")
 STAMPS = "UTC"  # unit of a time column that holds ISO 8601 stamps
-PURE = {"1": 1.0, "%": 0.01}  # units of pure numbers
 LARGEST_FILE = 1 << 20  # bytes; a mapping is a page of text
-SCALES = {
-    "psi": ("bar", 0.0689476), "psig": ("bar", 0.0689476), "in": ("mm", 25.4), "in/s": ("mm/s", 25.4), "ft": ("m", 0.3048),
-    "lbs": ("N", 4.448222), "lbf": ("N", 4.448222), "mbar": ("bar", 0.001), "V": (None, None), "mA": (None, None),
-}  # fmt: skip
-"""What people write, the unit of ours that comes nearest, and the factor between them; None for raw sensor values."""
-_SAME = {
-    "rpm": "rev/min", "r/min": "rev/min", "1/min": "rev/min", "°": "deg", "°c": "degC", "c": "degC", "l/min": "L/min", "lpm": "L/min",
-    "cc/rev": "cm^3/rev", "cm3/rev": "cm^3/rev", "sec": "s", "nm": "N m", "kg·m": "kg m", "m/s2": "m/s^2", "tonne": "t", "te": "t",
-}  # fmt: skip
-"""Spellings found in files, in lower case, and ours."""
 _HEADING = re.compile(r"(.*?)\s*(?:\[([^\[\]]*)\]|\(([^()]*)\))?\s*")
 
 
@@ -159,23 +149,6 @@ def allowed(name: str, kind: str) -> str:
     """The units that a signal may be in, as text."""
     stamps = f', {STAMPS} (ISO 8601 stamps), a pattern of stamps such as "%d.%m.%Y %H:%M:%S%.f"' if name == "time" else ""
     return ", ".join(KINDS[kind].allowed if kind else PURE) + stamps
-
-
-def our_unit(unit: str, kind: str) -> str | None:
-    """The unit as Stillhook spells it, where it is one of the kind; spellings such as rpm are known. None otherwise."""
-    ours = KINDS[kind].allowed if kind else tuple(PURE)
-    tidy = " ".join(unit.strip().strip("[]()").split())
-    if not kind and tidy in ("", "-"):
-        return "1"
-    return tidy if tidy in ours else next((o for o in (_SAME.get(tidy.lower()),) if o in ours), None)
-
-
-def hint(unit: str, kind: str) -> str:
-    """What to write for a unit that is not ours."""
-    ours, factor = SCALES.get(unit.strip(), (None, None))
-    if ours is not None and kind and ours in KINDS[kind].allowed:
-        return f' Write unit = "{ours}", scale = {factor}.'
-    return f' Give one of these and the factor to it as scale, such as unit = "{KINDS[kind].display if kind else "1"}", scale = 0.1.'
 
 
 def factors(signal: Signal, unit: str) -> tuple[float, float]:

@@ -11,11 +11,11 @@ from typing import Any
 
 import numpy as np
 
+from stillhook.arrays import FloatArray
 from stillhook.errors import LogError
 from stillhook.io.binary_reader import refuse_bomb
 from stillhook.io.log_source import EXAMPLES, NANO, Chunk, Want, from_sample, master
 from stillhook.io.log_tables import NUMBER, rows_of
-from stillhook.io.log_types import FloatArray
 from stillhook.units import came
 
 

@@ -6,11 +6,12 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from stillhook.arrays import BoolArray, FloatArray
 from stillhook.errors import LogError
 from stillhook.io.log_clock import SOUND_DRIFT, Fit, align
 from stillhook.io.log_quality import Checked
 from stillhook.io.log_standstill import Watched
-from stillhook.io.log_types import BoolArray, Finding, FloatArray, OtherClock
+from stillhook.io.log_types import Finding, OtherClock
 
 NEAR = 1.5  # bins or spacings: a sample further away says nothing of a bin
 

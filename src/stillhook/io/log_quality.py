@@ -7,10 +7,11 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from stillhook.arrays import BoolArray
 from stillhook.errors import LogError
 from stillhook.io.log_bins import Binned, Column, Track, on_stretches
 from stillhook.io.log_limits import LEAST, SET_VALUES
-from stillhook.io.log_types import BoolArray, Finding
+from stillhook.io.log_types import Finding
 from stillhook.io.log_watch import Rail
 from stillhook.units import came
 

@@ -12,10 +12,11 @@ from itertools import pairwise
 
 import numpy as np
 
+from stillhook.arrays import FloatArray
 from stillhook.errors import LogError
 from stillhook.io.log_bins import on_stretches, stretches
 from stillhook.io.log_signs_ahc import PRESSURE, compensating, contradictions
-from stillhook.io.log_types import FloatArray, Log
+from stillhook.io.log_types import Log
 
 AGREE = 0.5  # correlation beyond which two signals clearly go together, or against each other
 FEWEST_BINS = 50  # bins of motion from which a sign may be judged

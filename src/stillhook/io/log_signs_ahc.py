@@ -14,7 +14,8 @@ from itertools import combinations
 
 import numpy as np
 
-from stillhook.io.log_types import BoolArray, FloatArray, Log
+from stillhook.arrays import BoolArray, FloatArray
+from stillhook.io.log_types import Log
 
 PIECE = 30.0  # s: a few waves
 FOLLOWS = 0.9  # correlation of wire and tip speed, of either sign, while the winch compensates

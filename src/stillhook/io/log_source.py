@@ -11,8 +11,8 @@ from typing import Protocol
 import numpy as np
 import polars as pl
 
+from stillhook.arrays import FloatArray
 from stillhook.errors import LogError
-from stillhook.io.log_types import FloatArray
 from stillhook.units import came
 
 EXAMPLES = 3  # cells that are no numbers, quoted in a finding

@@ -9,10 +9,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from stillhook.arrays import BoolArray, FloatArray
 from stillhook.errors import LogError
 from stillhook.io.log_bins import on_stretches
 from stillhook.io.log_limits import NOT_THE_WINCH, REQUIRED, SET_VALUES, TIP
-from stillhook.io.log_types import BoolArray, Finding, FloatArray, Signal
+from stillhook.io.log_types import Finding, Signal
 from stillhook.io.log_watch import Run, Watch
 from stillhook.units import came
 

@@ -12,10 +12,10 @@ from typing import Any
 import numpy as np
 import polars as pl
 
+from stillhook.arrays import FloatArray
 from stillhook.errors import LogError
 from stillhook.io.binary_reader import refuse_bomb
 from stillhook.io.log_source import EXAMPLES, NANO, Chunk, Want, from_sample, stamps_to_seconds, with_words
-from stillhook.io.log_types import FloatArray
 from stillhook.units import came
 
 FEWEST_ROWS = 64  # of a piece, however small the pieces

@@ -7,13 +7,15 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from stillhook.arrays import FloatArray
 from stillhook.errors import LogError, UnitError
 from stillhook.io.log_bins import Column, Track
 from stillhook.io.log_limits import limit_of
-from stillhook.io.log_mapping import SCALES, STAMPS, allowed, factors, hint, our_unit, place_of, split_heading
+from stillhook.io.log_mapping import STAMPS, allowed, factors, place_of, split_heading
 from stillhook.io.log_source import Chunk, Source, Want, is_stamp, master
-from stillhook.io.log_types import FloatArray, Signal
+from stillhook.io.log_types import Signal
 from stillhook.io.log_watch import Watch
+from stillhook.io.unit_spelling import SCALES, hint, our_unit
 from stillhook.units import came
 
 HEAD = 1 << 18  # bytes from which the spacing of the samples is found

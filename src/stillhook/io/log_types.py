@@ -12,10 +12,9 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from stillhook.arrays import BoolArray, FloatArray
 from stillhook.units import KINDS, in_display, number
 
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 Action = Literal["repaired", "left out", "noted"]
 
 

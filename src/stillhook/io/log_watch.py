@@ -11,7 +11,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from stillhook.io.log_types import FloatArray, Signal
+from stillhook.arrays import FloatArray
+from stillhook.io.log_types import Signal
 
 LEAST_RUN = 2.0  # s: a signal that keeps its last digit for a shorter time is not worth a word
 RANGE_STEP = 2.5e-4  # of the range: one step of a 12-bit converter; nearer to an end is at the end

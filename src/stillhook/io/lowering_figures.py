@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stillhook.arrays import FloatArray
 from stillhook.io.figures import COLOURS, GREY
 from stillhook.lift.lowering import Lowering
 from stillhook.lift.programme import StageMode
@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-Array = NDArray[np.float64]
 
 WATER, SEABED, STEEL = "#CFE5F2", "#C9B48A", "#444444"
 MOMENTS = 8
@@ -39,7 +38,7 @@ class Limits(NamedTuple):
     p_relief: float
 
 
-def lowering_panels(run: xarray.Dataset, lift: Lowering, static: Array, limits: Limits, *, title: str = "") -> Figure:
+def lowering_panels(run: xarray.Dataset, lift: Lowering, static: FloatArray, limits: Limits, *, title: str = "") -> Figure:
     """Depth, tension, dynamic factor, motion, control error and pressures over time; stages are told apart by their shade.
 
     run: series of one lowering, names of `stillhook.variables`; static: tension at the crane tip with everything at rest at the depth and
@@ -72,11 +71,11 @@ def lowering_panels(run: xarray.Dataset, lift: Lowering, static: Array, limits: 
     return figure
 
 
-def _shown(run: xarray.Dataset, name: str, kind: str) -> Array:
+def _shown(run: xarray.Dataset, name: str, kind: str) -> FloatArray:
     return in_display(1.0, kind) * np.asarray(run[name].values, dtype=np.float64)
 
 
-def _depth(ax: Axes, run: xarray.Dataset, lift: Lowering, t: Array) -> None:
+def _depth(ax: Axes, run: xarray.Dataset, lift: Lowering, t: FloatArray) -> None:
     z = run["z_load"].values
     if z.min() > -4.0 * lift.payload.height:
         ax.fill_between(t, run["eta"].values, min(z.min(), 0.0) - 1.0, color=WATER, lw=0, label="water")
@@ -88,7 +87,7 @@ def _depth(ax: Axes, run: xarray.Dataset, lift: Lowering, t: Array) -> None:
     ax.set_ylabel("height above\nstill water [m]")
 
 
-def _tension(ax: Axes, run: xarray.Dataset, t: Array, limits: Limits) -> None:
+def _tension(ax: Axes, run: xarray.Dataset, t: FloatArray, limits: Limits) -> None:
     F_w, F_s = _shown(run, "F_w", "force"), _shown(run, "F_sling", "force")
     ax.plot(t, F_w, color=COLOURS[0], lw=0.8, label="at the crane tip")
     ax.plot(t, F_s, color=COLOURS[1], lw=0.8, label="slings")
@@ -98,7 +97,7 @@ def _tension(ax: Axes, run: xarray.Dataset, t: Array, limits: Limits) -> None:
     ax.set_ylabel("tension [kN]")
 
 
-def _motion(ax: Axes, run: xarray.Dataset, lift: Lowering, t: Array) -> None:
+def _motion(ax: Axes, run: xarray.Dataset, lift: Lowering, t: FloatArray) -> None:
     ax.plot(t, run["s_tip"].values - run["s_tip"].values[0], color=GREY, lw=0.7, label="crane tip")
     path = asked_path(run, lift, t)
     for name, label, colour in (("s_hook", "hook", COLOURS[1]), ("z_load", "payload", COLOURS[0])):
@@ -106,7 +105,7 @@ def _motion(ax: Axes, run: xarray.Dataset, lift: Lowering, t: Array) -> None:
     ax.set_ylabel("motion about the\npath asked for [m]")
 
 
-def asked_path(run: xarray.Dataset, lift: Lowering, t: Array) -> Array:
+def asked_path(run: xarray.Dataset, lift: Lowering, t: FloatArray) -> FloatArray:
     """Height that the joystick asks for [m]: what splash mode adds to it counts as motion, and so does a correction of leakage."""
     v, stage = np.array(run["v_op"].values), run["stage_number"].values.astype(int)
     adds = [each.mode in (StageMode.SPLASH, StageMode.MANUAL) for each in lift.programme]
@@ -117,7 +116,7 @@ def asked_path(run: xarray.Dataset, lift: Lowering, t: Array) -> Array:
     return np.concatenate([[0.0], np.cumsum(0.5 * (v[1:] + v[:-1]) * np.diff(t))])
 
 
-def about_mean(t: Array, s: Array) -> Array:
+def about_mean(t: FloatArray, s: FloatArray) -> FloatArray:
     """A height less its mean over a window centred on the moment, which shrinks towards the ends [m]; t even [s]."""
     n = max(1, min(round(0.5 * MEAN / (t[1] - t[0])), (len(s) - 1) // 2)) if len(t) > 1 else 1
     i = np.arange(len(s))
@@ -126,7 +125,7 @@ def about_mean(t: Array, s: Array) -> Array:
     return np.asarray(s - (total[i + reach + 1] - total[i - reach]) / (2 * reach + 1))
 
 
-def _pressures(ax: Axes, run: xarray.Dataset, t: Array, limits: Limits) -> None:
+def _pressures(ax: Axes, run: xarray.Dataset, t: FloatArray, limits: Limits) -> None:
     lines = (("p_a", "hoisting side"), ("p_b", "lowering side"), ("p_hp", "passive"))
     for (name, label), colour in zip(lines, COLOURS, strict=False):
         if name in run:
@@ -145,13 +144,13 @@ def _turns(run: xarray.Dataset) -> list[tuple[int, int, int]]:
     return [(int(stage[a]), int(a), int(b)) for a, b in zip(starts, ends, strict=True)]
 
 
-def _stages(ax: Axes, run: xarray.Dataset, t: Array) -> None:
+def _stages(ax: Axes, run: xarray.Dataset, t: FloatArray) -> None:
     for i, (_, a, b) in enumerate(_turns(run)):
         if i % 2:
             ax.axvspan(float(t[a]), float(t[b]), color="black", alpha=0.05, lw=0)
 
 
-def _stage_names(ax: Axes, run: xarray.Dataset, lift: Lowering, t: Array) -> None:
+def _stage_names(ax: Axes, run: xarray.Dataset, lift: Lowering, t: FloatArray) -> None:
     whole = float(t[-1] - t[0])
     for stage, a, b in _turns(run):
         text = "done" if stage >= len(lift.programme) else lift.programme[stage].name or str(lift.programme[stage].mode)

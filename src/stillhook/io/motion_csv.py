@@ -18,9 +18,9 @@ import numpy as np
 import polars as pl
 from numpy.typing import NDArray
 
+from stillhook.arrays import FloatArray
 from stillhook.errors import MotionError, UnitError
 from stillhook.io.ship_log import DEFAULT_MAX_GAP, HeaveSign, RawLog, finish, head_of, sign_of
-from stillhook.sea.motion import FloatArray
 from stillhook.sea.recorded import Recorded
 from stillhook.sea.ship_motion import ShipMotion, sea_worthy
 from stillhook.units import KINDS, came, parse

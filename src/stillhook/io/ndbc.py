@@ -11,14 +11,13 @@ import re
 import numpy as np
 from numpy.typing import NDArray
 
+from stillhook.arrays import FloatArray
 from stillhook.errors import SeaError
 from stillhook.io.ndbc_text import FILLS, SHORT_FILL, Records, bands, numbers, read_records
 from stillhook.sea.directions import DirectionSense, coming_from
 from stillhook.sea.measured import SpectrumSeries
 from stillhook.sea.parametric import HIGHEST
 from stillhook.sea.states import SeaStates
-
-FloatArray = NDArray[np.float64]
 
 _FREQUENCY = re.compile(r"[0-9]*\.[0-9]+")
 _COMPANION = {"d": "alpha1", "i": "alpha2", "j": "r1", "k": "r2"}

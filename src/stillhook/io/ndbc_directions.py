@@ -15,15 +15,13 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from stillhook.arrays import ComplexArray, FloatArray
 from stillhook.errors import SeaError
 from stillhook.io.ndbc import read_spectra, spread_out
 from stillhook.io.ndbc_text import bands, read_records
 from stillhook.sea.directional import Coefficients
 from stillhook.sea.directions import DirectionSense, coming_from
 from stillhook.sea.measured import SpectrumSeries
-
-FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 
 _PARTS = ("alpha1", "alpha2", "r1", "r2")
 _LETTERS, _ENDINGS = ("d", "i", "j", "k"), (".swdir", ".swdir2", ".swr1", ".swr2")

@@ -19,10 +19,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from stillhook.arrays import FloatArray
 from stillhook.errors import SeaError
 from stillhook.units import came
-
-FloatArray = NDArray[np.float64]
 
 LARGEST_TEXT = 200_000_000
 """Characters; a year of hourly spectra has 3 million, of 10 min weather 5 million."""

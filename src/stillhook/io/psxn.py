@@ -26,9 +26,9 @@ from typing import Literal
 
 import numpy as np
 
+from stillhook.arrays import FloatArray
 from stillhook.errors import MotionError
 from stillhook.io.ship_log import DEFAULT_MAX_GAP, HeaveSign, RawLog, finish, head_of, sign_of
-from stillhook.sea.motion import FloatArray
 from stillhook.sea.ship_motion import ShipMotion
 from stillhook.units import came
 

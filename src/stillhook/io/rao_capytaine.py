@@ -19,9 +19,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from stillhook.arrays import ComplexArray, FloatArray
 from stillhook.errors import SeaError, UnreadableError
 from stillhook.io.netcdf_reader import read_dataset
-from stillhook.sea.rao import DOFS, ComplexArray, FloatArray, Rao
+from stillhook.sea.rao import DOFS, Rao
 from stillhook.sea.rao_convention import CAPYTAINE, SAME_HEADING, to_rao
 
 if TYPE_CHECKING:

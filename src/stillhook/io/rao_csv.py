@@ -36,9 +36,10 @@ from pathlib import Path
 
 import numpy as np
 
+from stillhook.arrays import ComplexArray, FloatArray
 from stillhook.errors import SeaError
 from stillhook.library.files import nearest
-from stillhook.sea.rao import DOFS, ComplexArray, FloatArray, Rao
+from stillhook.sea.rao import DOFS, Rao
 from stillhook.sea.rao_convention import Convention, one_side, to_rao
 from stillhook.units import came
 from stillhook.whole import whole_file

@@ -16,8 +16,9 @@ from typing import Any
 
 import numpy as np
 
+from stillhook.arrays import ComplexArray, FloatArray
 from stillhook.errors import SeaError
-from stillhook.sea.rao import DOFS, ComplexArray, FloatArray, Rao
+from stillhook.sea.rao import DOFS, Rao
 from stillhook.sea.rao_convention import INSIDE, to_rao
 from stillhook.units import came
 

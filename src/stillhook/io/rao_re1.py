@@ -17,8 +17,9 @@ from pathlib import Path
 
 import numpy as np
 
+from stillhook.arrays import ComplexArray, FloatArray
 from stillhook.errors import SeaError
-from stillhook.sea.rao import DOFS, ComplexArray, FloatArray, Rao
+from stillhook.sea.rao import DOFS, Rao
 from stillhook.sea.rao_convention import SHIPX, to_rao
 from stillhook.units import came
 

@@ -13,8 +13,8 @@ from typing import Literal
 
 import numpy as np
 
+from stillhook.arrays import FloatArray
 from stillhook.errors import MotionError
-from stillhook.sea.motion import FloatArray
 from stillhook.sea.recorded import FEWEST_POINTS
 from stillhook.sea.ship_motion import ReadReport, ShipMotion
 from stillhook.units import came, parse

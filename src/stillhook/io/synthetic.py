@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+from stillhook.arrays import FloatArray
 from stillhook.errors import SimulationError
-from stillhook.io.instruments import Column, FloatArray, Sensor, Sensors, in_log_unit, unit_factor
+from stillhook.io.instruments import Column, Sensor, Sensors, in_log_unit, unit_factor
 from stillhook.whole import check_folder
 
 MARK = "SYNTHETIC: simulated by Stillhook, measured on no crane"

@@ -26,12 +26,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from stillhook.arrays import FloatArray
 from stillhook.errors import LogError, UnitError, UnreadableError
 from stillhook.io.binary_reader import read_binary, refuse_bomb
 from stillhook.library.kinds import told_kind, toml_instead
 from stillhook.units import KINDS, came, parse
-
-FloatArray = NDArray[np.float64]
 
 LARGEST_TABLE = 50_000_000
 """Bytes; a million cells. Logs are read elsewhere, streamed."""

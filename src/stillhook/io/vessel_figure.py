@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from stillhook.arrays import FloatArray
 from stillhook.io.figures import COLOURS, GREY
 from stillhook.sea.long_wave import long_wave_limits, long_wave_scales
-from stillhook.sea.rao import DOFS, FloatArray, Rao
+from stillhook.sea.rao import DOFS, Rao
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

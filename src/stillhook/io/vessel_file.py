@@ -14,7 +14,7 @@ from stillhook.io.rao_re1 import read_re1
 from stillhook.library.files import nearest
 from stillhook.library.kinds import kind_of_toml
 from stillhook.library.vessels import vessel_file, vessels
-from stillhook.sea.long_wave import long_wave_test, remarks, wrong_line
+from stillhook.sea.floating_body import long_wave_test, remarks, wrong_line
 from stillhook.sea.rao import Rao
 from stillhook.units import came
 

@@ -14,8 +14,8 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stillhook.arrays import FloatArray
 from stillhook.errors import SeaError, UnreadableError
 from stillhook.io.binary_reader import read_binary, refuse_bomb
 from stillhook.io.ndbc_text import bands
@@ -28,7 +28,6 @@ from stillhook.units import came
 if TYPE_CHECKING:
     import xarray
 
-FloatArray = NDArray[np.float64]
 
 FORMATS: Mapping[str, str] = MappingProxyType(
     {

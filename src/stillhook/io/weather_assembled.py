@@ -7,10 +7,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from stillhook.arrays import FloatArray
 from stillhook.errors import WeatherError
 from stillhook.io.weather_columns import KINDS, PLAIN, UNITS, Column, sense_in, without_unit
 from stillhook.sea.directions import FULL, DirectionSense, coming_from
-from stillhook.sea.weather import FloatArray
 from stillhook.units import came
 
 SENSES = {

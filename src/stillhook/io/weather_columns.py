@@ -8,13 +8,11 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stillhook.arrays import FloatArray
 from stillhook.errors import WeatherError
 from stillhook.sea.directions import DirectionSense
 from stillhook.units import came
-
-FloatArray = NDArray[np.float64]
 
 KINDS = {
     "H_m0": "height", "T_p": "period", "T_m02": "period", "come_from": "direction", "wind": "speed", "wind_from": "direction",

@@ -6,11 +6,12 @@ from pathlib import Path
 
 import numpy as np
 
+from stillhook.arrays import FloatArray
 from stillhook.io.ndbc_text import SHORT_FILL, numbers, read_records
 from stillhook.io.sea_file import read_sea
 from stillhook.io.weather_times import step_of
 from stillhook.sea.measured import SpectrumSeries
-from stillhook.sea.weather import FloatArray, Weather
+from stillhook.sea.weather import Weather
 
 _WIND = (("wind", ("WSPD",)), ("wind_from", ("WDIR", "WD")))
 

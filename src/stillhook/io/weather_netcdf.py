@@ -8,13 +8,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stillhook.arrays import FloatArray
 from stillhook.errors import UnreadableError, WeatherError
 from stillhook.io.netcdf_reader import MAGIC, magic, read_dataset
 from stillhook.io.weather_assembled import assembled
 from stillhook.io.weather_columns import Column, columns, in_si
 from stillhook.io.weather_times import step_of
 from stillhook.sea.directions import DirectionSense
-from stillhook.sea.weather import FloatArray, Weather
+from stillhook.sea.weather import Weather
 
 if TYPE_CHECKING:
     import xarray

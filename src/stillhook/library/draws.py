@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stillhook.arrays import FloatArray
 from stillhook.crane import Crane, SourceKind, SystemFriction, TorqueLoss
 from stillhook.errors import IdentifyError
 from stillhook.library.evidence import Evidence
@@ -15,8 +15,6 @@ from stillhook.library.load import changed
 from stillhook.library.sets import FrictionSet, LossSet, loss_range
 from stillhook.library.write import leaf_tree
 from stillhook.units import show
-
-FloatArray = NDArray[np.float64]
 
 LEAST_ALLOWED = 0.02
 """Least share of draws that must be physically allowed [-]: below it the normal distribution of the evidence says nothing about the set."""

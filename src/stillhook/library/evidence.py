@@ -7,16 +7,14 @@ from collections.abc import Mapping, Sequence
 from typing import Annotated, Any, Self
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field, ValidationError, field_validator, model_validator
 
 from stillhook import units as u
+from stillhook.arrays import FloatArray
 from stillhook.errors import SpecError
 from stillhook.library.explain import explain
 from stillhook.library.files import EVIDENCE
 from stillhook.spec import Number, Spec, Text
-
-FloatArray = NDArray[np.float64]
 
 SYMMETRY = 1e-6
 """Relative difference across the diagonal that is rounding of a written matrix."""

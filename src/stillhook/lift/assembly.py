@@ -10,9 +10,10 @@ import numpy as np
 from pydantic import Field, field_validator, model_validator
 
 from stillhook import units as u
+from stillhook.arrays import FloatArray
 from stillhook.errors import LiftError
 from stillhook.lift.members import Frame, Spool
-from stillhook.lift.shapes import Body, Box, Disc, FloatArray, Plate, Shape, Share, SuctionAnchor
+from stillhook.lift.shapes import Body, Box, Disc, Plate, Shape, Share, SuctionAnchor
 from stillhook.scenario import Record
 
 BODIES: dict[str, type[Body]] = {

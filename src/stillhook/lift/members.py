@@ -9,7 +9,8 @@ import numpy as np
 from pydantic import Field
 
 from stillhook import units as u
-from stillhook.lift.shapes import Body, FloatArray
+from stillhook.arrays import FloatArray
+from stillhook.lift.shapes import Body
 from stillhook.scenario import Number
 
 C_S_ROUND = 3.0

@@ -8,17 +8,15 @@ from itertools import pairwise
 from typing import Any, NamedTuple, Self
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from stillhook import units as u
+from stillhook.arrays import FloatArray
 from stillhook.crane import Source
 from stillhook.errors import LiftError
 from stillhook.lift.assembly import SHAPES, AnyShape, rebuilt_shape, with_shape
 from stillhook.lift.shapes import Shape
 from stillhook.scenario import RHO_SEA, Number, Record
-
-FloatArray = NDArray[np.float64]
 
 RHO_STEEL = 7850.0
 """Density of steel [kg/m^3]: displaced volume of a payload whose volume is not given."""

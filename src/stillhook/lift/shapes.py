@@ -17,14 +17,12 @@ from abc import abstractmethod
 from typing import Annotated, ClassVar, Literal, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from stillhook import units as u
+from stillhook.arrays import FloatArray
 from stillhook.lift import added_mass as formula
 from stillhook.scenario import Number, Record
-
-FloatArray = NDArray[np.float64]
 
 C_S_FLAT = 5.0
 """Slamming coefficient of bodies that are not smooth cylinders, at the least (DNV-RP-N103; check against your edition)."""

@@ -14,11 +14,10 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from stillhook.arrays import FloatArray
 from stillhook.physics.scalar import G
-
-FloatArray = NDArray[np.float64]
 
 SLOW_SHARE, FAST_SHARE = 0.2, 0.7
 """Free-fall speed over relative speed between which the part of the relative speed in a snap falls from all to nothing."""

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stillhook._version import __version__
+from stillhook.arrays import FloatArray
 from stillhook.plan.alternatives import Alternative
 from stillhook.plan.credited_table import Certified
 from stillhook.plan.demand import Demand
@@ -22,7 +23,6 @@ from stillhook.variables import attributes
 if TYPE_CHECKING:
     import xarray
 
-FloatArray = NDArray[np.float64]
 
 CELL = ("credit", "alternative", "heading", "period")
 

@@ -15,6 +15,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 from numpy.typing import NDArray
 
+from stillhook.arrays import FloatArray
 from stillhook.certified import CAP
 from stillhook.engine.lift_programme import hanging, payload_weight, wire_strength
 from stillhook.lift import simplified as sm
@@ -28,7 +29,6 @@ from stillhook.plan.lift_plan import LiftPlan
 from stillhook.plan.phases import IN_AIR, Phase, PhaseKind
 from stillhook.response.statistics import most_probable_maximum, zero_crossing_period
 
-FloatArray = NDArray[np.float64]
 Values = dict[str, FloatArray]
 
 ON_THE_WAY = 41

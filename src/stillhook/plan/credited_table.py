@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stillhook.arrays import BoolArray, FloatArray
 from stillhook.plan.alternatives import Alternative
 from stillhook.plan.capacities import calm
 from stillhook.plan.credit import inside
@@ -17,9 +17,6 @@ from stillhook.plan.limited import limited
 from stillhook.plan.limits import limits_of
 from stillhook.plan.phases import Phase
 from stillhook.plan.table import Axes, Chosen, chosen, gathered
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, eq=False)

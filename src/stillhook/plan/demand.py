@@ -10,9 +10,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from stillhook.arrays import FloatArray
 from stillhook.plan.alternatives import Alternative
-
-FloatArray = NDArray[np.float64]
 
 
 class Tier(StrEnum):

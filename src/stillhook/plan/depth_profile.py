@@ -9,14 +9,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from stillhook.engine.run import Progress
+from stillhook.arrays import FloatArray
 from stillhook.plan.alternatives import Alternative
 from stillhook.plan.demand import Seas
-from stillhook.plan.frequency import FloatArray, Part, forcing_at, looked_at, of_load, quantiles, winches_of
+from stillhook.plan.frequency import Part, forcing_at, looked_at, of_load, quantiles, winches_of
 from stillhook.plan.lift_plan import LiftPlan
 from stillhook.plan.phases import IN_AIR, Phase
 from stillhook.plan.situations import natural_period, resonance_depth
 from stillhook.plan.winches import Way, ways
+from stillhook.progress import Progress
 from stillhook.response.deviations import sigmas
 from stillhook.response.forcing import Forcing
 from stillhook.response.hung import hung

@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-FloatArray = NDArray[np.float64]
+from stillhook.arrays import FloatArray
 
 HALVINGS = 26
 """Halvings of the bracket that a level is looked for in: right to 1e-8 of it."""

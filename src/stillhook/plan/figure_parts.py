@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from stillhook.arrays import FloatArray
 from stillhook.io.figures import COLOURS
 from stillhook.plan.alternatives import Alternative
 from stillhook.plan.result import CREDITS, PlanResult
@@ -19,7 +20,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-FloatArray = NDArray[np.float64]
 
 WIDTH = 7.5
 """Of every figure [inch]: about that of a page, so that its letters are of one size."""

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from stillhook.arrays import FloatArray
 from stillhook.io.pictures import pngs
 from stillhook.plan.figure_parts import (
     COLOUR,
@@ -16,7 +17,6 @@ from stillhook.plan.figure_parts import (
     THICK,
     TWIN,
     WIDTH,
-    FloatArray,
     canvas,
     degrees,
     height,

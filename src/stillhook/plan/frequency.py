@@ -8,9 +8,8 @@ from dataclasses import dataclass, field, replace
 from weakref import WeakKeyDictionary
 
 import numpy as np
-from numpy.typing import NDArray
 
-from stillhook.engine.run import Progress
+from stillhook.arrays import FloatArray
 from stillhook.plan.alternatives import Alternative
 from stillhook.plan.capacities import CAPACITIES, jerk
 from stillhook.plan.demand import Demand, Seas, Tier
@@ -20,6 +19,7 @@ from stillhook.plan.phases import Phase, PhaseKind
 from stillhook.plan.rules import Level
 from stillhook.plan.situations import Situation, situations
 from stillhook.plan.winches import BRAKE, Way, ways
+from stillhook.progress import Progress
 from stillhook.response.deviations import Sigmas, sigmas
 from stillhook.response.forcing import Forcing, forcing_of_seas
 from stillhook.response.hung import Hung
@@ -29,7 +29,6 @@ from stillhook.response.statistics import rate_below_zero, zero_crossing_period
 from stillhook.sea.extremes import MPM, P90
 from stillhook.sea.ship_motion import STANDARD_GRAVITY
 
-FloatArray = NDArray[np.float64]
 Levels = Callable[[str], float]
 """Quantity -> probability that its largest value stays below what is told."""
 

@@ -13,7 +13,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from stillhook.plan.table import BoolArray, FloatArray, IntArray, LimitTable, cones, counted, kept, worst
+from stillhook.arrays import BoolArray, FloatArray, IntArray
+from stillhook.plan.table import LimitTable, cones, counted, kept, worst
 from stillhook.sea.directions import relative
 from stillhook.weather.limit_text import free_headings
 

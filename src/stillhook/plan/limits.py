@@ -7,13 +7,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stillhook.arrays import FloatArray
 from stillhook.plan.alternatives import Alternative
 from stillhook.plan.demand import Demand, Tier
 from stillhook.plan.rules import Limited, Sense
-
-FloatArray = NDArray[np.float64]
 
 AT_REST: Mapping[str, float] = {"sling_ratio": 1.0}
 """Quantities that fall with the sea, with their value in still water: they are used up from there down to the limit."""

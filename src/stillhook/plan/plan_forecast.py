@@ -12,12 +12,13 @@ from typing import Any
 
 import numpy as np
 
+from stillhook.arrays import FloatArray
 from stillhook.errors import WeatherError
 from stillhook.plan.kept_headings import KeptHeadings
 from stillhook.plan.result import Credit, PlanResult
 from stillhook.plan.table import LimitTable
 from stillhook.plan.weather_value import free_to_turn
-from stillhook.sea.weather import FloatArray, Weather
+from stillhook.sea.weather import Weather
 from stillhook.units import show
 from stillhook.weather.forecast import Bound, bounds, rows_of, started, starts_of, why_not
 from stillhook.weather.limit_text import Limit, inside

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stillhook.engine.run import Progress
 from stillhook.errors import PlanError
 from stillhook.plan.alternatives import Alternative
 from stillhook.plan.answer import Answered, dataset_of, demand_block, rows_of, seeds_of, summary_of
@@ -22,7 +21,6 @@ from stillhook.plan.frequency import frequency
 from stillhook.plan.lift_plan import LiftPlan
 from stillhook.plan.limited import limited
 from stillhook.plan.limits import Limits, limits_of
-from stillhook.plan.parts import Parts
 from stillhook.plan.plan_file import load_plan
 from stillhook.plan.reference import reference_blocks
 from stillhook.plan.remarks import facts_found, not_computed
@@ -33,6 +31,7 @@ from stillhook.plan.told_apart import not_compared
 from stillhook.plan.twin_tier import refine
 from stillhook.plan.weather_use import weather_used
 from stillhook.plan.weather_value import forecast_limits, seas_of, weather_block, weather_value
+from stillhook.progress import Parts, Progress
 from stillhook.sea.weather import Weather
 from stillhook.units import came
 from stillhook.weather.alpha import DEFAULT, load_alpha_table

@@ -8,15 +8,14 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from stillhook.engine.run import Progress
 from stillhook.plan.answer import Answered
 from stillhook.plan.demand import Demand
 from stillhook.plan.depth_profile import depth_profile, efficiency
 from stillhook.plan.lift_plan import LiftPlan
 from stillhook.plan.limits import Limits
-from stillhook.plan.parts import Parts
 from stillhook.plan.result import CREDITS
 from stillhook.plan.sensitivity import sensitivity
+from stillhook.progress import Parts, Progress
 
 if TYPE_CHECKING:
     import xarray

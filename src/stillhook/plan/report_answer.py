@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from stillhook.arrays import FloatArray
 from stillhook.certified import UNSIGNED
-from stillhook.plan.figure_parts import CREDITED, TWIN, FloatArray, degrees, few, height, named, names
+from stillhook.plan.figure_parts import CREDITED, TWIN, degrees, few, height, named, names
 from stillhook.plan.figures import differs
 from stillhook.plan.figures_weather import OVER
 from stillhook.plan.report_parts import (

@@ -8,8 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from stillhook.arrays import FloatArray
 from stillhook.plan import report_texts as say
-from stillhook.plan.figure_parts import CREDITED, TWIN, FloatArray, degrees, few, height, named, names, phase_code, rule_code, sea_words
+from stillhook.plan.figure_parts import CREDITED, TWIN, degrees, few, height, named, names, phase_code, rule_code, sea_words
 from stillhook.plan.figures import CLOSED, differs
 from stillhook.plan.figures_detail import FACTORS
 from stillhook.plan.figures_weather import OVER

@@ -8,8 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from stillhook.arrays import FloatArray
 from stillhook.certified import SHORT
-from stillhook.plan.figure_parts import CREDITED, TWIN, FloatArray, degrees, height, named, names
+from stillhook.plan.figure_parts import CREDITED, TWIN, degrees, height, named, names
 from stillhook.plan.result import Credit, PlanResult
 from stillhook.plan.table import LimitTable
 from stillhook.units import number, show

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from stillhook.plan.figure_parts import COLOUR, CREDITED, MARKER, THICK, WIDTH, FloatArray, key_below, most_told, named, names
+from stillhook.arrays import FloatArray
+from stillhook.plan.figure_parts import COLOUR, CREDITED, MARKER, THICK, WIDTH, key_below, most_told, named, names
 from stillhook.plan.result import PlanResult
 
 if TYPE_CHECKING:

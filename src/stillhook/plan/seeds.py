@@ -6,12 +6,10 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stillhook.arrays import FloatArray
 from stillhook.plan.rules import Level
 from stillhook.sea.extremes import FEWEST_MAXIMA, MPM, P90, gumbel
-
-FloatArray = NDArray[np.float64]
 
 QUANTILE = {Level.MPM: MPM, Level.P90: P90}
 """Part of all phases that stay below a level."""

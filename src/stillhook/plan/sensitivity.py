@@ -7,10 +7,9 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stillhook.arrays import FloatArray
 from stillhook.crane import Crane
-from stillhook.engine.run import Progress
 from stillhook.plan.alternatives import Alternative
 from stillhook.plan.closed_form import Way as WaterWay
 from stillhook.plan.closed_form import closed_form, on_way, way
@@ -20,6 +19,7 @@ from stillhook.plan.lift_plan import LiftPlan
 from stillhook.plan.limits import Limits
 from stillhook.plan.situations import Situation
 from stillhook.plan.winches import Way
+from stillhook.progress import Progress
 from stillhook.response.rod import natural_periods
 from stillhook.units import show
 from stillhook.variables import attributes
@@ -27,7 +27,6 @@ from stillhook.variables import attributes
 if TYPE_CHECKING:
     import xarray
 
-FloatArray = NDArray[np.float64]
 
 ADDED_MASS, DRAG, FRICTION = (0.8, 1.2), (0.5, 1.5), (0.7, 1.3)
 """Factors that are tried: added mass by shape is known to a fifth, drag to a half, friction of a winch in service to a third (assumed)."""

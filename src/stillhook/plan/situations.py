@@ -7,14 +7,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stillhook.arrays import FloatArray
 from stillhook.plan.lift_plan import LiftPlan
 from stillhook.plan.phases import Phase, PhaseKind
 from stillhook.response.hung import Hung, hung
 from stillhook.response.rod import natural_periods
-
-FloatArray = NDArray[np.float64]
 
 EVERY = 150.0
 """Largest way between two heights at which is looked [m]: over it the load's natural period changes by a tenth at 600 m, and less below."""

@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from stillhook.engine.run import Progress
+from stillhook.arrays import BoolArray, FloatArray
 from stillhook.errors import PlanError
 from stillhook.plan.alternatives import Alternative
 from stillhook.plan.capacities import calm
@@ -27,13 +27,14 @@ from stillhook.plan.lift_plan import LiftPlan
 from stillhook.plan.limited import limited
 from stillhook.plan.limits import limits_of
 from stillhook.plan.spectral_weather import spectral_weather
-from stillhook.plan.table import SAME, Axes, BoolArray, LimitTable, chosen, gathered, governed
+from stillhook.plan.table import SAME, Axes, LimitTable, chosen, gathered, governed
+from stillhook.progress import Progress
 from stillhook.response.of_lift import Waves
 from stillhook.sea.directions import FULL, relative
 from stillhook.sea.measured import SpectrumSeries
 from stillhook.sea.spectrum import Sea
 from stillhook.sea.states import SeaStates
-from stillhook.sea.weather import FloatArray, usual_step
+from stillhook.sea.weather import usual_step
 from stillhook.units import show
 from stillhook.weather.alpha import AlphaTable, alphas, reference_period
 from stillhook.weather.answer import stamp

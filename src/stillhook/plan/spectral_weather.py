@@ -7,9 +7,8 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
-from stillhook.engine.run import Progress
+from stillhook.arrays import FloatArray
 from stillhook.errors import PlanError
 from stillhook.plan.alternatives import Alternative
 from stillhook.plan.demand import Seas
@@ -17,6 +16,7 @@ from stillhook.plan.frequency import Looks, demands, looked_at, thinned, winches
 from stillhook.plan.lift_plan import LiftPlan
 from stillhook.plan.limited import limited
 from stillhook.plan.limits import utilisation
+from stillhook.progress import Progress
 from stillhook.response.of_lift import Waves, forcing_of_waves
 from stillhook.sea.spectrum import Sea
 from stillhook.variables import attributes
@@ -24,7 +24,6 @@ from stillhook.variables import attributes
 if TYPE_CHECKING:
     import xarray
 
-FloatArray = NDArray[np.float64]
 
 
 def spectral_weather(

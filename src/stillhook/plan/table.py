@@ -9,16 +9,13 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from stillhook.arrays import BoolArray, FloatArray, IntArray
 from stillhook.errors import PlanError
 from stillhook.plan.alternatives import Alternative
 from stillhook.plan.demand import Tier
 from stillhook.plan.lift_plan import LiftPlan
 from stillhook.plan.limits import Limits
 from stillhook.units import show
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
-BoolArray = NDArray[np.bool_]
 
 TIERS = (Tier.CLOSED_FORM, Tier.FREQUENCY, Tier.TIME)
 """From the least to the most that is known; a later one counts before an earlier."""

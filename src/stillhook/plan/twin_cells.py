@@ -7,12 +7,11 @@ from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stillhook.arrays import FloatArray
 from stillhook.crane import Crane
 from stillhook.engine.lanes import VL
 from stillhook.engine.lower_many import Case, lower_many
-from stillhook.engine.run import Progress
 from stillhook.lift.lowering import Lowering
 from stillhook.plan.demand import Seas
 from stillhook.plan.frequency import forcing_at
@@ -22,10 +21,9 @@ from stillhook.plan.situations import situations
 from stillhook.plan.twin_numbers import kept
 from stillhook.plan.twin_run import Course, Spot, Winch, course_of, in_sea, lowering_of, machine_of
 from stillhook.plan.winches import BRAKE
+from stillhook.progress import Progress
 from stillhook.response.deviations import sigmas
 from stillhook.scenario import Mode
-
-FloatArray = NDArray[np.float64]
 
 REACH = 150.0
 """Depth down to which waves may be felt, for guessing which runs share a block [m]."""

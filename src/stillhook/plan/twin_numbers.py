@@ -7,8 +7,8 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stillhook.arrays import FloatArray
 from stillhook.engine.lift_programme import payload_weight
 from stillhook.plan.alternatives import Alternative
 from stillhook.plan.capacities import places
@@ -21,7 +21,6 @@ from stillhook.plan.twin_run import Course, Winch
 if TYPE_CHECKING:
     import xarray
 
-FloatArray = NDArray[np.float64]
 Runs = Mapping[str, FloatArray]
 """Name of `KEPT` -> that number of every run (n,)."""
 

@@ -8,9 +8,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from stillhook.engine.run import Progress
+from stillhook.arrays import FloatArray
 from stillhook.plan.adaptive import Search, crossing, nearest, next_height
 from stillhook.plan.alternatives import Alternative
 from stillhook.plan.demand import Tier
@@ -23,8 +22,8 @@ from stillhook.plan.seeds import Estimate
 from stillhook.plan.twin_cells import Ask, Cells
 from stillhook.plan.twin_numbers import quantities
 from stillhook.plan.twin_run import KINDS, Spot, Winch, winch_of
+from stillhook.progress import Progress
 
-FloatArray = NDArray[np.float64]
 Column = tuple[float, float]
 """Tp [s] and direction of travel [rad]."""
 

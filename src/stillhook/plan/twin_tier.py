@@ -8,9 +8,7 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from stillhook.engine.run import Progress
 from stillhook.plan.adaptive import Search, nearest
 from stillhook.plan.alternatives import Alternative
 from stillhook.plan.demand import Demand, Seas, Tier
@@ -22,12 +20,12 @@ from stillhook.plan.twin_blocks import blocks
 from stillhook.plan.twin_cells import Cells, Deal
 from stillhook.plan.twin_run import KINDS, winch_of
 from stillhook.plan.twin_search import TRUST, Work
+from stillhook.progress import Progress
 from stillhook.units import show
 
 if TYPE_CHECKING:
     import xarray
 
-FloatArray = NDArray[np.float64]
 
 USUAL_CELLS = 2.5
 """Cells that a limit takes on the mean, for what is told before."""

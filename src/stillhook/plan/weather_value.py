@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from stillhook.arrays import FloatArray
 from stillhook.errors import PlanError, WeatherError
 from stillhook.plan.alternatives import Alternative
 from stillhook.plan.kept_headings import KeptHeadings
@@ -34,7 +35,6 @@ from stillhook.weather.persistence import Persistence, persistence, waits, windo
 if TYPE_CHECKING:
     import xarray
 
-FloatArray = NDArray[np.float64]
 
 YEAR = 365.25 * 24.0
 """Hours of a year."""

@@ -6,14 +6,14 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stillhook.analysis.controllers import Controller, controller
+from stillhook.arrays import FloatArray
 from stillhook.certified import CAP
 from stillhook.crane import Crane
-from stillhook.engine.run import Progress
 from stillhook.errors import StillhookError
 from stillhook.plan.alternatives import Alternative
+from stillhook.progress import Progress
 from stillhook.response.duty import Duty
 from stillhook.response.identify_residual import Winch, identify_many
 from stillhook.response.of_lift import share_of_time, table_at
@@ -21,15 +21,13 @@ from stillhook.response.residual import Residual
 from stillhook.response.residual_grid import mixed
 from stillhook.scenario import Sensors
 
-FloatArray = NDArray[np.float64]
-
 BRAKE = Residual.constant(1.0, "winch on its brake")
 FLAT = Residual.constant(1.0 - CAP, f"{CAP:.0%} of the tip's motion taken, flat")
 
 
 def controlled(crane: Crane, alternative: Alternative, sensors: Sensors) -> tuple[Crane, Controller]:
     """The crane as an alternative's controller sets it, and that controller. Strong SSC knows the delay of the motion signal."""
-    from stillhook.analysis.strong import strong_ssc
+    from stillhook.analysis.controllers import strong_ssc
 
     found = strong_ssc(crane, delay=sensors.delay) if alternative is Alternative.STRONG_SSC else controller(alternative.value)
     return found.on(crane), found

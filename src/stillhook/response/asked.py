@@ -7,13 +7,10 @@ from dataclasses import asdict, dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stillhook.engine.lanes import VL
 from stillhook.sea.irregular import IrregularTip
 from stillhook.sea.parametric import Jonswap
-
-FloatArray = NDArray[np.float64]
 
 SEED = 20
 SETTLED = 60.0

@@ -7,14 +7,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from stillhook.arrays import ComplexArray, FloatArray
 from stillhook.response.forcing import Forcing
 from stillhook.response.hung import Hung
 from stillhook.response.linearise import QUANTITIES, answers, drag_of_gaussian
 from stillhook.response.residual import Residual
 from stillhook.response.sums import over_frequency
-
-FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 
 SPEEDS = np.geomspace(1e-4, 10.0, 36)
 """Deviations of the payload's speed through the water [m/s] at which everything is worked out; between them in logarithms, to 0.2 %."""

@@ -7,22 +7,20 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stillhook.arrays import ComplexArray, FloatArray
 from stillhook.crane import Crane
 from stillhook.engine.given import STATISTICS_STEP, steps_per_cycle
 from stillhook.engine.lanes import VL
-from stillhook.engine.run import Progress, Result, run_cases
+from stillhook.engine.run import Result, run_cases
 from stillhook.errors import LiftError
 from stillhook.physics.scalar import G
 from stillhook.plants.state import Signals
+from stillhook.progress import Progress
 from stillhook.response.sums import straightened
 from stillhook.scenario import RHO_SEA, Mode, Scenario, Sensors, Water
 from stillhook.sea.motion import Motion
 from stillhook.units import show
-
-FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 
 
 @dataclass(frozen=True)

@@ -7,8 +7,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from stillhook.arrays import ComplexArray, FloatArray
 from stillhook.errors import SeaError
 from stillhook.response.sums import over_frequency
 from stillhook.sea.long_wave import wavenumber
@@ -16,9 +17,6 @@ from stillhook.sea.measured import SpectrumSeries
 from stillhook.sea.rao import Rao
 from stillhook.sea.spectrum import Sea, check_spread
 from stillhook.sea.spreading import cos_power
-
-FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 
 PARTS = 8
 """Parts of a measured band: a wire that rings with 1 % of damping at 1.3 rad/s is then integrated to 1e-4 over a band of 0.01 Hz."""

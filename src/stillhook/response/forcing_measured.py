@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from stillhook.arrays import FloatArray
 from stillhook.errors import SeaError
 from stillhook.response.forcing import HIGHEST, LOWEST, PARTS, STEP, Forcing, tip_by_wave
 from stillhook.sea.directions import relative
@@ -15,8 +16,6 @@ from stillhook.sea.rao import Rao
 from stillhook.sea.spectrum import check_spread
 from stillhook.sea.spreading import cos_power
 from stillhook.sea.states import SeaStates
-
-FloatArray = NDArray[np.float64]
 
 BLOCK = 256
 """Records whose shares of directions are held at a time."""

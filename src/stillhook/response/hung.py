@@ -6,8 +6,8 @@ import math
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stillhook.arrays import FloatArray
 from stillhook.crane import Crane
 from stillhook.engine.lift_programme import hanging, wire_strength
 from stillhook.errors import LiftError
@@ -19,8 +19,6 @@ from stillhook.scenario import Sensors
 from stillhook.sea.long_wave import wavenumber
 from stillhook.sea.wave_field import decay
 from stillhook.units import show
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

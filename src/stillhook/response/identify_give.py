@@ -5,19 +5,17 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stillhook.arrays import ComplexArray
 from stillhook.crane import Crane
-from stillhook.engine.run import Ending, Progress, Result
+from stillhook.engine.run import Ending, Result
 from stillhook.errors import LiftError
+from stillhook.progress import Progress
 from stillhook.response.asked import SETTLED
 from stillhook.response.duty import Duty, run_twin, spectra
 from stillhook.response.give import Give
 from stillhook.response.identify_remnant import SPACING, Run
 from stillhook.scenario import Mode
-
-FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 
 EDGES = np.geomspace(0.2, 8.0, 11)
 """Bands in which the give is taken [rad/s]."""

@@ -7,19 +7,17 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stillhook.arrays import ComplexArray, FloatArray
 from stillhook.crane import Crane
-from stillhook.engine.run import Ending, Progress, Result
+from stillhook.engine.run import Ending, Result
 from stillhook.errors import LiftError
+from stillhook.progress import Progress
 from stillhook.response.asked import SETTLED, Irregular
 from stillhook.response.duty import Duty, run_twin, soft, spectra
 from stillhook.response.remnant import Remnant
 from stillhook.response.residual import Residual
 from stillhook.scenario import Mode
-
-FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 
 SPACING = 0.1
 """Spacing of the series [s]; nothing moves faster than 8 rad/s."""

@@ -13,13 +13,14 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stillhook.arrays import FloatArray
 from stillhook.crane import Crane, content
 from stillhook.engine.build import results_hash
 from stillhook.engine.cache import cache_root
-from stillhook.engine.run import Ending, Meter, Progress, Result
+from stillhook.engine.run import Ending, Meter, Result
 from stillhook.errors import LiftError, ScenarioError, StillhookError
+from stillhook.progress import Progress
 from stillhook.response.asked import FINE, QUICK, Asked, Irregular
 from stillhook.response.duty import Duty, fitted, run_twin, soft
 from stillhook.response.give import Give
@@ -30,9 +31,6 @@ from stillhook.response.residual import HARMONICS, Residual
 from stillhook.scenario import Mode, mode_of
 from stillhook.sea.motion import Sine
 from stillhook.whole import whole_file
-
-FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 
 SETTLE, WAVES = 30.0, 4
 """Time after which a sine is taken as settled [s], ramp included; whole waves over which the answer is taken."""

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from stillhook.arrays import FloatArray
 from stillhook.engine.cache import cache_root
 from stillhook.io.lift_file import LiftFile
 from stillhook.plausible import implausible_values, marked
@@ -21,7 +22,6 @@ from stillhook.units import show
 if TYPE_CHECKING:
     import xarray
 
-FloatArray = NDArray[np.float64]
 
 
 def residuals_folder() -> Path:

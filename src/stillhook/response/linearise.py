@@ -11,13 +11,11 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from stillhook.arrays import ComplexArray, FloatArray
 from stillhook.response.hung import Hung
 from stillhook.response.rod import transfers
-
-FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 
 
 def drag_of_harmonic(B: float, v: ArrayLike) -> FloatArray:

@@ -7,13 +7,13 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
-from stillhook.engine.run import Progress
+from stillhook.arrays import FloatArray
 from stillhook.errors import LiftError
 from stillhook.io.lift_file import LiftFile
 from stillhook.lift.lowering import Lowering
 from stillhook.lift.programme import StageMode
+from stillhook.progress import Progress
 from stillhook.response.forcing import Forcing, forcing_of_seas, forcing_of_series
 from stillhook.response.forcing_measured import forcing_of_directional, forcing_of_states
 from stillhook.response.hung import Hung, hung
@@ -33,7 +33,6 @@ from stillhook.variables import BY_NAME
 if TYPE_CHECKING:
     import xarray
 
-FloatArray = NDArray[np.float64]
 
 ABOVE_SEABED = 20.0
 """Height of the payload above the seabed where the programme compensates at no depth [m]."""

@@ -20,12 +20,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from stillhook.arrays import ComplexArray, FloatArray
 from stillhook.errors import LiftError
 from stillhook.response.give import Give
 from stillhook.response.remnant import Remnant
-
-FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 
 HARMONICS = (2, 3, 4, 5)
 """Harmonics of the tip's frequency that are kept beside the fundamental."""

@@ -9,8 +9,8 @@ from itertools import pairwise
 import numpy as np
 
 from stillhook.crane import Crane
-from stillhook.engine.run import Progress
 from stillhook.errors import LiftError
+from stillhook.progress import Progress
 from stillhook.response.duty import Duty
 from stillhook.response.give import Give
 from stillhook.response.identify_residual import identify_residual

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stillhook.arrays import FloatArray
 from stillhook.errors import LiftError
 from stillhook.response.deviations import Sigmas, sigmas
 from stillhook.response.forcing import Forcing
@@ -27,7 +27,6 @@ from stillhook.variables import BY_NAME
 if TYPE_CHECKING:
     import xarray
 
-FloatArray = NDArray[np.float64]
 
 
 def road(

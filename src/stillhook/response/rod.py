@@ -20,12 +20,10 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from stillhook.arrays import ComplexArray, FloatArray
 from stillhook.errors import LiftError
-
-FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 
 SCAN = 1.0 / 64.0
 """Steps of the wire's own angle p, in half turns, on which natural frequencies are looked for; two of them lie further apart unless slings

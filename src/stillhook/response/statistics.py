@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from stillhook.arrays import FloatArray
 from stillhook.sea.extremes import largest
-
-FloatArray = NDArray[np.float64]
 
 
 def zero_crossing_period(sigma: ArrayLike, sigma_rate: ArrayLike) -> FloatArray:

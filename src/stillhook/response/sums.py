@@ -4,9 +4,8 @@ and on a machine that others share its threads wait for one another (a year of s
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from stillhook.arrays import FloatArray
 
 SMALL = 200_000
 """Multiplications in a product that OpenBLAS does not spread over threads (its threshold is 262,144)."""

@@ -7,11 +7,10 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from stillhook.arrays import FloatArray
 from stillhook.errors import SeaError
-
-FloatArray = NDArray[np.float64]
 
 MPM = math.exp(-1.0)
 """Quantile that the most probable maximum is: the peak of the density of the largest of many."""

@@ -10,13 +10,12 @@ from functools import cached_property
 from typing import Any, ClassVar, Self
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from stillhook.arrays import ComplexArray, FloatArray
 from stillhook.columns import packed, unpacked
 from stillhook.errors import MotionError
-from stillhook.sea.motion import FloatArray, Motion, Sample
-
-ComplexArray = NDArray[np.complex128]
+from stillhook.sea.motion import Motion, Sample
 
 FINE = 0.05
 """Angle between two nodes of the curve for the fastest harmonic [rad]: height, speed and acceleration of that harmonic are then right to

@@ -14,13 +14,12 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from stillhook.arrays import FloatArray
 from stillhook.errors import SeaError
 from stillhook.sea.directional import Directions
 from stillhook.sea.directions import relative
 from stillhook.sea.spectrum import Sea, Train, WaveSpectrum
 from stillhook.units import came
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -15,12 +15,12 @@ from itertools import pairwise
 from typing import Any, ClassVar, Self
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from stillhook.arrays import FloatArray
 from stillhook.errors import MotionError
 from stillhook.units import parse
 
-FloatArray = NDArray[np.float64]
 Sample = tuple[FloatArray, FloatArray, FloatArray]
 
 LARGEST_AMPLITUDE = 50.0  # m: no sea moves a crane tip so far; mm or km meant as m are caught here

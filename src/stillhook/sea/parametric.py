@@ -22,13 +22,11 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stillhook.arrays import FloatArray
 from stillhook.errors import SeaError
 from stillhook.sea.spectrum import WaveSpectrum
 from stillhook.units import came
-
-FloatArray = NDArray[np.float64]
 
 CUT = 12.0
 """Where grids end, over the highest peak frequency: above it a JONSWAP spectrum has less than 1e-4 of its variance."""

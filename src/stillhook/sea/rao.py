@@ -8,14 +8,12 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from stillhook.arrays import ComplexArray, FloatArray
 from stillhook.errors import SeaError
 from stillhook.sea.long_wave import long_wave_limits, long_wave_scales, wavenumber
 from stillhook.units import came
-
-FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 
 DOFS = ("surge", "sway", "heave", "roll", "pitch", "yaw")
 TURN = 2.0 * np.pi

@@ -11,9 +11,11 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from stillhook.arrays import ComplexArray, FloatArray
 from stillhook.errors import SeaError
-from stillhook.sea.long_wave import LEVER, wavenumber
-from stillhook.sea.rao import DOFS, TURN, ComplexArray, FloatArray, Rao
+from stillhook.sea.floating_body import LEVER
+from stillhook.sea.long_wave import wavenumber
+from stillhook.sea.rao import DOFS, TURN, Rao
 
 PORT_STARBOARD = np.array([1.0, -1.0, 1.0, -1.0, 1.0, -1.0])
 """Signs of the motions seen in a mirror along the centreline: sway, roll and yaw turn over."""

@@ -11,14 +11,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from stillhook.arrays import ComplexArray, FloatArray
 from stillhook.errors import SeaError
-from stillhook.sea.irregular import FINE, SHORTEST_REPEAT, ComplexArray, IrregularTip, synthesis
+from stillhook.sea.irregular import FINE, SHORTEST_REPEAT, IrregularTip, synthesis
 from stillhook.sea.long_wave import wavenumber
 from stillhook.sea.rao import Rao
 from stillhook.sea.ship_motion import tip_height
 from stillhook.sea.spectrum import Sea, WaveSpectrum
-
-FloatArray = NDArray[np.float64]
 
 SHORTEST_WAVE = 2.0
 """Period down to which every sea is realised [s], or a quarter of its peak period where that is shorter: shorter waves (6 m) move no

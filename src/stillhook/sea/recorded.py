@@ -12,9 +12,10 @@ from typing import Any, ClassVar, Self
 import numpy as np
 from numpy.typing import ArrayLike
 
+from stillhook.arrays import FloatArray
 from stillhook.columns import packed, unpacked
 from stillhook.errors import MotionError
-from stillhook.sea.motion import FloatArray, Motion, Sample
+from stillhook.sea.motion import Motion, Sample
 from stillhook.units import parse
 
 FEWEST_POINTS = 6  # a quintic spline needs six

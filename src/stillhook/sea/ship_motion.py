@@ -15,8 +15,8 @@ from typing import Literal
 
 import numpy as np
 
+from stillhook.arrays import FloatArray
 from stillhook.errors import MotionError
-from stillhook.sea.motion import FloatArray
 from stillhook.sea.recorded import Recorded
 from stillhook.units import came, parse
 

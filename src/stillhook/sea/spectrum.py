@@ -8,12 +8,11 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stillhook.arrays import FloatArray
 from stillhook.errors import SeaError
 from stillhook.sea.spreading import cos_power
 
-FloatArray = NDArray[np.float64]
 G = 9.80665
 """Standard gravity [m/s^2]."""
 

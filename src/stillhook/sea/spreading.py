@@ -11,10 +11,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
+from stillhook.arrays import ComplexArray, FloatArray
 
 ULP = 2.0**-52
 DIRECTIONS = 36

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from stillhook.arrays import FloatArray
 
 
 @dataclass(frozen=True, eq=False)

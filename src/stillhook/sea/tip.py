@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from stillhook.arrays import FloatArray
 from stillhook.errors import SeaError
 from stillhook.sea.extremes import MPM, P90, largest
 from stillhook.sea.motion import Motion
@@ -18,8 +19,6 @@ from stillhook.sea.rao import Rao
 from stillhook.sea.ship_motion import LONGEST_LEVER, mean_zero_crossing_period
 from stillhook.sea.spectrum import Sea
 from stillhook.units import came, number, parse
-
-FloatArray = NDArray[np.float64]
 
 AT_LIKE = 'such as "x=-20 m, y=-18 m" (forward and to port of the reference point; z, the height, where it is needed)'
 STEP = 2e-3  # rad/s: integrals over the response take steps no coarser than this

@@ -6,8 +6,9 @@ import math
 
 import numpy as np
 
-from stillhook.sea.irregular import ComplexArray, synthesis
-from stillhook.sea.kinematics import FloatArray, WaveField
+from stillhook.arrays import ComplexArray, FloatArray
+from stillhook.sea.irregular import synthesis
+from stillhook.sea.kinematics import WaveField
 from stillhook.sea.realisation import Realisation
 
 COARSEST = 0.1

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from stillhook.arrays import FloatArray
 
 DEAD_BAND = 0.1
 """Part of the standard deviation that a wave must go beyond the mean, either way, to count: noise about the mean is no wave."""

@@ -7,7 +7,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from stillhook.arrays import FloatArray
+
 COLUMNS = ("H_m0", "T_p", "T_m02", "come_from", "wind", "wind_from", "current")
 """What a weather table may know: height [m], periods [s], where waves and wind come from, clockwise from north [rad], speeds [m/s]."""
 

@@ -9,9 +9,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
+from stillhook.arrays import FloatArray
 from stillhook.engine.run import Meter
 from stillhook.validate.ahc_compared import Compared, compare
 from stillhook.validate.ahc_diagnosis import Deviation, Explained, explain, statements
@@ -24,8 +22,6 @@ from stillhook.validate.campaign import Campaign, Kind
 from stillhook.validate.lines import Measure, Step, StepNumber
 from stillhook.validate.measures import MEASURES
 from stillhook.validate.record import Record
-
-FloatArray = NDArray[np.float64]
 
 SIGNALS = ("e_c_measured", "v_w", "omega_m", "p_a", "p_b", "p_hp", "F_w", "u_p", "alpha_p", "alpha_m")
 """Signals of the twin that are kept for comparison."""

@@ -7,12 +7,11 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stillhook.arrays import FloatArray
 from stillhook.validate.block_bootstrap import Interval, Statistic, interval
 from stillhook.validate.scatter import half_of_mean
 
-FloatArray = NDArray[np.float64]
 Scale = tuple[Callable[[float], float], Callable[[float], float]]
 AS_IT_IS: Scale = (float, float)
 FISHER: Scale = (math.atanh, math.tanh)

@@ -5,13 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stillhook.arrays import FloatArray
 from stillhook.validate.ahc_twin import Replay, about_mean
 from stillhook.validate.sums import dot
 from stillhook.validate.windows import Windows, windows
-
-FloatArray = NDArray[np.float64]
 
 SLOW = 0.2
 """Noise of the tip is what moves faster than a moving mean of this width [s]."""

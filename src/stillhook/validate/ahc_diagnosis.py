@@ -7,16 +7,14 @@ from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stillhook.arrays import FloatArray
 from stillhook.crane import Crane, ServoVariant
 from stillhook.engine.pack import gains
 from stillhook.units import show
 from stillhook.validate.ahc_twin import SETTLE, Replay, run_twin
 from stillhook.validate.dynamics_unknowns import C_H, C_LEAK, INERTIA, bent
 from stillhook.validate.sums import dot
-
-FloatArray = NDArray[np.float64]
 
 LONGEST = 270.0
 """Part of a segment that is run again for every cause [s]: some 30 waves."""

@@ -7,8 +7,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stillhook.arrays import FloatArray
 from stillhook.validate.ahc_cases import FISHER, OverCases, over_cases
 from stillhook.validate.ahc_compared import Compared
 from stillhook.validate.ahc_shape import Shape, correlation
@@ -16,8 +16,6 @@ from stillhook.validate.block_bootstrap import LEVEL, Blocks, Interval
 from stillhook.validate.lines import Measure
 from stillhook.validate.measures import MEASURES
 from stillhook.validate.windows import EVERY, counted_share, gaussian_share, mean_and_s
-
-FloatArray = NDArray[np.float64]
 
 NEAR, FAR = 0.05, 0.06
 """Deviations whose probability paper F states [m]."""

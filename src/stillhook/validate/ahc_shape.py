@@ -7,12 +7,11 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stillhook.arrays import FloatArray
 from stillhook.validate.lags import lag
 from stillhook.validate.sums import dot
 
-FloatArray = NDArray[np.float64]
 Pairs = Sequence[tuple[FloatArray, FloatArray, float]]
 """Measured and simulated error of unbroken parts, without NaN [m], and the spacing of their samples [s]."""
 

@@ -6,12 +6,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stillhook.arrays import FloatArray
 from stillhook.errors import ValidateError
 from stillhook.sea.recorded import FEWEST_POINTS, Recorded
-
-FloatArray = NDArray[np.float64]
 
 KNOTS = 0.4
 """Spacing of the curve's points [s]: waves of 2 s and longer pass with less than 0.1 % lost. Two samples where they are slower."""

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stillhook.arrays import FloatArray
 from stillhook.crane import Crane
 from stillhook.engine.given import SERIES_STEP, STATISTICS_STEP, steps_per_cycle
 from stillhook.engine.lanes import VL
@@ -20,8 +20,6 @@ from stillhook.sea.recorded import Recorded
 from stillhook.validate.ahc_tip import Tip, smooth_tip
 from stillhook.validate.campaign import Campaign
 from stillhook.validate.record import Record, Segment
-
-FloatArray = NDArray[np.float64]
 
 SETTLE = 30.0
 """Start of a segment that does not count [s]: the twin begins at rest with no error, the crane in full swing. What that sets off dies out

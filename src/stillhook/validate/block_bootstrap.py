@@ -14,11 +14,10 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stillhook.arrays import FloatArray
 from stillhook.validate.sums import dot
 
-FloatArray = NDArray[np.float64]
 Statistic = Callable[[FloatArray], float]
 
 DRAWS = 1000

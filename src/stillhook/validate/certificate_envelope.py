@@ -7,15 +7,13 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stillhook.arrays import FloatArray
 from stillhook.sea.waves import wave_periods
 from stillhook.validate.ahc_twin import SETTLE, usable
 from stillhook.validate.data_set import RESTS, tip_ranges
 from stillhook.validate.record import Record, Segment
 from stillhook.variables import WINDOW
-
-FloatArray = NDArray[np.float64]
 
 WAVES = (0.05, 0.95)
 """Shares of all waves between which the periods of the envelope lie: one odd wave in twenty at either end is no range that was tested."""

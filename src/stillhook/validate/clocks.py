@@ -11,8 +11,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stillhook.arrays import FloatArray
 from stillhook.crane import Crane
 from stillhook.engine.pack import drum_record, plc_record
 from stillhook.errors import ValidateError
@@ -21,8 +21,6 @@ from stillhook.physics.drum import K_wire, layer_diameter, layers_filled
 from stillhook.validate.campaign import CraneTest
 from stillhook.validate.lags import SPAN, Lag, changes, lag, shifted
 from stillhook.validate.record import ClockError, Segment, SegmentLag
-
-FloatArray = NDArray[np.float64]
 
 REACH = 1.0
 """Lag that is looked for after the first alignment [s]."""

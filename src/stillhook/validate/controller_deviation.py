@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from stillhook.arrays import FloatArray
 from stillhook.control.plc import MANUAL
 from stillhook.validate.block_bootstrap import interval
 from stillhook.validate.controller_law import Run, shifted
-from stillhook.validate.record import FloatArray
 
 ROW = 5.0  # s that a row of the bootstrap sums up
 HIGH = 0.95  # quantile that is judged

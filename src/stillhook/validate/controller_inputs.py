@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 from scipy.signal import savgol_filter
 
+from stillhook.arrays import BoolArray, FloatArray
 from stillhook.control.brake import SMALL, BrakeSettings
 from stillhook.control.plc import MANUAL, Memory, Plc, ahead
 from stillhook.crane import Crane
@@ -18,10 +18,8 @@ from stillhook.physics.drum import K_wire, layer_diameter, layers_filled
 from stillhook.physics.scalar import G
 from stillhook.scenario import Mode, Operator
 from stillhook.validate.ahc_twin import LEAST_SPEED
-from stillhook.validate.record import FloatArray, Record, Segment
+from stillhook.validate.record import Record, Segment
 from stillhook.validate.transients import filled
-
-BoolArray = NDArray[np.bool_]
 
 SHORTEST = 5.0  # s: a stretch must outlast the bumpless start of the PLC's memory
 DERIVATIVE = {1: (3, 0.25), 2: (5, 0.5)}

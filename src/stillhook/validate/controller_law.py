@@ -8,15 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from stillhook.arrays import BoolArray, FloatArray
 from stillhook.control.plc import MANUAL
 from stillhook.engine.isolation import Told
 from stillhook.validate.controller_inputs import Stretch, derivative
 from stillhook.validate.implied_regression import Estimate, Fit, fit
-from stillhook.validate.record import FloatArray
 from stillhook.validate.saturation import ends_of
 from stillhook.validate.sums import dot
-
-BoolArray = NDArray[np.bool_]
 
 SMOOTH = (1.0, 2.0)
 """Widths of the raised cosine that both sides of a regression pass through [s]: the law is linear, so it holds for smoothed signals as

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from stillhook.arrays import FloatArray
 from stillhook.control.plc import MANUAL, SSC_CUBIC
 from stillhook.crane import Crane
 from stillhook.engine.pack import MODE_CODE
@@ -14,7 +15,6 @@ from stillhook.scenario import Mode
 from stillhook.validate.controller_deviation import difference, differences
 from stillhook.validate.controller_law import Run, shifted
 from stillhook.validate.implied_regression import Estimate, fit
-from stillhook.validate.record import FloatArray
 from stillhook.validate.saturation import ends_of
 
 BETWEEN = (0.05, 0.95)  # of the reduction: outside, the law stands at an end and tells nothing of its threshold

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from scipy.ndimage import uniform_filter1d
 
+from stillhook.arrays import FloatArray
 from stillhook.crane import Crane
 from stillhook.engine.pack import drum_record
 from stillhook.physics.drum import layers_filled
@@ -16,7 +17,7 @@ from stillhook.sea.waves import window_spans
 from stillhook.units import number, show
 from stillhook.validate.campaign import Campaign, Kind
 from stillhook.validate.lines import Measure, Step, StepNumber, Table
-from stillhook.validate.record import ClockError, FloatArray, Record, Segment, SegmentLag
+from stillhook.validate.record import ClockError, Record, Segment, SegmentLag
 from stillhook.validate.segments import SMOOTH
 
 EVERY = 0.2

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from stillhook.validate.record import FloatArray
+from stillhook.arrays import FloatArray
 from stillhook.validate.transients import Transient, filled, smoothed
 
 SMOOTH = 0.03

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from stillhook.arrays import FloatArray
 from stillhook.io.figures import COLOURS, GREY
 from stillhook.units import in_display
 from stillhook.validate.campaign import MARK, Campaign
@@ -14,7 +15,7 @@ from stillhook.validate.dynamics_runs import SIGNALS, Stretch
 from stillhook.validate.dynamics_tables import LETTERS
 from stillhook.validate.dynamics_unknowns import PLACE, TUNED, UNKNOWNS
 from stillhook.validate.lines import Step
-from stillhook.validate.record import FloatArray, Record
+from stillhook.validate.record import Record
 from stillhook.validate.transients import Transient
 
 if TYPE_CHECKING:

@@ -8,12 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from stillhook.arrays import FloatArray
 from stillhook.crane import Crane
 from stillhook.validate.dynamics_runs import SIGNALS, Stretch
 from stillhook.validate.dynamics_twin import Twin
 from stillhook.validate.dynamics_unknowns import NAMES
 from stillhook.validate.output_error import Fit, fit
-from stillhook.validate.record import FloatArray
 from stillhook.validate.transients import Transient
 
 

@@ -12,9 +12,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from stillhook.arrays import FloatArray
 from stillhook.validate.dynamics_unknowns import C_LEAK, PLACE, TUNED
 from stillhook.validate.output_error import Fit
-from stillhook.validate.record import FloatArray
 from stillhook.validate.transients import Transient
 
 LEVEL = 0.9975

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from stillhook.arrays import FloatArray
 from stillhook.commands import Commands
 from stillhook.crane import Crane
 from stillhook.engine.given import SERIES_STEP
@@ -21,7 +22,7 @@ from stillhook.plants.state import Signals
 from stillhook.scenario import Mode, Scenario
 from stillhook.sea.motion import Motion, Still
 from stillhook.validate.ahc_tip import smooth_tip
-from stillhook.validate.record import FloatArray, Record, Segment
+from stillhook.validate.record import Record, Segment
 from stillhook.validate.transients import JOIN, Transient, filled, smoothed
 
 SIGNALS = ("p_a", "p_b", "omega_m", "alpha_p")

@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 
+from stillhook.arrays import FloatArray
 from stillhook.validate.dynamics_direct import LOOK, Swing, dominant_period, swing_of
 from stillhook.validate.dynamics_fit import Tuning, normalised_rms
 from stillhook.validate.dynamics_runs import SIGNALS, Stretch
-from stillhook.validate.record import FloatArray
 from stillhook.validate.transients import Transient
 
 A, B = SIGNALS.index("p_a"), SIGNALS.index("p_b")

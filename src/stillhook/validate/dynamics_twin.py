@@ -9,6 +9,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from stillhook.arrays import FloatArray
 from stillhook.crane import Crane, beside_wire
 from stillhook.validate.dynamics_runs import SIGNALS, Stretch, delayed, repeated, steps_per_cycle
 from stillhook.validate.dynamics_unknowns import (
@@ -32,7 +33,6 @@ from stillhook.validate.dynamics_unknowns import (
     viscous_friction,
 )
 from stillhook.validate.output_error import FAR, Model
-from stillhook.validate.record import FloatArray
 
 NOISE = {"p_a": 0.3e5, "p_b": 0.3e5, "omega_m": 0.05, "alpha_p": 3e-4}
 """Least deviation by which a signal's residuals are weighed [SI]: the step of a 12-bit input card, and a little noise."""

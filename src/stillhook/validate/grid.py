@@ -11,17 +11,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 
+from stillhook.arrays import BoolArray, FloatArray
 from stillhook.errors import ValidateError
 from stillhook.io.log_types import Log
 from stillhook.units import number
 from stillhook.validate.campaign import CraneTest
 from stillhook.variables import PHYSICAL
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 
 BRIDGED = 0.2
 """Longest hole that a straight line bridges [s], if it is longer than HOLE spacings of the log as well."""

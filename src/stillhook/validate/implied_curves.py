@@ -12,8 +12,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from stillhook.arrays import FloatArray
 from stillhook.validate.implied_parts import Part
-from stillhook.validate.implied_regression import Fit, FloatArray, fit
+from stillhook.validate.implied_regression import Fit, fit
 
 WINDOW = 2.0
 """Time over which differences are taken [s]: a fifth of a wave, in which the winch moves a hundred steps of its encoder."""

@@ -14,11 +14,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from stillhook.arrays import FloatArray, IntArray
 from stillhook.physics.wire import wire_damping, wire_stiffness
 from stillhook.scenario import Mode
 from stillhook.validate.implied_curves import bridged, smoothed
 from stillhook.validate.implied_parts import Part, by_test
-from stillhook.validate.implied_regression import Estimate, Fit, FloatArray, IntArray, fit, pooled
+from stillhook.validate.implied_regression import Estimate, Fit, fit, pooled
 from stillhook.validate.sums import dot
 
 EVERY = 0.1

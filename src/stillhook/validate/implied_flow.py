@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from stillhook.arrays import FloatArray
 from stillhook.library.leakage import pump_leak
 from stillhook.physics.motor import motor_leakage
 from stillhook.physics.pump import LEAK_KNOTS, PumpLeak
@@ -16,7 +17,7 @@ from stillhook.validate.campaign import Kind
 from stillhook.validate.implied_curves import bridged, differences, integral, moments
 from stillhook.validate.implied_leak import SLIP_PRESSURE, LeakChoice, LeakRows, choose
 from stillhook.validate.implied_parts import Part
-from stillhook.validate.implied_regression import Estimate, FloatArray
+from stillhook.validate.implied_regression import Estimate
 from stillhook.validate.implied_settings import known_setting
 
 WINDOW = 0.5

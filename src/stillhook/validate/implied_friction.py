@@ -10,11 +10,12 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from stillhook.arrays import FloatArray
 from stillhook.physics.friction import system_friction_dry
 from stillhook.physics.motor import motor_torque, torque_loss_dry, torque_loss_moving
 from stillhook.validate.implied_curves import bridged, smoothed
 from stillhook.validate.implied_parts import Part, by_test
-from stillhook.validate.implied_regression import Estimate, Fit, FloatArray, fit, pooled
+from stillhook.validate.implied_regression import Estimate, Fit, fit, pooled
 from stillhook.validate.implied_settings import known_setting
 
 EVERY = 0.2

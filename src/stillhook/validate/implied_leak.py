@@ -13,13 +13,13 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stillhook.arrays import BoolArray, FloatArray, IntArray
 from stillhook.crane import Crane, LeakForm, LeakPoint
 from stillhook.library.leakage import Point, form_of, pump_leak, stated_leak
 from stillhook.physics.pump import pump_leakage
 from stillhook.units import parse, show
-from stillhook.validate.implied_regression import Estimate, Fit, FloatArray, IntArray, fit
+from stillhook.validate.implied_regression import Estimate, Fit, fit
 from stillhook.validate.scatter import t_factor
 
 FEWEST_FOR_FORM = 8
@@ -47,7 +47,6 @@ ONE_SLOPE = (LINEAR, ("head", "speed"))
 """Laws of a leak with one slope, the least that says how sure the data are of its rise."""
 EXTRAPOLATED = 0.25
 """Half width of the interval at the crane file's point beyond which the data do not tell the leakage there [-]: the criteria's limit."""
-BoolArray = NDArray[np.bool_]
 NUISANCE = ("Q_p", "way", "C_h", "rate", "slip")
 """Columns beside the leak: ratio of the displacements, zero of the pumps' setting, capacitance of the line, lag of the speed, and slip of
 the electric motors that drive the pumps, which takes flow as a leak that rises with setting and pressure would."""

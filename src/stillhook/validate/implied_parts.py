@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from stillhook.arrays import FloatArray, IntArray
 from stillhook.crane import Crane
 from stillhook.engine.pack import drum_record, pack
 from stillhook.physics.drum import layer_diameter, wire_to_layer
@@ -17,7 +18,6 @@ from stillhook.plants.hoist import drum_geometry
 from stillhook.scenario import Scenario
 from stillhook.units import show
 from stillhook.validate.campaign import Campaign, Kind
-from stillhook.validate.implied_regression import FloatArray, IntArray
 from stillhook.validate.record import Record, Segment
 
 SHORTEST = 10.0

@@ -7,9 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from stillhook.arrays import FloatArray
 from stillhook.units import parse
 from stillhook.validate.implied_parts import Part, by_test
-from stillhook.validate.implied_regression import Estimate, FloatArray, fit
+from stillhook.validate.implied_regression import Estimate, fit
 
 APART = parse("10 bar", "pressure")
 """Difference of the lines from which the lower one stands on boost and flushing alone [Pa]."""

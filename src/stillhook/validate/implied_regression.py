@@ -7,13 +7,10 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stillhook.arrays import FloatArray, IntArray
 from stillhook.validate.scatter import NORMAL, random_effects, t_factor
 from stillhook.validate.sums import dot
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.intp]
 
 FEWEST_BLOCKS = 4
 """Blocks from which an interval may be told: with fewer, the t factor on top of a variance of two numbers says nothing."""

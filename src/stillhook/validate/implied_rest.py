@@ -11,19 +11,17 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stillhook.arrays import BoolArray, FloatArray
 from stillhook.control.brake import SMALL
 from stillhook.control.plc import MANUAL
 from stillhook.crane import Crane
 from stillhook.units import number, show
 from stillhook.validate.implied_curves import bridged, smoothed
-from stillhook.validate.implied_regression import Estimate, FloatArray
+from stillhook.validate.implied_regression import Estimate
 from stillhook.validate.lines import Measure
 from stillhook.validate.record import Record
 from stillhook.validate.scatter import t_factor
-
-BoolArray = NDArray[np.bool_]
 
 STANDS = 1.0
 """Motor speed below which the winch stands [rad/s], some 10 rev/min: what an encoder's noise reaches."""

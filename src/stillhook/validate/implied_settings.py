@@ -8,10 +8,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from stillhook.arrays import FloatArray, IntArray
 from stillhook.physics.swash import Servo
 from stillhook.validate.implied_curves import bridged
 from stillhook.validate.implied_parts import Part
-from stillhook.validate.implied_regression import Estimate, FloatArray, IntArray, fit
+from stillhook.validate.implied_regression import Estimate, fit
 
 OFFSETS = np.linspace(-0.3, 0.3, 13)
 """Offsets of the motors' setting that are tried first [-]: three times what the thesis reports (paper E section 5.1.1: 5 to 10 %)."""

@@ -7,11 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from stillhook.arrays import FloatArray
 from stillhook.crane import Crane
 from stillhook.units import number, show
 from stillhook.validate.implied_curves import integral, slope
 from stillhook.validate.implied_parts import Part, by_test, diameter_of, layer_at, layer_step, wire_of_layer
-from stillhook.validate.implied_regression import Estimate, FloatArray
+from stillhook.validate.implied_regression import Estimate
 
 FLOOR = 0.001
 """What pick-up and wire counter may differ by between load cases on top of the scatter [-]: a tenth of a per cent, as calibrated."""

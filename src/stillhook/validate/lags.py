@@ -8,9 +8,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from stillhook.arrays import FloatArray
 
 SPAN = 0.5
 """Span of each of the two means that make a change [s]: short against waves, long against noise."""

@@ -12,12 +12,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from stillhook.arrays import FloatArray
 from stillhook.units import number, show
 from stillhook.validate.block_bootstrap import interval
 from stillhook.validate.campaign import Campaign
 from stillhook.validate.limits_runs import Limited, limited
 from stillhook.validate.lines import Measure, Step, StepNumber, Table
-from stillhook.validate.record import FloatArray, Record
+from stillhook.validate.record import Record
 from stillhook.validate.saturation import FLAT, FULL
 
 SETTLED = 0.3

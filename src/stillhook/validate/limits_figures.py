@@ -7,13 +7,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from stillhook.arrays import FloatArray
 from stillhook.io.figures import COLOURS, GREY
 from stillhook.validate.campaign import Campaign
 from stillhook.validate.drawing import MEASURED, SIMULATED, axes_of, legend_below, marked
 from stillhook.validate.limits import LimitsStep, Plateau
 from stillhook.validate.limits_runs import Limited
 from stillhook.validate.lines import Step
-from stillhook.validate.record import FloatArray, Record
+from stillhook.validate.record import Record
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

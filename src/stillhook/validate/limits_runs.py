@@ -6,18 +6,16 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stillhook.arrays import BoolArray, FloatArray
 from stillhook.commands import Commands
 from stillhook.scenario import Mode, Operator
 from stillhook.validate.ahc_twin import Replay, replay, run_twin
 from stillhook.validate.campaign import Campaign, Kind
 from stillhook.validate.controller_inputs import Stretch, derivative, stretches
 from stillhook.validate.dynamics_runs import motor_command
-from stillhook.validate.record import FloatArray, Record, Segment
+from stillhook.validate.record import Record, Segment
 from stillhook.validate.saturation import FULL, ends_of, stretches_of
-
-BoolArray = NDArray[np.bool_]
 
 NEAR = 0.85
 """Command from which a part with heave compensation is looked at: closer to the end, small differences decide who reaches it."""

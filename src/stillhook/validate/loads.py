@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from stillhook.arrays import FloatArray
 from stillhook.crane import Crane
 from stillhook.engine.wire_weight import wire_carried
 from stillhook.errors import ValidateError
@@ -15,8 +16,6 @@ from stillhook.io.hook_depth import wire_text
 from stillhook.physics.scalar import G
 from stillhook.units import show
 from stillhook.validate.campaign import CraneTest
-
-FloatArray = NDArray[np.float64]
 
 BLOCK = 1.0
 """Length of the blocks whose medians are looked at [s]."""

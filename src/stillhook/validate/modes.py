@@ -6,15 +6,13 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stillhook.arrays import FloatArray
 from stillhook.errors import ValidateError
 from stillhook.io.fields import Fields
 from stillhook.io.log_types import Signal
 from stillhook.scenario import Mode
 from stillhook.units import number
-
-FloatArray = NDArray[np.float64]
 
 OWN_MODES: Mapping[float, Mode] = {float(i): mode for i, mode in enumerate(Mode)}
 """The numbers of `stillhook.variables`."""

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from stillhook.validate.record import FloatArray
+from stillhook.arrays import FloatArray
 
 ROUNDS = 6
 """Times that the weights of the signals are found anew from what is left of them."""

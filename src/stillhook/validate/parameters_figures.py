@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from stillhook.arrays import FloatArray
 from stillhook.io.figures import COLOURS, GREY
 from stillhook.units import in_display
 from stillhook.validate.campaign import Campaign
@@ -15,7 +16,7 @@ from stillhook.validate.implied_delay import CURVE, TipDelay
 from stillhook.validate.implied_parts import diameter_of, wire_of_layer
 from stillhook.validate.lines import Step
 from stillhook.validate.parameters import ParametersStep
-from stillhook.validate.record import FloatArray, Record
+from stillhook.validate.record import Record
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

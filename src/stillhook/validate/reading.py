@@ -2,30 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stillhook.arrays import BoolArray, FloatArray
 from stillhook.engine.run import Meter
 from stillhook.errors import StillhookError, ValidateError
 from stillhook.io.log import read_log
 from stillhook.io.log_quality import counted
 from stillhook.io.log_types import Finding, Log
+from stillhook.progress import Progress
 from stillhook.scenario import Mode
 from stillhook.validate.campaign import Campaign, CraneTest, Kind
 from stillhook.validate.clocks import following, refined, wire_lags
 from stillhook.validate.grid import Grid, even
 from stillhook.validate.loads import load_of, standing, stretches, with_wire
 from stillhook.validate.modes import own_numbers
-from stillhook.validate.record import FloatArray, Record, Segment
+from stillhook.validate.record import Record, Segment
 from stillhook.validate.seams import seams
 from stillhook.validate.segments import LEAST, Part, segment, split, unbroken
 from stillhook.validate.wire import completed
-
-BoolArray = NDArray[np.bool_]
-Progress = Callable[[float], None]
 
 QUIET = ("constant",)
 """Kinds of findings that are no news: a set value that stands."""

@@ -6,17 +6,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-import numpy as np
-from numpy.typing import NDArray
-
+from stillhook.arrays import BoolArray, FloatArray
 from stillhook.scenario import Mode
 
 if TYPE_CHECKING:
     from stillhook.io.log_types import Log
     from stillhook.validate.campaign import CraneTest
 
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 
 
 @dataclass(frozen=True)

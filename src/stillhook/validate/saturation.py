@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from stillhook.validate.record import FloatArray
+from stillhook.arrays import FloatArray
 from stillhook.validate.sums import dot
 
 FULL = 0.995

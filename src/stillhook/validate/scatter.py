@@ -10,11 +10,10 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from stillhook.arrays import FloatArray
 from stillhook.validate.sums import dot
-
-FloatArray = NDArray[np.float64]
 
 LEVEL = 0.95
 NORMAL = 1.959963984540054

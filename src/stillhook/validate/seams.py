@@ -7,9 +7,8 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
+from stillhook.arrays import FloatArray
 from stillhook.variables import PHYSICAL
-
-FloatArray = NDArray[np.float64]
 
 TIP, WINCH = ("s_tip", "v_tip"), ("s_w", "v_w", "omega_m")
 LENGTHS = ("s_tip", "s_w")

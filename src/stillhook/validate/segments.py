@@ -10,12 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter1d
 
+from stillhook.arrays import FloatArray
 from stillhook.scenario import Mode
 from stillhook.sea.waves import wave_periods, window_spans
 from stillhook.validate.campaign import CraneTest, Kind
 from stillhook.validate.record import Segment
-
-FloatArray = NDArray[np.float64]
 
 LEAST: Mapping[Kind, float] = {Kind.AHC: 60.0, Kind.LIMITS: 5.0, Kind.DYNAMICS: 5.0}
 """Shortest part that is of use [s]: two windows of paper F; some moves of the joystick."""

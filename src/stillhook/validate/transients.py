@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stillhook.validate.record import FloatArray, Record, Segment
+from stillhook.arrays import FloatArray
+from stillhook.validate.record import Record, Segment
 
 RATE = 0.15
 """Change of the pumps' command that is quick [1/s]: full stroke in some 7 s; joystick ramps of a friction test are slower."""

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
 from stillhook.engine.run import Meter
 from stillhook.errors import ValidateError
+from stillhook.progress import Progress
 from stillhook.units import came
 from stillhook.validate.ahc import check_ahc
 from stillhook.validate.campaign import Campaign, load_campaign
@@ -22,7 +23,6 @@ from stillhook.validate.passive import check_passive
 from stillhook.validate.reading import read_records
 from stillhook.validate.record import Record
 
-Progress = Callable[[float], None]
 CHECKS = {
     StepNumber.DATA: check_data,
     StepNumber.PARAMETERS: check_parameters,

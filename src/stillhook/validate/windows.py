@@ -12,9 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from stillhook.arrays import FloatArray
 from stillhook.metrics import peak_to_peak
-
-FloatArray = NDArray[np.float64]
 
 EVERY = 0.5
 """Spacing of the windows' ends [s]: a sixtieth of paper F's window, so that nothing between two of them counts."""

@@ -5,16 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stillhook.arrays import FloatArray
 from stillhook.crane import Crane
 from stillhook.engine.pack import drum_record
 from stillhook.errors import ValidateError
 from stillhook.physics.drum import layer_diameter, wire_to_layer
 from stillhook.units import show
 from stillhook.validate.campaign import CraneTest, Kind
-
-FloatArray = NDArray[np.float64]
 
 BEYOND = 0.5
 """Wire by which a log may lie beyond the drum's [m]: an encoder's zero."""

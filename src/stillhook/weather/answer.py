@@ -8,8 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from stillhook.arrays import FloatArray
 from stillhook.sea.directions import FULL
-from stillhook.sea.weather import HOUR, FloatArray, Weather
+from stillhook.sea.weather import HOUR, Weather
 from stillhook.units import number
 from stillhook.weather.limit_text import BETA, KIND, Limit, by_heading, inside_by_heading
 from stillhook.weather.persistence import IN_TIME, gaps, persistence, seconds

@@ -15,9 +15,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from stillhook.arrays import FloatArray
 from stillhook.errors import UnitError, WeatherError
 from stillhook.sea.directions import FULL, relative
-from stillhook.sea.weather import FloatArray, Weather
+from stillhook.sea.weather import Weather
 from stillhook.units import came, parse
 
 BETA = "beta"

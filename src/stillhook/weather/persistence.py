@@ -22,10 +22,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from stillhook.arrays import BoolArray, FloatArray
 from stillhook.errors import WeatherError
-from stillhook.sea.weather import HOUR, FloatArray
+from stillhook.sea.weather import HOUR
 
-BoolArray = NDArray[np.bool_]
 GAP = 1.01
 """Records further apart than this many steps have a gap between them; below, clocks of buoys jitter."""
 SLACK = 1e-6

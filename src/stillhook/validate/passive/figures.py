@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stillhook.arrays import FloatArray
 from stillhook.io.figures import COLOURS, GREY
 from stillhook.units import in_display
 from stillhook.validate.campaign import Campaign
@@ -14,7 +15,7 @@ from stillhook.validate.lines import Step
 from stillhook.validate.passive.gas import Curve, index
 from stillhook.validate.passive.step import PassiveStep
 from stillhook.validate.passive.torque import Share
-from stillhook.validate.record import FloatArray, Record
+from stillhook.validate.record import Record
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -13,12 +13,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from stillhook.arrays import FloatArray
 from stillhook.physics.gas import gas_pressure
 from stillhook.units import parse
 from stillhook.validate.campaign import Kind
 from stillhook.validate.implied_curves import bridged, differences, integral, later, moments
 from stillhook.validate.implied_parts import Part, by_test
-from stillhook.validate.implied_regression import Estimate, FloatArray, fit, pooled
+from stillhook.validate.implied_regression import Estimate, fit, pooled
 from stillhook.validate.passive.curves import dry, flow, lacking, mean_every, oil, passive_of
 
 EVERY = 0.2

@@ -7,8 +7,9 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from stillhook.arrays import FloatArray
 from stillhook.engine.truth import Truth
-from stillhook.io.instruments import Calibration, Clock, FloatArray
+from stillhook.io.instruments import Calibration, Clock
 
 STATED_DELAY = 0.04
 """Delay of the motion unit that a campaign states [s]."""

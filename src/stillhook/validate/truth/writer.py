@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from stillhook.arrays import FloatArray
 from stillhook.crane import Crane, Plant
 from stillhook.engine.build import driver
 from stillhook.engine.drive import Drive
@@ -17,7 +18,7 @@ from stillhook.engine.pack import motor_speed_max
 from stillhook.engine.pack_truth import simulate_truth
 from stillhook.engine.run import Meter
 from stillhook.errors import ValidateError
-from stillhook.io.instruments import AHC_COLUMNS, FloatArray, Sensors, ahc_sensors, filtered, logged
+from stillhook.io.instruments import AHC_COLUMNS, Sensors, ahc_sensors, filtered, logged
 from stillhook.io.synthetic import (
     CAMPAIGN_FILE,
     LOG_FOLDER,
@@ -30,6 +31,7 @@ from stillhook.io.synthetic import (
 )
 from stillhook.library import crane_toml
 from stillhook.plants.state import Tick
+from stillhook.progress import Progress
 from stillhook.scenario import Scenario
 from stillhook.scenario import Sensors as CaseSensors
 from stillhook.units import came, show
@@ -39,7 +41,6 @@ from stillhook.validate.truth.scatter import Setting, setting
 from stillhook.validate.truth.truth_file import truth_text
 from stillhook.whole import check_folder, whole_folder
 
-Progress = Callable[[float], None]
 CRANE_FILE = "crane.toml"
 READ = {"s_tip": "s_m", "v_tip": "v_m", "a_tip": "a_m"}
 """Signals of the motion unit, and the columns of the drive that hold what the PLC got."""

@@ -1,8 +1,11 @@
-"""Progress of a plan as one share, of whatever parts it is made."""
+"""Progress of long work: its share done, from 0 to 1, of whatever parts it is made."""
 
 from __future__ import annotations
 
-from stillhook.engine.run import Progress
+from collections.abc import Callable
+
+Progress = Callable[[float], None]
+"""Is called with the share of the work that is done, 0 to 1, never falling."""
 
 
 class Parts:
