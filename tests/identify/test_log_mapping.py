@@ -5,7 +5,8 @@ import pytest
 
 from stillhook.errors import LogError, UnitError
 from stillhook.io.log import mapping_from, read_log, read_mapping
-from stillhook.io.log_mapping import SCALES, factors
+from stillhook.io.log_mapping import factors
+from stillhook.io.unit_spelling import SCALES
 from stillhook.units import KINDS, parse
 
 
