@@ -1,0 +1,437 @@
+"""Cases of the regression suite: a name, and a function that computes its result in an empty folder. Every capability is among them."""
+
+import atexit
+import contextlib
+import functools
+import io
+import json
+import os
+import shutil
+import tempfile
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import platformdirs
+import xarray
+from tests.frozen.inputs import CASES_TOML, CRANES_TOML, LID, PLAN, SPECTRA, STAIRCASE_MAPPING, TWIN_PLAN, staircase, weather_csv
+from tests.frozen.record import condensed, normalised
+
+import stillhook
+from stillhook.cli import run
+
+Case = Callable[[], Any]
+CASES: dict[str, Case] = {}
+CACHE = "STILLHOOK_CACHE"
+
+
+def case(function: Case) -> Case:
+    CASES[function.__name__] = function
+    return function
+
+
+def result(name: str) -> Any:
+    """The result of a case as it is stored, computed in an empty folder that is removed afterwards."""
+    with tempfile.TemporaryDirectory(prefix="frozen-") as folder, contextlib.chdir(folder):
+        value = CASES[name]()
+        replaced = {str(Path(folder).resolve()): "<folder>", folder: "<folder>", stillhook.__version__: "<version>"}
+        return condensed(normalised(value, replaced))
+
+
+def cli(*arguments: str) -> dict[str, Any]:
+    """Exit code and JSON of one command line."""
+    out, error = io.StringIO(), io.StringIO()
+    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(error):
+        code = run([*arguments, "--json"])
+    if code not in (0, 1):
+        raise RuntimeError(f"stillhook {' '.join(arguments)}: exit code {code}: {error.getvalue().strip()}")
+    return {"exit_code": code, "json": json.loads(out.getvalue())}
+
+
+def write(**texts: str) -> None:
+    """Files NAME.toml in the present folder."""
+    for name, text in texts.items():
+        Path(f"{name}.toml").write_text(text, encoding="utf-8")
+
+
+def dataset(data: xarray.Dataset) -> dict[str, Any]:
+    """Variables of a result. Signals without a value other than 0 are left out: winches without a circuit may or may not have them."""
+    out: dict[str, Any] = {}
+    for name in sorted(map(str, data.variables)):
+        values = data[name].values
+        if values.ndim and values.dtype.kind in "fiub" and not np.any(np.nan_to_num(values.astype(float))):
+            continue
+        out[name] = [str(v) for v in values.ravel()] if values.ndim and values.dtype.kind not in "fiub" else values.tolist()
+        if not values.ndim and values.dtype.kind not in "fiub":
+            out[name] = str(values)
+    return out
+
+
+# Folders
+
+
+@contextlib.contextmanager
+def fresh_cache() -> Iterator[None]:
+    """A cache with the compiled kernels but without results of earlier runs, so that these are computed by the present code."""
+    cli("compare", "--modes", "ssc", "--motion", "sine 1 m 10 s", "--duration", "2 s", "--warm-up", "1 s")  # kernels exist from here on
+    before = os.environ.get(CACHE)
+    real = Path(before or platformdirs.user_cache_dir("stillhook", appauthor=False))
+    with tempfile.TemporaryDirectory(prefix="frozen-cache-") as folder:
+        for path in sorted(real.rglob("*")):
+            target = Path(folder) / path.relative_to(real)
+            if path.is_dir():
+                target.mkdir(mode=0o700, parents=True, exist_ok=True)
+            elif path.suffix in (".nbi", ".nbc"):
+                shutil.copy2(path, target)
+        os.environ[CACHE] = folder
+        try:
+            yield
+        finally:
+            os.environ.pop(CACHE)
+            if before is not None:
+                os.environ[CACHE] = before
+
+
+def computed_afresh(function: Case) -> Case:
+    @functools.wraps(function)
+    def wrapped() -> Any:
+        with fresh_cache():
+            return function()
+
+    return wrapped
+
+
+@functools.cache
+def sea_trials() -> Path:
+    """Folder with the synthetic sea trials of a crane, written once in a process."""
+    folder = Path(tempfile.mkdtemp(prefix="frozen-trials-"))
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    with contextlib.chdir(folder):
+        cli("certificate", "example-campaign", "trials")
+    return folder / "trials"
+
+
+def trials(*names: str, most_lines: int | None = None) -> str:
+    """Campaign file in the present folder with these tests of the sea trials only, their logs cut after so many lines."""
+    head, *tests = (sea_trials() / "campaign.toml").read_text(encoding="utf-8").split("[[test]]")
+    kept = [test for test in tests if any(f'name = "{name}"' in test for name in names)]
+    Path("logs").mkdir()
+    for name in names:
+        lines = (sea_trials() / "logs" / f"{name}.csv").read_text(encoding="utf-8").splitlines(keepends=True)
+        Path("logs", f"{name}.csv").write_text("".join(lines[:most_lines]), encoding="utf-8")
+    Path("campaign.toml").write_text("[[test]]".join([head, *kept]), encoding="utf-8")
+    return "campaign.toml"
+
+
+# Library, single numbers
+
+
+@case
+def cranes() -> Any:
+    return [cli("cranes"), *(sheet(row["name"]) for row in cli("cranes")["json"])]
+
+
+def sheet(crane: str) -> dict[str, Any]:
+    """A crane's sheet: values by field, the rest of each field as one table."""
+    found = cli("crane", crane)
+    fields = found["json"].pop("fields")
+    values = {name: field.pop("value") for name, field in fields.items()}
+    return found | {"values": values, "fields": [{"field": name, **field} for name, field in fields.items()]}
+
+
+@case
+def crane_of_a_user() -> Any:
+    write(**CRANES_TOML)
+    return [sheet(f"{name}.toml") for name in CRANES_TOML]
+
+
+@case
+def calc() -> Any:
+    rows = [
+        ("motor-loss", "A6VM215", "--displacement", "215 cm^3/rev", "--speed", "1000 rev/min", "--dp", "200 bar"),
+        ("friction", "crane-1", "--drum-torque", "1.5 MN m", "--speed", "100 rev/min"),
+    ]
+    for crane in ("nov-250t", "nov-100t-pure-active"):
+        rows += [("drum", crane), ("inertia", crane), ("steady", crane, "--v-w", "40 m/min")]
+        rows += [(command, crane, "--alpha-m", "0.7") for command in ("speed", "eigenfrequency", "gain-limit")]
+    return {" ".join(row): cli("calc", *row) for row in rows}
+
+
+@case
+def friction() -> Any:
+    compared = cli("friction", "compare", "crane-1", "crane-2", "--load", "100 t", "--out", "out")
+    return [cli("friction", "sets"), compared]
+
+
+@case
+def payload() -> Any:
+    names = [row["payload"] for row in cli("payload", "list")["json"]]
+    return [cli("payload", "list"), *(cli("payload", "show", name) for name in names)]
+
+
+@case
+def vessel() -> Any:
+    names = ("construction-vessel-130m", "supply-vessel-82m")
+    shown = [cli("vessel", "show", name, "--at", "x=-20 m, y=-18 m") for name in names]
+    return [cli("vessel", "list"), *shown, *(cli("vessel", "check", name) for name in names)]
+
+
+# Waves and tip
+
+
+@case
+def sea() -> Any:
+    texts = (
+        "jonswap Hs=2 m Tp=8 s gamma=3.3",
+        "pm Hs=3 m Tp=10 s",
+        "torsethaugen Hs=2 m Tp=8 s",
+        "jonswap Hs=1 m Tp=6 s + jonswap Hs=1.5 m Tp=14 s gamma=5",
+    )
+    return {text: cli("sea", text) for text in texts}
+
+
+@case
+def sea_measured() -> Any:
+    Path("spectra.txt").write_text(SPECTRA, encoding="utf-8")
+    return [cli("sea", "spectra.txt"), cli("sea", "spectra.txt", "--record", "1")]
+
+
+@case
+def tip() -> Any:
+    base = ("tip", "--vessel", "construction-vessel-130m", "--duration", "10 min")
+    boom = ("--pedestal", "x=-10 m, y=-6 m, z=15 m", "--slew", "270 deg", "--main", "25 m 50 deg", "--knuckle", "15 m 60 deg")
+    wave = ("--wave", "jonswap Hs=1 m Tp=8 s gamma=3.3")
+    results = [
+        cli(*base, *wave, "--at", "x=-20 m, y=-18 m", "--heading", "180 deg", "--seeds", "5"),
+        cli(*base, *wave, *boom, "--heading", "150 deg", "--spread", "4"),
+        cli(*base, *wave, "--at", "x=-20 m, y=-18 m, z=30 m", "--heading", "165 deg", "--exact", "--amplitudes", "rayleigh", "--out", "out"),
+        cli(*base, *wave, "--at", "x=-20 m, y=-18 m", "--heading", "all"),
+    ]
+    return [*results, json.loads(Path("out/tip.json").read_text(encoding="utf-8"))]
+
+
+# Runs
+
+
+@case
+def run_cases() -> Any:
+    write(**CRANES_TOML, **CASES_TOML)
+    return {name: cli("run", f"{name}.toml") for name in CASES_TOML}
+
+
+def series_of(crane: str, modes: tuple[str, ...], **more: Any) -> Any:
+    plant = stillhook.load_crane(crane)
+    given = {"load": "60 t", "s_w": "100 m", "tip": "sine 1.2 m 10 s + sine 0.2 m 6 s", "duration": "30 s", "warm_up": "10 s"} | more
+    cases = {mode: stillhook.Scenario(mode=mode, **given) for mode in modes}
+    return {mode: dataset(stillhook.simulate(plant, one, every="0.1 s", threads=1)) for mode, one in cases.items()}
+
+
+@case
+def simulate_active_passive() -> Any:
+    return series_of("nov-250t", ("hs", "ssc"))
+
+
+@case
+def simulate_pure_active() -> Any:
+    return series_of("nov-100t-pure-active", ("hs", "ssc"), load="45 t")
+
+
+@case
+def simulate_manual() -> Any:
+    operator = {"profile": [["2 s", "0 m/min"], ["4 s", "30 m/min"], ["12 s", "30 m/min"], ["14 s", "0 m/min"]]}
+    return {
+        crane: series_of(crane, ("manual",), tip="sine 0.3 m 8 s", operator=operator)
+        for crane in ("nov-250t", "nov-100t-pure-active")
+    }
+
+
+@case
+def simulate_strong_sea() -> Any:
+    """Power of the hydraulic units, saturation and relief are reached."""
+    return series_of("nov-250t", ("ssc",), load="200 t", tip="sine 4 m 10 s")
+
+
+@case
+def simulate_many_lanes() -> Any:
+    out = {}
+    for crane, modes in (("nov-150t", ("ns", "hs", "ssc", "ssc-cubic", "level-1", "manual")), ("nov-100t-pure-active", ("ns", "ssc"))):
+        cases = [
+            stillhook.Scenario(load=f"{load} t", s_w="120 m", tip=f"sine {a} m 11 s", mode=mode, duration="25 s", warm_up="10 s")
+            for mode in modes
+            for load, a in ((10, 0.5), (50, 1.0), (80, 2.0))
+        ]
+        out[crane] = dataset(stillhook.simulate(stillhook.load_crane(crane), cases, on_failure="mark", threads=1))
+    return out
+
+
+@case
+def compare() -> Any:
+    motion = ("--motion", "sine 1 m 10 s", "--duration", "30 s", "--warm-up", "10 s", "--delay", "50 ms")
+    modes = "ns,hs,ssc,ssc-cubic,level-1,level-2,manual"
+    both = (("nov-250t", "100 t"), ("nov-100t-pure-active", "60 t"))
+    return {crane: cli("compare", "--crane", crane, "--load", load, "--modes", modes, *motion) for crane, load in both}
+
+
+# Lowering
+
+
+@case
+def lower_library() -> Any:
+    lifts = {"anchor-to-3000m": "90 s", "template-through-the-surface": "90 s"}
+    return {name: cli("lower", name, "--duration", duration, "--seed", "3") for name, duration in lifts.items()}
+
+
+@case
+def lower_to_the_seabed() -> Any:
+    """Splash zone, lowering in heave compensation, landing."""
+    write(lid=LID)
+    file = stillhook.load_lift("lid.toml")
+    return [cli("lower", "lid.toml"), dataset(stillhook.lower(file.crane, file.lift, threads=1))]
+
+
+@case
+def lower_many_lanes() -> Any:
+    out = {}
+    for crane in ("nov-250t", "nov-100t-pure-active"):
+        lifts = []
+        for i in range(4):
+            write(**{f"lid{i}": LID.replace("nov-250t", crane).replace("0.3 m 9 s", f"{0.2 + 0.1 * i} m 8 s").replace("180 s", "60 s")})
+            lifts.append(stillhook.load_lift(f"lid{i}.toml"))
+        out[crane] = dataset(stillhook.lower(lifts[0].crane, [file.lift for file in lifts], on_failure="mark", threads=1))
+    return out
+
+
+# Analysis
+
+
+@case
+def envelope() -> Any:
+    modes = ("--modes", "ns,hs,ssc,ssc-cubic")
+    return [
+        cli("envelope", "nov-150t", "--load", "90 t", "--load", "120 t", *modes),
+        cli("envelope", "nov-100t-pure-active", "--load", "50 t", "--layer", "5", *modes),
+    ]
+
+
+@case
+def stability() -> Any:
+    return [
+        cli("stability", "nov-250t", "--alpha-m", "1", "--alpha-m", "0.6", "--delay", "50 ms"),
+        cli("stability", "nov-250t", "--full", "--v-tip", "10 m/min"),
+        cli("stability", "nov-100t-pure-active"),
+    ]
+
+
+@case
+def maps() -> Any:
+    grid = ("--loads", "50 t, 150 t, 250 t", "--speeds", "20 m/min, 60 m/min, 100 m/min")
+    return [
+        cli("map", "nov-250t", "--controllers", "ns,ssc,strong-ssc", *grid),
+        cli("map", "nov-250t", "--controllers", "hs,ssc", "--metric", "settling", *grid),
+        cli("map", "nov-100t-pure-active", "--controllers", "ns,hs", "--loads", "20 t, 60 t", "--speeds", "20 m/min, 50 m/min"),
+    ]
+
+
+@case
+def tune() -> Any:
+    grid = ("--loads", "50 t", "--speeds", "40 m/min", "--periods", "12 s")
+    return cli("tune", "nov-250t", "--controllers", "ns", "--budget", "20", "--free", "K_p", "--objective", "error", *grid)
+
+
+@case
+def uncertainty() -> Any:
+    limits = ("--limit", "e_c_pp <= 12 cm", "--duration", "25 s", "--warm-up", "10 s")
+    return cli("uncertainty", "--crane", "nov-250t", "--draws", "8", "--modes", "ns,ssc,strong-ssc", "--load", "100 t", *limits)
+
+
+# Identification
+
+
+@case
+def identify_motor() -> Any:
+    cli("identify", "example-map", "map.csv", "--motor", "A6VM170", "--seed", "2")
+    return cli("identify", "motor", "map.csv")
+
+
+@case
+def identify_friction() -> Any:
+    cli("identify", "example-campaign", "crane-2", "tests", "--duration", "3 min")
+    return cli("identify", "friction", "tests/campaign.toml", "--proposals", "1", "--loops", "1")
+
+
+@case
+def identify_curve() -> Any:
+    Path("log.csv").write_text(staircase(), encoding="utf-8")
+    write(mapping=STAIRCASE_MAPPING)
+    return cli("identify", "curve", "log.csv", "--mapping", "mapping.toml")
+
+
+# Validation
+
+
+@case
+def validate() -> Any:
+    return cli("validate", trials("1", "limits", "dynamics"), "--steps", "0,1,2,3,5,6")
+
+
+@case
+def validate_dynamics() -> Any:
+    return cli("validate", trials("dynamics", most_lines=5000), "--steps", "4")
+
+
+@case
+def certificate() -> Any:
+    out = [cli("validate", trials("limits"), "--out", "out")["exit_code"]]
+    (file,) = [path for path in Path("out").glob("*.json") if path.name in ("certificate.json", "not-passed.json")]
+    return [*out, file.name, cli("certificate", "show", str(file)), cli("certificate", "check", str(file), "--quick")]
+
+
+# Planning and weather
+
+
+@case
+@computed_afresh
+def response() -> Any:
+    return cli("response", "anchor-to-3000m", "--depth", "2000 m", "--wave", "jonswap Hs=2 m Tp=8 s", "--heading", "150 deg")
+
+
+@case
+def plan_check() -> Any:
+    return [cli("plan", name, "--check") for name in ("template-to-1500m", "manifold-recovery")]
+
+
+@case
+@computed_afresh
+def plan_quick() -> Any:
+    headings = PLAN.split('[[phase]]\nname = "landing"')[0].replace(', "strong-ssc"', "").replace('["180 deg"]', '["165 deg", "180 deg", "195 deg"]')
+    write(plan=headings.replace("[operation]", '[weather]\nfile = "SYNTHETIC-norwegian-sea"\n\n[operation]'))
+    return cli("plan", "plan.toml", "--quick", "--threads", "1")
+
+
+@case
+@computed_afresh
+def plan_with_the_twin() -> Any:
+    write(plan=TWIN_PLAN)
+    return cli("plan", "plan.toml", "--threads", "1", "--store", "store")
+
+
+@case
+def weather() -> Any:
+    Path("site.csv").write_text(weather_csv(), encoding="utf-8")
+    limits = ("--limit", "Hs <= 1.5 m", "--limit", "wind <= 10 m/s")
+    return [
+        cli("weather", "show", "SYNTHETIC-norwegian-sea"),
+        cli("weather", "persistence", "SYNTHETIC-norwegian-sea", *limits, "--window", "24 h"),
+        cli("weather", "persistence", "site.csv", "--limit", "Hs <= 1 m", "--window", "18 h"),
+        cli("weather", "alpha", "--hs", "2 m", "--t-pop", "24 h"),
+        cli("weather", "alpha", "--hs", "0.8 m", "--t-pop", "24 h"),
+        cli("weather", "forecast", "SYNTHETIC-norwegian-sea", "--limit", "Hs <= 2 m", "--t-pop", "24 h", "--t-c", "12 h"),
+    ]
+
+
+@case
+def weather_lift() -> Any:
+    write(plan=PLAN)
+    Path("spectra.txt").write_text(SPECTRA, encoding="utf-8")
+    return cli("weather", "lift", "plan.toml", "spectra.txt", "--heading", "180 deg", "--alternative", "cap-80")
