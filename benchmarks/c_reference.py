@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from numpy.ctypeslib import ndpointer
 
-from stillhook.engine.c99 import c_source
+from stillhook.kernels.c99.source import c_source
 
 COMMON = "-std=c99 -O3 -march=native -ffp-contract=fast -fno-math-errno -fno-trapping-math -fno-signed-zeros -fopenmp-simd"
 WIDTHS = {"512-bit vectors": "-mprefer-vector-width=512", "256-bit vectors": "-mprefer-vector-width=256", "default vectors": ""}

@@ -5,11 +5,11 @@ from time import perf_counter, thread_time
 from typing import Any, NamedTuple
 
 from stillhook import Scenario, load_crane
-from stillhook.crane import Crane
-from stillhook.engine.build import driver
-from stillhook.engine.drive import Drive
-from stillhook.engine.pack import pack
-from stillhook.engine.run import Block
+from stillhook.engine.inputs import Drive
+from stillhook.engine.pack.winch import pack
+from stillhook.engine.scenario.run import Block
+from stillhook.kernels.build import driver
+from stillhook.spec.crane import Crane
 
 CRANE = "nov-250t"
 MODES = ("ns", "hs", "ssc", "ssc-cubic")

@@ -9,11 +9,11 @@ import tempfile
 import numpy as np
 
 from stillhook import identify
-from stillhook.identify.friction_fit import predicted, predicted_sd
-from stillhook.identify.friction_model import Y_NAMES, Y
-from stillhook.identify.uncertainty import t_factor
-from stillhook.io.instruments import Instruments, Noise
+from stillhook.identify.system_friction.fitting.fit import predicted, predicted_sd
+from stillhook.identify.system_friction.fitting.model import Y_NAMES, Y
+from stillhook.identify.system_friction.fitting.uncertainty import t_factor
 from stillhook.library import system_friction
+from stillhook.logs.synthetic.instruments import Instruments, Noise
 
 CASES = {"L4593": "L4593", "crane-2": "crane-2"}
 MINUTES = 10.0

@@ -15,14 +15,14 @@ from contextlib import contextmanager
 from time import perf_counter, process_time, thread_time
 from typing import Any
 
-from stillhook.engine.build import driver
-from stillhook.engine.lanes import VL
-from stillhook.engine.lift_run import KIND
-from stillhook.engine.lower_many import lower_many
-from stillhook.lift.in_sea import InSea
-from stillhook.lift.programme import Stage
-from stillhook.plan.lift_plan import LiftPlan
-from stillhook.plan.plan_file import load_plan
+from stillhook.engine.lowering.batch import lower_many
+from stillhook.engine.lowering.run import KIND
+from stillhook.kernels.build import driver
+from stillhook.kernels.lanes import VL
+from stillhook.plan.definition.lift_plan import LiftPlan
+from stillhook.plan.file import load_plan
+from stillhook.spec.lift.in_sea import InSea
+from stillhook.spec.lift.programme import Stage
 
 PLAN, PHASE = "template-to-1500m", "deep"
 SEEDS = 10

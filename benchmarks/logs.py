@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 import polars as pl
 
-from stillhook.io.log import mapping_from, read_log
+from stillhook.logs.log import mapping_from, read_log
 
 LOGS, MINUTES, RATE, COLUMNS = 12, 20, 100, 20
 MAPPING = {

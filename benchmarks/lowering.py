@@ -10,13 +10,13 @@ from rich.console import Console
 from rich.table import Table
 
 from stillhook import load_crane
-from stillhook.engine.lanes import VL
-from stillhook.engine.lower import lower
-from stillhook.lift.lowering import DeepWire, Lowering
-from stillhook.lift.payload import Payload
-from stillhook.lift.programme import Stage
-from stillhook.sea.kinematics import WaveField
-from stillhook.sea.motion import Sine
+from stillhook.engine.lowering.lower import lower
+from stillhook.kernels.lanes import VL
+from stillhook.sea.motion.kinematics import WaveField
+from stillhook.sea.motion.motion import Sine
+from stillhook.spec.lift.lowering import DeepWire, Lowering
+from stillhook.spec.lift.payload import Payload
+from stillhook.spec.lift.programme import Stage
 
 ROUNDS = 3
 HOUR = 3600.0

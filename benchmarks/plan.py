@@ -19,8 +19,8 @@ from typing import NamedTuple
 from rich.console import Console
 from rich.table import Table
 
-from stillhook.engine.build import kernel_hash
-from stillhook.engine.cache import cache_root
+from stillhook.kernels.build import kernel_hash
+from stillhook.kernels.cache import cache_root
 
 PLAN = "template-to-1500m"
 QUICK_GOAL, GOAL = 10.0, 120.0

@@ -24,9 +24,9 @@ def main() -> None:
     parser.add_argument("plan", nargs="?", default="template-to-1500m")
     parser.add_argument("--json", action="store_true")
     args = parser.parse_args()
-    from stillhook.plan.frequency import demands, forcings, looked_at, winches_of
-    from stillhook.plan.plan_file import load_plan
-    from stillhook.response import identify_residual
+    from stillhook.plan.file import load_plan
+    from stillhook.plan.tiers.frequency import demands, forcings, looked_at, winches_of
+    from stillhook.response.winch.identify import describing_function as identify_residual
 
     parts = {"imports": (perf_counter() - START, process_time() - CPU)}
 

@@ -18,15 +18,15 @@ X, Y, HEADING = -20.0, -18.0, math.pi
 def year(spectra: str, vessel: str, payload: str = PAYLOAD, depth: float = DEPTH, cache: bool = True) -> tuple[Any, dict[str, float]]:
     """The Dataset of a year, and wall times of its parts [s]."""
     from stillhook import load_crane
-    from stillhook.io.ndbc import read_spectra
-    from stillhook.io.vessel_file import read_vessel
+    from stillhook.formats.vessel.open import read_vessel
+    from stillhook.formats.waves.ndbc.spectra import read_spectra
     from stillhook.library.payloads import read_payload
-    from stillhook.lift.lowering import Lowering
-    from stillhook.lift.programme import Stage
     from stillhook.response.forcing import forcing_of_series
-    from stillhook.response.hung import hung
-    from stillhook.response.identify_residual import identify_residual
-    from stillhook.response.road import road
+    from stillhook.response.frequency_domain import road
+    from stillhook.response.suspended_load import hung
+    from stillhook.response.winch.identify.describing_function import identify_residual
+    from stillhook.spec.lift.lowering import Lowering
+    from stillhook.spec.lift.programme import Stage
 
     marks = {"imports": perf_counter() - START}
     last = perf_counter()

@@ -27,9 +27,9 @@ from benchmarks.c_reference import COMMON, WIDTHS, CKernel, compile_c, compiler,
 from benchmarks.cases import CRANE, Sample, crane, kernel_run, lifts
 from benchmarks.scipy_reference import RTOL, SolverRun
 from stillhook import Scenario
-from stillhook.engine.lanes import VL, flatten, size
-from stillhook.engine.run import run_many, run_one
-from stillhook.plants.state import Signals
+from stillhook.engine.scenario.run import run_many, run_one
+from stillhook.kernels.lanes import VL, flatten, size
+from stillhook.winches.records import Signals
 
 ROUNDS = 7
 GOAL = 0.7

@@ -20,10 +20,10 @@ from rich.console import Console
 from rich.table import Table
 
 from stillhook import Crane, Scenario, Sine, load_crane
-from stillhook.engine import many
-from stillhook.engine.build import results_hash
-from stillhook.engine.lanes import VL
-from stillhook.engine.many import summaries
+from stillhook.engine.scenario import batch as many
+from stillhook.engine.scenario.batch import summaries
+from stillhook.kernels.build import results_hash
+from stillhook.kernels.lanes import VL
 
 ROUNDS = 5
 DRAWS, SECONDS = 10_000, 60.0

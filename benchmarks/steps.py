@@ -12,13 +12,13 @@ from typing import NamedTuple
 import numpy as np
 
 from stillhook import Scenario, load_crane
-from stillhook.crane import Crane
-from stillhook.engine.pack import pack
-from stillhook.engine.run import Ending, Result, run_one
-from stillhook.engine.stability import RK4_LIMIT, fastest_rates
+from stillhook.engine.pack.winch import pack
+from stillhook.engine.scenario.run import Ending, Result, run_one
+from stillhook.engine.step_size import RK4_LIMIT, fastest_rates
 from stillhook.errors import SpecError
 from stillhook.library import changed
-from stillhook.plants.state import Signals
+from stillhook.spec.crane import Crane
+from stillhook.winches.records import Signals
 
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "validation" / "step-size.md"
 REFERENCE = 100

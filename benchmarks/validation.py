@@ -12,9 +12,9 @@ import time
 from pathlib import Path
 
 from stillhook.validate import load_campaign, validate
-from stillhook.validate.campaign import Kind
-from stillhook.validate.reading import read_records
-from stillhook.validate.truth import write_campaign
+from stillhook.validate.data_set.campaign import Kind
+from stillhook.validate.data_set.records.read import read_records
+from stillhook.validate.synthetic import write_campaign
 from stillhook.validate.validation import CHECKS
 
 GOAL = 30.0

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 from urllib.parse import unquote
 
 if TYPE_CHECKING:
-    from stillhook.validate.criteria import Criterion
+    from stillhook.validate.criteria.criteria import Criterion
 
 DOCS = Path(__file__).resolve().parent
 ROOT = DOCS.parent
@@ -58,7 +58,7 @@ def units() -> str:
 
 def criteria() -> str:
     """Every row of the sets of acceptance criteria that come with Stillhook."""
-    from stillhook.validate.criteria import criteria_sets, load_criteria
+    from stillhook.validate.criteria.criteria import criteria_sets, load_criteria
 
     sets = [load_criteria(name) for name in criteria_sets()]
     rows = [
@@ -87,8 +87,8 @@ def ask_of(c: Criterion) -> str:
 
 def rules() -> str:
     """Every rule of the sets that lift plans are judged by."""
-    from stillhook.plan.capacities import CAPACITIES
-    from stillhook.plan.rule_file import SETTINGS, load_rules, rule_sets
+    from stillhook.plan.definition.capacities import CAPACITIES
+    from stillhook.plan.definition.rules_file import SETTINGS, load_rules, rule_sets
 
     sets = [load_rules(name) for name in rule_sets()]
     rows = [

@@ -13,10 +13,10 @@ from motions import HEADINGS, ROLL, Floating, finer, floating, natural, rao, rol
 from radiation import DOFS, RHO, FloatArray, G, Loads
 from ships import REASONS, Ship
 
-from stillhook.io.rao_csv import write_rao_csv
-from stillhook.sea.rao import Rao
-from stillhook.sea.sea_text import parse_sea
-from stillhook.sea.tip import tip_response
+from stillhook.formats.vessel.csv import write_rao_csv
+from stillhook.sea.spectra.text import parse_sea
+from stillhook.sea.vessel.rao import Rao
+from stillhook.sea.vessel.tip import tip_response
 
 ROOT = Path(__file__).resolve().parents[1]
 VESSELS = ROOT / "src" / "stillhook" / "library" / "vessels"

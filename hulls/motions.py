@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from radiation import RHO, G, Loads
 from ships import Ship
 
-from stillhook.sea.rao import Rao
+from stillhook.sea.vessel.rao import Rao
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]

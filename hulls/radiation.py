@@ -15,8 +15,8 @@ import numpy as np
 from lines import Lines, hull_panels, lid_panels
 from numpy.typing import NDArray
 
-from stillhook.scenario import RHO_SEA
-from stillhook.sea.ship_motion import STANDARD_GRAVITY
+from stillhook.sea.vessel.ship_motion import STANDARD_GRAVITY
+from stillhook.spec.scenario import RHO_SEA
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]

@@ -10,8 +10,8 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from stillhook import Scenario, load_crane, simulate
-from stillhook.engine.build import is_compiled
-from stillhook.engine.lower import lower
+from stillhook.engine.lowering.lower import lower
+from stillhook.kernels.build import is_compiled
 
 ROOT = Path(__file__).resolve().parents[1]
 CRANES = {"active-passive": "nov-250t", "pure-active": "nov-100t-pure-active"}

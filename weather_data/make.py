@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 NAME = "SYNTHETIC-norwegian-sea"
-FILE = Path(__file__).resolve().parents[1] / "src" / "stillhook" / "library" / "weather" / f"{NAME}.csv.gz"
+FILE = Path(__file__).resolve().parents[1] / "src" / "stillhook" / "library" / "data" / "weather" / f"{NAME}.csv.gz"
 SEED = 20210
 START, YEARS, STEP = np.datetime64("2011-01-01T00:00"), 10, 3
 HOURS = 1

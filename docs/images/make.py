@@ -6,11 +6,11 @@ python docs/images/make.py
 from pathlib import Path
 
 from stillhook.analysis.compare import compare
-from stillhook.engine.lower import lower
-from stillhook.io.case_file import demo_cases
-from stillhook.io.figures import four_panels, save_figure
-from stillhook.io.lift_file import load_lift
-from stillhook.io.lowering_figures import strip
+from stillhook.engine.lowering.lower import lower
+from stillhook.formats.case_file import demo_cases
+from stillhook.formats.lift.file import load_lift
+from stillhook.report.plots.lowering import strip
+from stillhook.report.plots.run import four_panels, save_figure
 
 SHOWN_FROM = 80.0  # s
 

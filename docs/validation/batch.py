@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from stillhook import Crane, Scenario, Sine
-from stillhook.engine.many import summaries
-from stillhook.sea.motion import Motion, Sum
+from stillhook.engine.scenario.batch import summaries
+from stillhook.sea.motion.motion import Motion, Sum
 
 Numbers = Mapping[str, Any]
 SWELL_AND_ROLL = ((2.0, 13.0), (0.5, 6.0))

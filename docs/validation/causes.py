@@ -10,7 +10,7 @@ import xarray
 from blocks import table
 
 from stillhook import Crane, Scenario, simulate
-from stillhook.analysis.attribution import (
+from stillhook.analysis.uncertainty.attribution import (
     MATTERS,
     Alternative,
     Attribution,
@@ -22,10 +22,10 @@ from stillhook.analysis.attribution import (
     Runs,
     Verdict,
 )
-from stillhook.analysis.attribution import attribute as ranked
-from stillhook.analysis.factors import FACTORS
+from stillhook.analysis.uncertainty.attribution import attribute as ranked
+from stillhook.analysis.uncertainty.factors import FACTORS
 from stillhook.library import changed
-from stillhook.sea.motion import Motion
+from stillhook.sea.motion.motion import Motion
 
 __all__ = ["Alternative", "Attribution", "Figure", "Pair", "Runs", "attribute", "block", "from_series", "lower", "notes", "varied"]
 

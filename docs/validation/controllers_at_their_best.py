@@ -10,13 +10,13 @@ from blocks import claims_table, percent, save, table, verdict
 
 from stillhook import Crane, Scenario, load_crane, simulate
 from stillhook.analysis.controllers import Controller, controller, strong_ssc
-from stillhook.analysis.ringing import rms_above
-from stillhook.analysis.tune_compare import VARIATIONS, Outcome, Point, outcomes, variations
-from stillhook.analysis.tune_figures import bars_figure, pareto_figure
-from stillhook.analysis.tune_goal import Limits, hold_out, scenarios
-from stillhook.analysis.tune_score import Score, loop_margins, scored
-from stillhook.analysis.tune_space import present, with_settings
-from stillhook.engine.many import summaries
+from stillhook.analysis.loop_stability.ringing import rms_above
+from stillhook.analysis.tuning.compare import VARIATIONS, Outcome, Point, outcomes, variations
+from stillhook.analysis.tuning.figures import bars_figure, pareto_figure
+from stillhook.analysis.tuning.objective import Limits, hold_out, scenarios
+from stillhook.analysis.tuning.parameters import present, with_settings
+from stillhook.analysis.tuning.score import Score, loop_margins, scored
+from stillhook.engine.scenario.batch import summaries
 from stillhook.units import show
 
 PAGE = "controllers-at-their-best.md"

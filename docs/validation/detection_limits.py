@@ -1,4 +1,4 @@
-"""Writes src/stillhook/validate/detection_limits.toml from truth-trials.json: from what size on each defect is detected."""
+"""Writes src/stillhook/validate/criteria/detection_limits.toml from truth-trials.json: from what size on each defect is detected."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from typing import Any
 
 from truth_trials import DEFECT_SEEDS, SEEDS, Trial, kept
 
-from stillhook.validate.detection import LIMITS_FILE, DetectionLimit, DetectionLimits
-from stillhook.validate.truth import Defect
-from stillhook.validate.truth.defects import DEFECTS, told
+from stillhook.validate.criteria.detection import LIMITS_FILE, DetectionLimit, DetectionLimits
+from stillhook.validate.synthetic import Defect
+from stillhook.validate.synthetic.defects import DEFECTS, told
 
 NAMED_ONLY = {Defect.GAP: "no samples"}
 """Defects that are no fault of a twin, and count as detected where a statement with these words names them."""

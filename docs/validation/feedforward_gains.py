@@ -12,8 +12,8 @@ from blocks import claims_table, save, table
 from numpy.typing import NDArray
 
 from stillhook import Scenario, load_crane
-from stillhook.analysis.steady import reduction_lead
-from stillhook.engine.pack import gains, wire_speed_max
+from stillhook.analysis.steady.steady_state import reduction_lead
+from stillhook.engine.pack.winch import gains, wire_speed_max
 from stillhook.library import changed
 
 PAGE = "feedforward-gains.md"

@@ -11,23 +11,23 @@ from blocks import claims_table, save, table, verdict
 from matplotlib.figure import Figure
 
 from stillhook import load_crane
-from stillhook.engine.lower import lower
-from stillhook.io.figures import COLOURS, GREY
-from stillhook.io.vessel_file import read_vessel
+from stillhook.engine.lowering.lower import lower
+from stillhook.formats.vessel.open import read_vessel
 from stillhook.library.payloads import read_payload
 from stillhook.library.vessels import vessel_file
-from stillhook.lift.lowering import Lowering
-from stillhook.lift.programme import Stage
-from stillhook.response.deviations import sigmas
+from stillhook.report.plots.run import COLOURS, GREY
 from stillhook.response.forcing import Forcing
-from stillhook.response.hung import Hung, hung
-from stillhook.response.identify_residual import identify_residual
-from stillhook.response.residual import Residual
-from stillhook.response.rod import End, Rod, natural_periods, static_stretch, transfers
-from stillhook.sea.parametric import Jonswap
-from stillhook.sea.realisation import realise, tip_motion
-from stillhook.sea.spectrum import Sea, Train
-from stillhook.sea.wave_field import wave_field
+from stillhook.response.standard_deviations import sigmas
+from stillhook.response.suspended_load import Hung, hung
+from stillhook.response.winch.describing_function import Residual
+from stillhook.response.winch.identify.describing_function import identify_residual
+from stillhook.response.wire_rod import End, Rod, natural_periods, static_stretch, transfers
+from stillhook.sea.spectra.parametric import Jonswap
+from stillhook.sea.spectra.spectrum import Sea, Train
+from stillhook.sea.vessel.realisation import realise, tip_motion
+from stillhook.sea.vessel.wave_field import wave_field
+from stillhook.spec.lift.lowering import Lowering
+from stillhook.spec.lift.programme import Stage
 
 PAGE = "frequency-road.md"
 CRANE, VESSEL = load_crane("deep-250t"), read_vessel(vessel_file("construction-vessel-130m"))

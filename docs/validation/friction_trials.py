@@ -22,11 +22,12 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from stillhook.identify import drift, friction_fit, uncertainty
-from stillhook.identify.friction_fit import fit_system, predicted_sd
-from stillhook.identify.friction_model import Y, mj4, system_friction
-from stillhook.identify.points import Points
-from stillhook.identify.uncertainty import profile_intervals, t_factor
+from stillhook.identify.system_friction.fitting import drift, uncertainty
+from stillhook.identify.system_friction.fitting import fit as friction_fit
+from stillhook.identify.system_friction.fitting.fit import fit_system, predicted_sd
+from stillhook.identify.system_friction.fitting.model import Y, mj4, system_friction
+from stillhook.identify.system_friction.fitting.points import Points
+from stillhook.identify.system_friction.fitting.uncertainty import profile_intervals, t_factor
 from stillhook.library import motor
 from stillhook.library import system_friction as published
 from stillhook.physics.scalar import G

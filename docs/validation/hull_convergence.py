@@ -11,11 +11,11 @@ import numpy as np
 from blocks import HERE, claims_table, percent, save, table
 from matplotlib.figure import Figure
 
-from stillhook.io.figures import COLOURS, GREY
-from stillhook.io.vessel_file import read_vessel
+from stillhook.formats.vessel.open import read_vessel
 from stillhook.library.vessels import vessel_file
-from stillhook.sea.long_wave import long_wave_limits, wavenumber
-from stillhook.sea.rao import Rao
+from stillhook.report.plots.run import COLOURS, GREY
+from stillhook.sea.vessel.long_wave import long_wave_limits, wavenumber
+from stillhook.sea.vessel.rao import Rao
 
 PAGE = "hull-convergence.md"
 STORE = HERE / "hull-convergence.json"

@@ -17,7 +17,7 @@ from independent_plc import Settings
 from independent_sea_trial import BAR, COLUMNS, CYCLE, STATED_DELAY, TESTS, SeaTest, inputs_of, logged, samples
 
 from stillhook import Crane
-from stillhook.engine.pack import drum_record, gains, inertia_record
+from stillhook.engine.pack.winch import drum_record, gains, inertia_record
 from stillhook.library import load_crane
 
 CRANE_FILE = "nov-250t"

@@ -13,12 +13,12 @@ from blocks import claims_table, percent, save, table, verdict
 from scipy.optimize import brentq
 
 from stillhook import Crane, Scenario, load_crane, simulate
-from stillhook.analysis.steady import motor_law
-from stillhook.engine.pack import gains
-from stillhook.io.figures import four_panels
+from stillhook.analysis.steady.steady_state import motor_law
+from stillhook.engine.pack.winch import gains
 from stillhook.library import changed
-from stillhook.scenario import Mode
-from stillhook.sea.motion import Motion
+from stillhook.report.plots.run import four_panels
+from stillhook.sea.motion.motion import Motion
+from stillhook.spec.scenario import Mode
 
 PAGE = "offshore-100t.md"
 CRANE = load_crane("nov-250t")

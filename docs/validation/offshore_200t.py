@@ -12,9 +12,9 @@ from batch import Numbers, side_by_side
 from blocks import claims_table, percent, save, table, verdict
 
 from stillhook import Crane, Scenario, Sine, load_crane, simulate
-from stillhook.engine.pack import gains
-from stillhook.io.figures import four_panels
+from stillhook.engine.pack.winch import gains
 from stillhook.library import changed
+from stillhook.report.plots.run import four_panels
 
 PAGE = "offshore-200t.md"
 CRANE = load_crane("nov-250t")

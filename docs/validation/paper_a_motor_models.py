@@ -11,14 +11,14 @@ from blocks import claims_table, percent, save, table, verdict
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from stillhook.identify.loss_fit import LossFit, fit_loss
-from stillhook.identify.loss_map import LossMap
-from stillhook.identify.loss_models import CARDS, LossModel
-from stillhook.identify.loss_rank import borrowed, rank_losses, residual_share
-from stillhook.identify.synthetic_map import Extra, synthetic_map
-from stillhook.io.figures import COLOURS
+from stillhook.identify.motor.fit import LossFit, fit_loss
+from stillhook.identify.motor.map import LossMap
+from stillhook.identify.motor.models import CARDS, LossModel
+from stillhook.identify.motor.rank import borrowed, rank_losses, residual_share
+from stillhook.identify.motor.synthetic_map import Extra, synthetic_map
 from stillhook.library import motor
-from stillhook.physics.motor import TorqueLossFit, torque_loss
+from stillhook.physics.hydraulics.motor import TorqueLossFit, torque_loss
+from stillhook.report.plots.run import COLOURS
 from stillhook.units import from_display
 
 PAGE = "paper-a-motor-models.md"

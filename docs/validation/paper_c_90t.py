@@ -14,12 +14,12 @@ from blocks import claims_table, percent, save, table, verdict
 from scipy.signal import butter, hilbert, sosfiltfilt
 
 from stillhook import Crane, Scenario, load_crane, simulate
-from stillhook.analysis.steady import speed_limit
-from stillhook.engine.checks import layer_diameter_at
-from stillhook.engine.pack import gains
-from stillhook.io.figures import four_panels
+from stillhook.analysis.steady.steady_state import speed_limit
+from stillhook.engine.pack.winch import gains
+from stillhook.engine.scenario.checks import layer_diameter_at
 from stillhook.library import changed
-from stillhook.sea.motion import Motion
+from stillhook.report.plots.run import four_panels
+from stillhook.sea.motion.motion import Motion
 
 PAGE = "paper-c-90t.md"
 CRANE = load_crane("nov-150t")

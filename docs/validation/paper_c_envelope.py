@@ -11,13 +11,13 @@ import xarray
 from blocks import claims_table, percent, save, table, verdict
 
 from stillhook import Crane, Scenario, load_crane
-from stillhook.analysis.envelope_figures import layer_figure, load_speed_figure, setting_figure
-from stillhook.analysis.envelope_limits import Direction, Station, Top
-from stillhook.analysis.load_speed import envelope, setting_curves, wire_out_on
-from stillhook.analysis.steady import speed_limit, steady
-from stillhook.engine.pack import wire_speed_max
+from stillhook.analysis.operating_envelope.figures import layer_figure, load_speed_figure, setting_figure
+from stillhook.analysis.operating_envelope.load_speed import envelope, setting_curves, wire_out_on
+from stillhook.analysis.steady.limits import Direction, Station, Top
+from stillhook.analysis.steady.steady_state import speed_limit, steady
+from stillhook.engine.pack.winch import wire_speed_max
 from stillhook.library import changed
-from stillhook.scenario import Mode
+from stillhook.spec.scenario import Mode
 
 PAGE = "paper-c-envelope.md"
 C150, E250 = load_crane("nov-150t"), load_crane("nov-250t")

@@ -12,12 +12,12 @@ from blocks import claims_table, percent, save, table, verdict
 from matplotlib.figure import Figure
 
 from stillhook import Crane, Scenario, Sine, load_crane, simulate
-from stillhook.analysis.linear import eigenfrequency
-from stillhook.analysis.ringing import rms_above
-from stillhook.crane import wire_inertia
-from stillhook.io.figures import COLOURS, GREY
+from stillhook.analysis.loop_stability.models.eigenfrequency import eigenfrequency
+from stillhook.analysis.loop_stability.ringing import rms_above
 from stillhook.library import changed
-from stillhook.sea.motion import Motion, Sum
+from stillhook.report.plots.run import COLOURS, GREY
+from stillhook.sea.motion.motion import Motion, Sum
+from stillhook.spec.crane import wire_inertia
 from stillhook.units import in_display
 
 PAGE = "paper-c-offshore-contrast.md"

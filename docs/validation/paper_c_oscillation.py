@@ -14,12 +14,12 @@ from blocks import claims_table, percent, save, table, verdict
 from matplotlib.figure import Figure
 
 from stillhook import Crane, Scenario, load_crane, simulate
-from stillhook.analysis.linear import Eigenfrequency, eigenfrequency
-from stillhook.analysis.ringing import Ringing, ringing
-from stillhook.crane import wire_inertia
-from stillhook.io.figures import COLOURS, GREY
+from stillhook.analysis.loop_stability.models.eigenfrequency import Eigenfrequency, eigenfrequency
+from stillhook.analysis.loop_stability.ringing import Ringing, ringing
 from stillhook.library import changed
-from stillhook.scenario import Operator
+from stillhook.report.plots.run import COLOURS, GREY
+from stillhook.spec.crane import wire_inertia
+from stillhook.spec.scenario import Operator
 from stillhook.units import from_display, in_display
 
 PAGE = "paper-c-oscillation.md"

@@ -16,21 +16,21 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from stillhook import identify, load_crane
-from stillhook.crane import Crane
-from stillhook.identify.draws import crane_with
-from stillhook.identify.friction_fit import FrictionFit, cost, fit_system, predicted
-from stillhook.identify.friction_model import Y_NAMES, Loss, Y, mj4, motor_loss_at, system_friction
-from stillhook.identify.from_tests import JUDGED_FROM, Friction, held_out_errors, nominal_share, thesis_check
-from stillhook.identify.measure import measure
-from stillhook.identify.motor_refit import SecondLoop, second_loop
-from stillhook.identify.pairs import on_grid
-from stillhook.identify.points import Points, joined
-from stillhook.identify.set_compare import drum_torque, speeds, split
-from stillhook.io.figures import COLOURS, GREY
-from stillhook.io.instruments import Instruments, noise_of
+from stillhook.identify.system_friction.compare import drum_torque, speeds, split
+from stillhook.identify.system_friction.fitting.draws import crane_with
+from stillhook.identify.system_friction.fitting.fit import FrictionFit, cost, fit_system, predicted
+from stillhook.identify.system_friction.fitting.model import Y_NAMES, Loss, Y, mj4, motor_loss_at, system_friction
+from stillhook.identify.system_friction.fitting.points import Points, joined
+from stillhook.identify.system_friction.identify import JUDGED_FROM, Friction, held_out_errors, nominal_share, thesis_check
+from stillhook.identify.system_friction.motor_refit import SecondLoop, second_loop
+from stillhook.identify.system_friction.tests.measure import measure
+from stillhook.identify.system_friction.tests.pairs import on_grid
 from stillhook.library import load_friction, motor
 from stillhook.library import system_friction as library_friction
-from stillhook.library.sets import load_losses
+from stillhook.library.parameter_sets.sets import load_losses
+from stillhook.logs.synthetic.instruments import Instruments, noise_of
+from stillhook.report.plots.run import COLOURS, GREY
+from stillhook.spec.crane import Crane
 from stillhook.units import from_display
 
 PAGE = "paper-d-friction.md"

@@ -17,11 +17,11 @@ from quay import CRANE, OPEN_LOOP, OPEN_LOOP_10, OPEN_LOOP_BLIND, WARM
 from scipy.integrate import solve_ivp
 
 from stillhook import Crane, Scenario, Sine, simulate
-from stillhook.analysis.steady import reduction_lead
-from stillhook.engine.pack import active_record
-from stillhook.io.figures import COLOURS, GREY
+from stillhook.analysis.steady.steady_state import reduction_lead
+from stillhook.engine.pack.winch import active_record
 from stillhook.library import changed
-from stillhook.physics.swash import displacement, pilot, swash_acceleration
+from stillhook.physics.hydraulics.swash import displacement, pilot, swash_acceleration
+from stillhook.report.plots.run import COLOURS, GREY
 
 PAGE = "paper-e-motor-servo.md"
 PICTURE = "paper-e-motor-servo.png"

@@ -11,9 +11,9 @@ from blocks import claims_table, percent, save, table, verdict
 from quay import CRANE, HEAD, ROWS, WARM, Found, Row, alternatives, beside, found, less, numbers, oscillations, runs_of
 
 from stillhook import Sine
-from stillhook.analysis.attribution import Figure
-from stillhook.analysis.linear import eigenfrequency
-from stillhook.io.figures import four_panels
+from stillhook.analysis.loop_stability.models.eigenfrequency import eigenfrequency
+from stillhook.analysis.uncertainty.attribution import Figure
+from stillhook.report.plots.run import four_panels
 from stillhook.units import in_display
 
 PAGE = "paper-e-scenario-1.md"

@@ -12,10 +12,10 @@ from blocks import claims_table, percent, save, table, verdict
 
 from stillhook import Crane, Scenario, Sine, Still, load_crane, simulate
 from stillhook.analysis import Alternative, Attribution, Figure
-from stillhook.engine.checks import layer_diameter_at
-from stillhook.engine.pack import wire_speed_max
-from stillhook.io.figures import four_panels
+from stillhook.engine.pack.winch import wire_speed_max
+from stillhook.engine.scenario.checks import layer_diameter_at
 from stillhook.library import changed
+from stillhook.report.plots.run import four_panels
 
 PAGE = "paper-e-scenario-2.md"
 CRANE = load_crane("nov-250t")

@@ -12,9 +12,9 @@ from blocks import claims_table, percent, save, table, verdict
 from quay import HEAD, ROWS, WARM, Found, Row, alternatives, beside, found, hs_at, less, numbers, oscillations, runs_of
 
 from stillhook import Sine
-from stillhook.analysis.attribution import Figure
-from stillhook.io.figures import four_panels
-from stillhook.sea.motion import Motion, Sum
+from stillhook.analysis.uncertainty.attribution import Figure
+from stillhook.report.plots.run import four_panels
+from stillhook.sea.motion.motion import Motion, Sum
 
 PAGE = "paper-e-scenario-3.md"
 MODES = ("ns", "hs", "ssc")

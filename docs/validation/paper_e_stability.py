@@ -11,20 +11,20 @@ import numpy as np
 from blocks import claims_table, percent, save, table, verdict
 
 from stillhook import Crane, Scenario, load_crane, simulate
-from stillhook.analysis.equivalent import equivalent
-from stillhook.analysis.governing import Place, PlantLoop, calm, carried, governing, plant_loop_at, slow_places, wire_range
-from stillhook.analysis.linear import eigenfrequency, gain_limit
-from stillhook.analysis.linearisation import at_state, linearise
-from stillhook.analysis.loop_stability import full_stability, least_limit, range_of_modes, slow_sweep, stability, sweep
-from stillhook.analysis.loops import position_loop, sampled
-from stillhook.analysis.margins import gain_limit_of, strongest_gain
-from stillhook.analysis.operation import operating_point
-from stillhook.analysis.ringing import rms_above
-from stillhook.analysis.routh import gain_limit_by_poles, gain_limit_by_routh
-from stillhook.analysis.stability_figures import bode_figure, gain_limit_figure, motor_pole_figure, root_locus_figure, sweep_figure
-from stillhook.analysis.transfer import about, closed_loop_polynomial, motor_poles, speed_response, whole_matrices
+from stillhook.analysis.loop_stability.figures import bode_figure, gain_limit_figure, motor_pole_figure, root_locus_figure, sweep_figure
+from stillhook.analysis.loop_stability.governing import Place, PlantLoop, calm, carried, governing, plant_loop_at, slow_places, wire_range
+from stillhook.analysis.loop_stability.margins import gain_limit_of, strongest_gain
+from stillhook.analysis.loop_stability.models.eigenfrequency import eigenfrequency, gain_limit
+from stillhook.analysis.loop_stability.models.equivalent import equivalent
+from stillhook.analysis.loop_stability.models.linearisation import at_state, linearise
+from stillhook.analysis.loop_stability.models.loops import position_loop, sampled
+from stillhook.analysis.loop_stability.models.transfer import about, closed_loop_polynomial, motor_poles, speed_response, whole_matrices
+from stillhook.analysis.loop_stability.ringing import rms_above
+from stillhook.analysis.loop_stability.routh import gain_limit_by_poles, gain_limit_by_routh
+from stillhook.analysis.loop_stability.stability import full_stability, least_limit, range_of_modes, slow_sweep, stability, sweep
+from stillhook.analysis.steady.operating_point import operating_point
 from stillhook.library import changed
-from stillhook.scenario import Mode
+from stillhook.spec.scenario import Mode
 from stillhook.units import in_display, show
 
 PAGE = "paper-e-stability.md"

@@ -12,17 +12,17 @@ from matplotlib.figure import Figure
 from scipy.integrate import solve_ivp
 
 from stillhook import load_crane
-from stillhook.engine.lift_payload import COLUMNS, pack_payload, wetted_at
-from stillhook.engine.lower import lower
-from stillhook.io.figures import COLOURS, GREY
+from stillhook.engine.lowering.lower import lower
+from stillhook.engine.pack.payload import COLUMNS, pack_payload, wetted_at
 from stillhook.library.payloads import read_payload
-from stillhook.lift import added_mass as formula
-from stillhook.lift.lowering import Lowering
-from stillhook.lift.payload import Payload
-from stillhook.lift.programme import Stage
-from stillhook.physics import payload as phys
-from stillhook.physics.payload import Water
+from stillhook.physics.load_path import payload as phys
+from stillhook.physics.load_path.payload import Water
 from stillhook.physics.scalar import G
+from stillhook.report.plots.run import COLOURS, GREY
+from stillhook.spec.lift import added_mass as formula
+from stillhook.spec.lift.lowering import Lowering
+from stillhook.spec.lift.payload import Payload
+from stillhook.spec.lift.programme import Stage
 
 PAGE = "payload-in-water.md"
 RHO = 1025.0

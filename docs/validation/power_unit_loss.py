@@ -12,10 +12,10 @@ from batch import Numbers, side_by_side, sine
 from blocks import claims_table, percent, save, table, verdict
 
 from stillhook import Crane, Scenario, load_crane, simulate
-from stillhook.engine.checks import layer_diameter_at
-from stillhook.engine.pack import gains, wire_speed_max
-from stillhook.io.figures import four_panels
+from stillhook.engine.pack.winch import gains, wire_speed_max
+from stillhook.engine.scenario.checks import layer_diameter_at
 from stillhook.library import changed
+from stillhook.report.plots.run import four_panels
 
 PAGE = "power-unit-loss.md"
 CRANE = load_crane("nov-250t")

@@ -10,9 +10,9 @@ import xarray
 from blocks import percent
 
 from stillhook import Scenario, load_crane, simulate
-from stillhook.analysis.ringing import rms_above
+from stillhook.analysis.loop_stability.ringing import rms_above
 from stillhook.library import changed
-from stillhook.sea.motion import Motion
+from stillhook.sea.motion.motion import Motion
 from stillhook.units import in_display
 
 CRANE = load_crane("nov-250t")

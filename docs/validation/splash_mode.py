@@ -10,17 +10,17 @@ from blocks import claims_table, percent, save, table
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from stillhook.engine.lower import lower
-from stillhook.io.figures import COLOURS, GREY
-from stillhook.io.lift_file import LiftFile, load_lift
+from stillhook.engine.lowering.lower import lower
+from stillhook.formats.lift.file import LiftFile, load_lift
 from stillhook.library import load_crane
 from stillhook.library.payloads import payloads, read_payload
-from stillhook.lift.lowering import Lowering
-from stillhook.lift.programme import StageMode, WinchSettings
 from stillhook.physics.scalar import G
-from stillhook.sea.realisation import realise, tip_motion
-from stillhook.sea.sea_text import parse_sea
-from stillhook.sea.wave_field import wave_field
+from stillhook.report.plots.run import COLOURS, GREY
+from stillhook.sea.spectra.text import parse_sea
+from stillhook.sea.vessel.realisation import realise, tip_motion
+from stillhook.sea.vessel.wave_field import wave_field
+from stillhook.spec.lift.lowering import Lowering
+from stillhook.spec.lift.programme import StageMode, WinchSettings
 
 PAGE = "splash-mode.md"
 LIFT, THROUGH = "template-through-the-surface", 1

@@ -12,10 +12,10 @@ from blocks import claims_table, percent, save, table, verdict
 from numpy.typing import NDArray
 
 from stillhook import Crane, Scenario, load_crane
-from stillhook.analysis.steady import reduction_lead
-from stillhook.engine.pack import gains
-from stillhook.io.figures import COLOURS
+from stillhook.analysis.steady.steady_state import reduction_lead
+from stillhook.engine.pack.winch import gains
 from stillhook.library import changed
+from stillhook.report.plots.run import COLOURS
 
 PAGE = "threshold-study.md"
 CRANE = load_crane("nov-250t")

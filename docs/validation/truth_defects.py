@@ -11,8 +11,8 @@ from blocks import claims_table, table
 from detection_limits import limits
 from truth_trials import APART, DEFECT_SEEDS, SEEDS, Trial, kept
 
-from stillhook.validate.truth import Defect
-from stillhook.validate.truth.defects import DEFECTS, size_text, told
+from stillhook.validate.synthetic import Defect
+from stillhook.validate.synthetic.defects import DEFECTS, size_text, told
 
 PAGE = "truth-defects.md"
 MOST_FALSE = 5

@@ -25,30 +25,30 @@ from typing import Any, NamedTuple
 import numpy as np
 import trial_store
 
-from stillhook.arrays import FloatArray
-from stillhook.engine.pack import drum_record
-from stillhook.engine.truth import Truth
-from stillhook.engine.truth_circuits import leak_over_twin
-from stillhook.engine.truth_friction import true_friction
+from stillhook.base.arrays import FloatArray
+from stillhook.engine.pack.winch import drum_record
 from stillhook.errors import StillhookError
 from stillhook.library import load_crane
 from stillhook.library.leakage import Point
-from stillhook.physics.drum import layer_diameter, layers_filled
+from stillhook.physics.load_path.drum import layer_diameter, layers_filled
 from stillhook.physics.scalar import G
-from stillhook.plants.truth_drum import TrueDrum, wound
 from stillhook.validate import validate
-from stillhook.validate.campaign import Kind, load_campaign
-from stillhook.validate.dynamics import DynamicsStep
-from stillhook.validate.implied_friction import States, slope_beside
-from stillhook.validate.implied_parts import Part, by_test, parts_of
-from stillhook.validate.lines import Measure, StepNumber, Verdict
-from stillhook.validate.parameters import ParametersStep
-from stillhook.validate.reading import read_records
-from stillhook.validate.report_texts import found_on_the_way
-from stillhook.validate.truth import Defect, sea_trials, write_campaign
-from stillhook.validate.truth.defects import DEFECTS
-from stillhook.validate.truth.scatter import STATED_DELAY
+from stillhook.validate.criteria.results import Measure, StepNumber, Verdict
+from stillhook.validate.data_set.campaign import Kind, load_campaign
+from stillhook.validate.data_set.records.read import read_records
+from stillhook.validate.dynamics.check import DynamicsStep
+from stillhook.validate.parameters.check import ParametersStep
+from stillhook.validate.parameters.hoisting.friction import States, slope_beside
+from stillhook.validate.parameters.segments import Part, by_test, parts_of
+from stillhook.validate.report.texts import found_on_the_way
+from stillhook.validate.synthetic import Defect, sea_trials, write_campaign
+from stillhook.validate.synthetic.defects import DEFECTS
+from stillhook.validate.synthetic.reference.circuits import leak_over_twin
+from stillhook.validate.synthetic.reference.crane import Truth
+from stillhook.validate.synthetic.reference.friction import true_friction
+from stillhook.validate.synthetic.scatter import STATED_DELAY
 from stillhook.validate.validation import Validation
+from stillhook.winches.reference.drum import TrueDrum, wound
 
 STORE = Path(__file__).resolve().parent / "truth-trials.json"
 SEEDS = range(100)

@@ -16,13 +16,13 @@ import xarray
 from blocks import HERE, claims_table, percent, save, table
 
 from stillhook import Sine
-from stillhook.analysis.bands import Limit, band, chance, chances, failures, paired_difference
-from stillhook.analysis.factors import FACTORS
-from stillhook.analysis.many_draws import monte_carlo
-from stillhook.analysis.sobol import MATTERS, Index, Sensitivity, sensitivity
-from stillhook.analysis.uncertainty import Uncertainty
-from stillhook.analysis.uncertainty_figures import band_figure, index_figure
-from stillhook.engine.build import results_hash
+from stillhook.analysis.uncertainty.bands import Limit, band, chance, chances, failures, paired_difference
+from stillhook.analysis.uncertainty.factors import FACTORS
+from stillhook.analysis.uncertainty.factors_file import Uncertainty
+from stillhook.analysis.uncertainty.figures import band_figure, index_figure
+from stillhook.analysis.uncertainty.monte_carlo import monte_carlo
+from stillhook.analysis.uncertainty.sobol import MATTERS, Index, Sensitivity, sensitivity
+from stillhook.kernels.build import results_hash
 
 PAGE = "uncertainty.md"
 STORE = HERE / "uncertainty-indices.json"
@@ -155,8 +155,8 @@ def follows_from(cases: Sequence[Any]) -> str:
     digest = hashlib.sha256(f"{results_hash()} {ROWS} {SEED} {paper_e_scenario_2.CRANE.model_dump_json()}".encode())
     for case in cases:
         digest.update(json.dumps(case.to_dict(), sort_keys=True).encode())
-    folder = Path(str(stillhook.analysis.__file__)).parent
-    for name in ("bands", "distribution", "drawn", "factors", "many_draws", "sobol", "uncertainty"):
+    folder = Path(str(stillhook.analysis.__file__)).parent / "uncertainty"
+    for name in ("bands", "distribution", "factors", "factors_file", "monte_carlo", "samples", "sobol"):
         digest.update((folder / f"{name}.py").read_bytes())
     return digest.hexdigest()
 

@@ -12,10 +12,10 @@ from blocks import claims_table, save, table
 from matplotlib.figure import Figure
 from scipy.integrate import quad
 
-from stillhook.io.figures import COLOURS, GREY
-from stillhook.sea.parametric import CUT, Jonswap, Peaks
-from stillhook.sea.sea_text import parse_wave
-from stillhook.sea.torsethaugen import Torsethaugen
+from stillhook.report.plots.run import COLOURS, GREY
+from stillhook.sea.spectra.parametric import CUT, Jonswap, Peaks
+from stillhook.sea.spectra.text import parse_wave
+from stillhook.sea.spectra.torsethaugen import Torsethaugen
 
 PAGE = "wave-spectra.md"
 GAMMAS = (1.0, 2.0, 3.3, 5.0, 7.0)

@@ -9,57 +9,57 @@
 
 from typing import TYPE_CHECKING
 
-from stillhook._lazy import attached
 from stillhook._version import __version__
+from stillhook.base.lazy import attached
 
 if TYPE_CHECKING:
     from stillhook import analysis, identify, metrics, plan, response, validate
     from stillhook.analysis.compare import compare
-    from stillhook.crane import Crane
-    from stillhook.engine.lower import lower
-    from stillhook.engine.simulate import simulate
+    from stillhook.engine.lowering.lower import lower
+    from stillhook.engine.scenario.simulate import simulate
     from stillhook.errors import StillhookError
-    from stillhook.io.lift_file import load_lift
-    from stillhook.io.motion_file import read_tip_motion
-    from stillhook.io.results import load_run, save_run
-    from stillhook.io.vessel_file import read_vessel
-    from stillhook.library.load import cranes, load_crane
+    from stillhook.formats.lift.file import load_lift
+    from stillhook.formats.motion.open import read_tip_motion
+    from stillhook.formats.results import load_run, save_run
+    from stillhook.formats.vessel.open import read_vessel
+    from stillhook.library.crane_file.load import cranes, load_crane
     from stillhook.library.payloads import read_payload
-    from stillhook.lift.lowering import Lowering
-    from stillhook.plan.plan_file import load_plan
-    from stillhook.scenario import Mode, Scenario
-    from stillhook.sea.motion import Profile, Sine, Still
-    from stillhook.sea.recorded import Recorded
-    from stillhook.sea.sea_text import parse_sea
+    from stillhook.plan.file import load_plan
+    from stillhook.sea.motion.motion import Profile, Sine, Still
+    from stillhook.sea.motion.recorded import Recorded
+    from stillhook.sea.spectra.text import parse_sea
+    from stillhook.spec.crane import Crane
+    from stillhook.spec.lift.lowering import Lowering
+    from stillhook.spec.scenario import Mode, Scenario
 
 _HOMES = {
-    "Crane": "crane",
-    "Lowering": "lift.lowering",
-    "Mode": "scenario",
-    "Profile": "sea.motion",
-    "Recorded": "sea.recorded",
-    "Scenario": "scenario",
-    "Sine": "sea.motion",
-    "Still": "sea.motion",
+    "Crane": "spec.crane",
+    "Lowering": "spec.lift.lowering",
+    "Mode": "spec.scenario",
+    "Profile": "sea.motion.motion",
+    "Recorded": "sea.motion.recorded",
+    "Scenario": "spec.scenario",
+    "Sine": "sea.motion.motion",
+    "Still": "sea.motion.motion",
     "StillhookError": "errors",
     "analysis": "",
     "compare": "analysis.compare",
     "cranes": "library",
     "identify": "",
     "load_crane": "library",
-    "load_lift": "io.lift_file",
-    "load_plan": "plan.plan_file",
-    "load_run": "io.results",
-    "lower": "engine.lower",
+    "load_lift": "formats.lift.file",
+    "load_plan": "plan.file",
+    "load_run": "formats.results",
+    "lower": "engine.lowering.lower",
     "metrics": "",
-    "parse_sea": "sea.sea_text",
+    "parse_sea": "sea.spectra.text",
     "plan": "",
     "read_payload": "library.payloads",
-    "read_tip_motion": "io.motion_file",
-    "read_vessel": "io.vessel_file",
+    "read_tip_motion": "formats.motion.open",
+    "read_vessel": "formats.vessel.open",
     "response": "",
-    "save_run": "io.results",
-    "simulate": "engine.simulate",
+    "save_run": "formats.results",
+    "simulate": "engine.scenario.simulate",
     "validate": "",
 }
 __all__ = [

@@ -325,7 +325,7 @@ def _reader(kind: str) -> Callable[[object], float]:
 
 
 def _refusing(read: Callable[[object], float]) -> Callable[[object], float]:
-    """A reader whose ValueError becomes the error of type "unit" that `stillhook.library.explain` puts into one line."""
+    """A reader whose ValueError becomes the error of type "unit" that `stillhook.library.toml.explain` puts into one line."""
 
     def refusing(value: object) -> float:
         from pydantic_core import PydanticCustomError

@@ -6,12 +6,12 @@ import pytest
 
 from stillhook import Scenario, Sine, load_crane
 from stillhook.analysis import Alternative, Figure, attribute, sensitivity
-from stillhook.analysis.attribution import Verdict
-from stillhook.analysis.factors import FACTORS
-from stillhook.analysis.uncertainty import Uncertainty
-from stillhook.crane import ServoVariant
+from stillhook.analysis.uncertainty.attribution import Verdict
+from stillhook.analysis.uncertainty.factors import FACTORS
+from stillhook.analysis.uncertainty.factors_file import Uncertainty
 from stillhook.errors import SpecError
 from stillhook.library import changed
+from stillhook.spec.crane import ServoVariant
 
 CRANE = load_crane("nov-250t")
 CASE = Scenario(load="100 t", s_w="100 m", tip="sine 2 m 12 s", duration="60 s", warm_up="30 s")

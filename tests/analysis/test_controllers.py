@@ -9,7 +9,7 @@ import pytest
 from stillhook import load_crane
 from stillhook.analysis.controllers import NAMES, Controller, controller, controller_toml, controllers
 from stillhook.errors import SpecError, UnitError
-from stillhook.scenario import Mode
+from stillhook.spec.scenario import Mode
 
 CRANE = load_crane("nov-250t")
 SOFT = """mode = "ssc-cubic"

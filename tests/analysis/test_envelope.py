@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 
 from stillhook import Scenario, Sine, load_crane, simulate
-from stillhook.analysis.envelope_limits import Direction, Limit, Station
-from stillhook.analysis.load_speed import PHYSICAL, envelope, gain, setting_curves, wire_out_on
-from stillhook.analysis.operation import NoSteadyOperation, operating_point
-from stillhook.engine.pack import wire_speed_max
+from stillhook.analysis.operating_envelope.load_speed import PHYSICAL, envelope, gain, setting_curves, wire_out_on
+from stillhook.analysis.steady.limits import Direction, Limit, Station
+from stillhook.analysis.steady.operating_point import NoSteadyOperation, operating_point
+from stillhook.engine.pack.winch import wire_speed_max
 from stillhook.errors import StillhookError
 from stillhook.library import changed
-from stillhook.scenario import Mode
+from stillhook.spec.scenario import Mode
 
 C150, E250, PURE = "nov-150t", "nov-250t", "nov-100t-pure-active"
 SIX = 5e-7

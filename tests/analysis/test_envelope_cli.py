@@ -7,9 +7,9 @@ import pytest
 import xarray
 
 from stillhook import load_crane
-from stillhook.analysis.load_speed import envelope
+from stillhook.analysis.operating_envelope.load_speed import envelope
 from stillhook.cli import run
-from stillhook.cli.envelope import OUT_FILES
+from stillhook.cli.analysis.envelope import OUT_FILES
 from stillhook.variables import BY_NAME
 
 CRANE = "nov-100t-pure-active"
@@ -77,8 +77,8 @@ def test_layer_is_counted_from_the_bare_drum(capsys):
 
 
 def test_out_writes_every_file_that_is_promised(capsys, tmp_path, monkeypatch):
-    monkeypatch.setattr("stillhook.analysis.load_speed.LOADS", (0.0, 0.5, 1.0))  # coarser pictures, for speed alone
-    monkeypatch.setattr("stillhook.cli.envelope.LAYERS_SHARES", (1.0,))
+    monkeypatch.setattr("stillhook.analysis.operating_envelope.load_speed.LOADS", (0.0, 0.5, 1.0))  # coarser pictures, for speed alone
+    monkeypatch.setattr("stillhook.cli.analysis.envelope.LAYERS_SHARES", (1.0,))
     out = tmp_path / "folder"
     assert run([*FAST, "--load", "40 t", "--out", str(out)]) == 0
     assert sorted(p.name for p in out.iterdir()) == sorted(OUT_FILES)

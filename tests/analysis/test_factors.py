@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 
 from stillhook import Scenario, load_crane
-from stillhook.analysis.distribution import Distribution, Law, distribution
-from stillhook.analysis.drawn import HELD, Drawing
-from stillhook.analysis.factors import FACTORS
-from stillhook.analysis.uncertainty import Uncertainty
-from stillhook.crane import effective_inertia
-from stillhook.engine.pack import gains
+from stillhook.analysis.uncertainty.distribution import Distribution, Law, distribution
+from stillhook.analysis.uncertainty.factors import FACTORS
+from stillhook.analysis.uncertainty.factors_file import Uncertainty
+from stillhook.analysis.uncertainty.samples import HELD, Drawing
+from stillhook.engine.pack.winch import gains
 from stillhook.errors import SpecError, StillhookError, UnitError
 from stillhook.library import changed, cranes
+from stillhook.spec.crane import effective_inertia
 
 CASE = Scenario(load="50 t", s_w="100 m", tip="sine 2 m 12 s", duration="60 s")
 OPEN_LOOP = {"active": {"motor": {"variant": "open-loop"}}}

@@ -9,17 +9,17 @@ import pytest
 
 from stillhook import Crane, Profile, Scenario, load_crane, simulate
 from stillhook.analysis.controllers import Controller, controller, strong_ssc
-from stillhook.analysis.governing import KEPT, SLOW, carried, governing, plant_loop_at, slow_places, wire_range
-from stillhook.analysis.linear import gain_limit
-from stillhook.analysis.margins import gain_limit_of, margins, strongest_gain
+from stillhook.analysis.loop_stability.governing import KEPT, SLOW, carried, governing, plant_loop_at, slow_places, wire_range
+from stillhook.analysis.loop_stability.margins import gain_limit_of, margins, strongest_gain
+from stillhook.analysis.loop_stability.models.eigenfrequency import gain_limit
 from stillhook.analysis.slow_limit import slow_limit
-from stillhook.analysis.tune_goal import Limits, parse_limits
-from stillhook.analysis.tune_score import gain_allowed, linear_broken, loop_margins
-from stillhook.analysis.tuning import tune
-from stillhook.engine.checks import foresee, layer_diameter_at
+from stillhook.analysis.tuning.objective import Limits, parse_limits
+from stillhook.analysis.tuning.score import gain_allowed, linear_broken, loop_margins
+from stillhook.analysis.tuning.tune import tune
+from stillhook.engine.scenario.checks import foresee, layer_diameter_at
 from stillhook.errors import StillhookError
 from stillhook.library import changed
-from stillhook.scenario import Mode
+from stillhook.spec.scenario import Mode
 
 LIBRARY = load_crane("nov-250t")
 CRANE = changed(LIBRARY, {"wire": {"zeta": 0.95, "zeta_low": 0.95, "zeta_high": 0.95}})

@@ -9,18 +9,18 @@ from hypothesis import strategies as st
 from scipy.linalg import expm
 
 from stillhook import Scenario, Sine, load_crane, simulate
-from stillhook.analysis import linearisation as module
-from stillhook.analysis.equivalent import equivalent
-from stillhook.analysis.linear import eigenfrequency, gain_limit
-from stillhook.analysis.linearisation import Linear, PlantMode, at_state, linearise, plant_loop, plc_loop
-from stillhook.analysis.loop_stability import full_stability, stability
-from stillhook.analysis.margins import gain_limit_of
-from stillhook.analysis.operation import OperatingPoint, operating_point
-from stillhook.analysis.transfer import about, command_pole
+from stillhook.analysis.loop_stability.margins import gain_limit_of
+from stillhook.analysis.loop_stability.models import linearisation as module
+from stillhook.analysis.loop_stability.models.eigenfrequency import eigenfrequency, gain_limit
+from stillhook.analysis.loop_stability.models.equivalent import equivalent
+from stillhook.analysis.loop_stability.models.linearisation import Linear, PlantMode, at_state, linearise, plant_loop, plc_loop
+from stillhook.analysis.loop_stability.models.transfer import about, command_pole
+from stillhook.analysis.loop_stability.stability import full_stability, stability
+from stillhook.analysis.steady.operating_point import OperatingPoint, operating_point
 from stillhook.errors import StillhookError
 from stillhook.library import changed
 from stillhook.physics.friction import bristle_rate
-from stillhook.scenario import Mode
+from stillhook.spec.scenario import Mode
 
 CRANE = load_crane("nov-250t")
 CALM = changed(CRANE, {"wire": {"zeta": 0.95, "zeta_low": 0.95, "zeta_high": 0.95}})

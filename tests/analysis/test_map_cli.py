@@ -29,7 +29,7 @@ class TestOutput:
 
     def test_json_holds_the_numbers_of_the_map_in_si(self, capsys):
         from stillhook import load_crane
-        from stillhook.analysis.maps import map_of
+        from stillhook.analysis.maps.operability import map_of
 
         data = answer(capsys)
         m = map_of(load_crane("nov-250t"), loads="50 t, 175 t", speeds="40 m/min, 100 m/min")

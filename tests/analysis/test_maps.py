@@ -4,18 +4,18 @@ import numpy as np
 import pytest
 
 from stillhook import Scenario, Sine, load_crane, simulate
-from stillhook.analysis.applicable import HS_SHARE, MARKS, RULES, SATURATION_SHARE, cause_of
+from stillhook.analysis.applicability import HS_SHARE, MARKS, RULES, SATURATION_SHARE, cause_of
+from stillhook.analysis.axes import axes_of, middle_of, quantities
 from stillhook.analysis.controllers import Controller
-from stillhook.analysis.map_axes import axes_of, middle_of, quantities
-from stillhook.analysis.map_result import BEST_CLASSIC, Map
-from stillhook.analysis.maps import NUMBERS, map_of, operability_map
+from stillhook.analysis.maps.operability import NUMBERS, map_of, operability_map
+from stillhook.analysis.maps.result import BEST_CLASSIC, Map
 from stillhook.errors import ScenarioError, SpecError, StillhookError
 from stillhook.library import changed
-from stillhook.physics.drum import layers_filled
-from stillhook.scenario import Mode
-from stillhook.sea.motion import Profile, Still, Sum
-from stillhook.sea.recorded import Recorded
-from stillhook.sea.scale import scaled, scaled_to, speed_peak
+from stillhook.physics.load_path.drum import layers_filled
+from stillhook.sea.motion.motion import Profile, Still, Sum
+from stillhook.sea.motion.recorded import Recorded
+from stillhook.sea.motion.scale import scaled, scaled_to, speed_peak
+from stillhook.spec.scenario import Mode
 
 PEAK_TOLERANCE = 1e-4  # of the speed: peaks are looked for among samples every 10 ms
 CRANE = load_crane("nov-250t")
@@ -62,7 +62,7 @@ class TestCells:
         assert float(data["e_c_pp"].sel(controller="ssc", layer=3, period=8.0)[0, 1]) == cell(one, "e_c_pp", "ssc", 0, 0)
 
     def test_wire_lies_in_the_middle_of_the_layer(self):
-        from stillhook.engine.pack import drum_record
+        from stillhook.engine.pack.winch import drum_record
 
         drum = drum_record(CRANE)
         for layer in (1, 6, 12):
@@ -71,7 +71,7 @@ class TestCells:
     def test_finished_cells_are_kept_and_found_again(self, tmp_path, monkeypatch):
         first = map_of(CRANE, ["ssc"], loads="50 t", speeds=SPEEDS, store=tmp_path)
         assert list(tmp_path.iterdir())
-        import stillhook.engine.many as many
+        import stillhook.engine.scenario.batch as many
 
         monkeypatch.setattr(many, "run_cases", lambda *a, **k: pytest.fail("ran again"))
         again = map_of(CRANE, ["ssc"], loads="50 t", speeds=SPEEDS, store=tmp_path)
@@ -261,7 +261,7 @@ class TestDataset:
         assert float(data["e_c_pp"].sel(controller="ssc")[0, 0]) == cell(found, "e_c_pp", "ssc", 0, 0)
 
     def test_pictures_show_every_value_and_name_every_cause(self, found):
-        from stillhook.analysis.map_figures import figures
+        from stillhook.analysis.maps.figures import figures
 
         pictures = figures(found)
         assert {"e_c_pp", "p_max", "alpha_m_min", "change"} <= set(pictures)

@@ -11,10 +11,10 @@ from scipy.integrate import solve_ivp
 
 import control
 from stillhook import load_crane
-from stillhook.analysis.linear import gain_limit
-from stillhook.analysis.loops import ContinuousLoop, position_loop, sampled
-from stillhook.analysis.margins import gain_limit_of, is_stable, margins, strongest, strongest_gain, strongest_up_to
-from stillhook.analysis.transfer import loop_matrices, open_loop
+from stillhook.analysis.loop_stability.margins import gain_limit_of, is_stable, margins, strongest, strongest_gain, strongest_up_to
+from stillhook.analysis.loop_stability.models.eigenfrequency import gain_limit
+from stillhook.analysis.loop_stability.models.loops import ContinuousLoop, position_loop, sampled
+from stillhook.analysis.loop_stability.models.transfer import loop_matrices, open_loop
 from stillhook.errors import StillhookError
 
 CRANES = [load_crane(n) for n in ("nov-250t", "nov-150t", "nov-100t-pure-active")]
@@ -189,7 +189,7 @@ def test_strongest_gain_of_the_250_t_crane():
 
 
 def test_outermost_layer_and_smallest_displacement_are_the_worst():
-    from stillhook.analysis.transfer import on_layer
+    from stillhook.analysis.loop_stability.models.transfer import on_layer
 
     T = CRANE.control.t_cycle
     for layer in (1, 6, 12):

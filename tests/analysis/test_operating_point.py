@@ -6,10 +6,10 @@ from functools import cache
 import pytest
 
 from stillhook import Scenario, load_crane, simulate
-from stillhook.analysis.operation import operating_point
+from stillhook.analysis.steady.operating_point import operating_point
 from stillhook.errors import StillhookError
 from stillhook.library import changed
-from stillhook.scenario import Operator, Water
+from stillhook.spec.scenario import Operator, Water
 
 CRANES = ("nov-150t", "nov-250t", "nov-100t-pure-active")
 SLOW = {"s_w", "s_load", "V_o"}

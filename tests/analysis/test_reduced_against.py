@@ -5,11 +5,11 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from stillhook import Scenario, Sine, load_crane, simulate
-from stillhook.analysis.reduced import simulate_reduced
-from stillhook.analysis.transfer import about, whole_matrices
-from stillhook.engine.pack import gains, pack
+from stillhook.analysis.loop_stability.models.reduced import simulate_reduced
+from stillhook.analysis.loop_stability.models.transfer import about, whole_matrices
+from stillhook.engine.pack.winch import gains, pack
 from stillhook.library import changed
-from stillhook.physics.drum import K_wire as ratio_of
+from stillhook.physics.load_path.drum import K_wire as ratio_of
 
 CRANE = load_crane("nov-250t")
 MICROMETRE = 1e-6  # of wire: what a reference has to be sure to

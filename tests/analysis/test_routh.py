@@ -9,11 +9,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from stillhook import load_crane
-from stillhook.analysis.linear import gain_limit
-from stillhook.analysis.loops import position_loop, sampled
-from stillhook.analysis.margins import gain_limit_of
-from stillhook.analysis.routh import gain_limit_by_poles, gain_limit_by_routh, routh
-from stillhook.analysis.transfer import closed_loop_polynomial
+from stillhook.analysis.loop_stability.margins import gain_limit_of
+from stillhook.analysis.loop_stability.models.eigenfrequency import gain_limit
+from stillhook.analysis.loop_stability.models.loops import position_loop, sampled
+from stillhook.analysis.loop_stability.models.transfer import closed_loop_polynomial
+from stillhook.analysis.loop_stability.routh import gain_limit_by_poles, gain_limit_by_routh, routh
 from stillhook.errors import StillhookError
 
 CRANES = [load_crane(n) for n in ("nov-250t", "nov-150t", "nov-100t-pure-active")]

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from stillhook import Scenario, load_crane, simulate
-from stillhook.analysis.map_axes import middle_of
-from stillhook.analysis.settling import AFTER, BAND, HOLD, RAMP, _why_not, operator_of, settling_map, settling_of
-from stillhook.engine import many
+from stillhook.analysis.axes import middle_of
+from stillhook.analysis.maps.settling import AFTER, BAND, HOLD, RAMP, _why_not, operator_of, settling_map, settling_of
+from stillhook.engine.scenario import batch as many
 from stillhook.errors import SimulationError, StillhookError
 from stillhook.library import changed
 from stillhook.metrics import settling_time

@@ -4,11 +4,11 @@ import pytest
 
 from stillhook import Profile, Scenario, load_crane, simulate
 from stillhook.analysis.controllers import controller
-from stillhook.analysis.governing import governing
-from stillhook.analysis.ringing import rms_above
+from stillhook.analysis.loop_stability.governing import governing
+from stillhook.analysis.loop_stability.ringing import rms_above
 from stillhook.analysis.slow_limit import SLOW, slow_limit
 from stillhook.library import changed
-from stillhook.scenario import Mode
+from stillhook.spec.scenario import Mode
 
 LIBRARY = load_crane("nov-250t")
 CRANE = changed(LIBRARY, {"wire": {"zeta": 0.95, "zeta_low": 0.95, "zeta_high": 0.95}})

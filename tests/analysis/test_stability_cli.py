@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from stillhook import load_crane
-from stillhook.analysis.linear import gain_limit
-from stillhook.analysis.loop_stability import Over, bode, full_stability, least_limit, root_locus, slow_sweep, stability, sweep
+from stillhook.analysis.loop_stability.models.eigenfrequency import gain_limit
+from stillhook.analysis.loop_stability.stability import Over, bode, full_stability, least_limit, root_locus, slow_sweep, stability, sweep
 from stillhook.cli import run
 from stillhook.errors import StillhookError
 from stillhook.library import changed
@@ -172,7 +172,7 @@ def test_bad_input_is_one_line_and_exit_code_2(capsys, words: tuple[str, ...], t
 def test_out_writes_pictures_sweeps_and_numbers(capsys, tmp_path):
     import xarray
 
-    from stillhook.cli.stability import NAMES
+    from stillhook.cli.analysis.stability import NAMES
 
     folder = tmp_path / "out"
     assert run(["stability", "nov-150t", "--out", str(folder)]) == 0

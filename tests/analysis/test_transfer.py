@@ -8,12 +8,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from stillhook import load_crane
-from stillhook.analysis.linear import eigenfrequency, gain_limit
-from stillhook.analysis.loops import position_loop
-from stillhook.analysis.margins import gain_limit_of
-from stillhook.analysis.routh import gain_limit_by_poles
-from stillhook.analysis.steady import speed_limit, steady
-from stillhook.analysis.transfer import (
+from stillhook.analysis.loop_stability.margins import gain_limit_of
+from stillhook.analysis.loop_stability.models.eigenfrequency import eigenfrequency, gain_limit
+from stillhook.analysis.loop_stability.models.loops import position_loop
+from stillhook.analysis.loop_stability.models.transfer import (
     WHOLE,
     about,
     circuit,
@@ -25,7 +23,9 @@ from stillhook.analysis.transfer import (
     whole,
     whole_matrices,
 )
-from stillhook.engine.pack import gains
+from stillhook.analysis.loop_stability.routh import gain_limit_by_poles
+from stillhook.analysis.steady.steady_state import speed_limit, steady
+from stillhook.engine.pack.winch import gains
 from stillhook.errors import StillhookError
 from stillhook.library import changed
 

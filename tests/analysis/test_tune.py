@@ -8,21 +8,21 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-import stillhook.analysis.tune_search as tuning
+import stillhook.analysis.tuning.search as tuning
 from stillhook import Scenario, load_crane
 from stillhook.analysis.controllers import Controller, controller, controller_toml
-from stillhook.analysis.loops import position_loop, sampled
-from stillhook.analysis.margins import margins
-from stillhook.analysis.steady import speed_limit
-from stillhook.analysis.tune_compare import front, outcomes, pareto, trials_dataset, variations
-from stillhook.analysis.tune_goal import SPEEDS, Limits, Objective, hold_out, parse_limits, scenarios, usual_speeds
-from stillhook.analysis.tune_score import gain_allowed
-from stillhook.analysis.tune_space import of_vector, present, space, to_vector, tunable, tuned_controller, with_settings
-from stillhook.analysis.tuning import Tuned, tune
-from stillhook.engine.many import summaries
+from stillhook.analysis.loop_stability.margins import margins
+from stillhook.analysis.loop_stability.models.loops import position_loop, sampled
+from stillhook.analysis.steady.steady_state import speed_limit
+from stillhook.analysis.tuning.compare import front, outcomes, pareto, trials_dataset, variations
+from stillhook.analysis.tuning.objective import SPEEDS, Limits, Objective, hold_out, parse_limits, scenarios, usual_speeds
+from stillhook.analysis.tuning.parameters import of_vector, present, space, to_vector, tunable, tuned_controller, with_settings
+from stillhook.analysis.tuning.score import gain_allowed
+from stillhook.analysis.tuning.tune import Tuned, tune
+from stillhook.engine.scenario.batch import summaries
 from stillhook.errors import StillhookError, UnitError
 from stillhook.library import changed
-from stillhook.scenario import Mode
+from stillhook.spec.scenario import Mode
 from stillhook.units import parse
 
 SEARCH = 0.03

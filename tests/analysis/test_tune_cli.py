@@ -10,7 +10,7 @@ import pytest
 from stillhook import load_crane
 from stillhook.analysis.controllers import controller
 from stillhook.cli import run as command
-from stillhook.scenario import Mode
+from stillhook.spec.scenario import Mode
 
 QUICK = ["--loads", "40 %", "--speeds", "60 m/min", "--periods", "10 s", "--budget", "20"]
 

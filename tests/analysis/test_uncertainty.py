@@ -7,17 +7,17 @@ import numpy as np
 import pytest
 
 from stillhook import Scenario, Sine, load_crane, simulate
-from stillhook.analysis.bands import Limit, band, bands, chance, chances, exceedance, paired_difference, troubles
-from stillhook.analysis.many_draws import drawn_pair, monte_carlo
-from stillhook.analysis.map_draws import monte_carlo_map
-from stillhook.analysis.map_draws_figure import map_band_figure
-from stillhook.analysis.maps import operability_map
-from stillhook.analysis.uncertainty import Uncertainty, draws, load_uncertainty
+from stillhook.analysis.maps.monte_carlo import monte_carlo_map
+from stillhook.analysis.maps.monte_carlo_figure import map_band_figure
+from stillhook.analysis.maps.operability import operability_map
+from stillhook.analysis.uncertainty.bands import Limit, band, bands, chance, chances, exceedance, paired_difference, troubles
+from stillhook.analysis.uncertainty.factors_file import Uncertainty, draws, load_uncertainty
+from stillhook.analysis.uncertainty.monte_carlo import drawn_pair, monte_carlo
 from stillhook.errors import SpecError, StillhookError
-from stillhook.io.results import load_run, origin, save_run
-from stillhook.io.set_file import save_set
+from stillhook.formats.results import load_run, origin, save_run
 from stillhook.library import FrictionSet, load_friction
-from stillhook.library.evidence import Evidence
+from stillhook.library.parameter_sets.evidence import Evidence
+from stillhook.library.parameter_sets.file import save_set
 from stillhook.variables import SUMMARY
 
 CRANE = load_crane("nov-250t")

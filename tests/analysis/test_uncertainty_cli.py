@@ -5,7 +5,7 @@ import json
 import pytest
 
 from stillhook.cli import run as command
-from stillhook.io.results import load_run
+from stillhook.formats.results import load_run
 from stillhook.variables import BY_NAME
 
 SHORT = ["--duration", "32 s", "--warm-up", "20 s", "--draws", "16"]

@@ -14,27 +14,27 @@ import pytest
 from stillhook import Crane, Scenario, library, load_crane, simulate
 from stillhook.analysis.compare import compare
 from stillhook.analysis.controllers import strong_ssc
-from stillhook.analysis.governing import governing
-from stillhook.analysis.linear import eigenfrequency, gain_limit
-from stillhook.analysis.linearisation import linearise
-from stillhook.analysis.load_speed import envelope, setting_curves
-from stillhook.analysis.loop_stability import bode, both_loops, full_stability, root_locus, stability, sweep
-from stillhook.analysis.many_draws import monte_carlo
-from stillhook.analysis.maps import map_of
-from stillhook.analysis.margins import strongest_gain
-from stillhook.analysis.operation import operating_point
-from stillhook.analysis.settling import settling_of
-from stillhook.analysis.steady import speed_limit, steady
-from stillhook.analysis.tuning import tune
+from stillhook.analysis.loop_stability.governing import governing
+from stillhook.analysis.loop_stability.margins import strongest_gain
+from stillhook.analysis.loop_stability.models.eigenfrequency import eigenfrequency, gain_limit
+from stillhook.analysis.loop_stability.models.linearisation import linearise
+from stillhook.analysis.loop_stability.stability import bode, both_loops, full_stability, root_locus, stability, sweep
+from stillhook.analysis.maps.operability import map_of
+from stillhook.analysis.maps.settling import settling_of
+from stillhook.analysis.operating_envelope.load_speed import envelope, setting_curves
+from stillhook.analysis.steady.operating_point import operating_point
+from stillhook.analysis.steady.steady_state import speed_limit, steady
+from stillhook.analysis.tuning.tune import tune
+from stillhook.analysis.uncertainty.monte_carlo import monte_carlo
 from stillhook.cli import run
-from stillhook.crane import Plant
-from stillhook.engine.build import PLANTS as DRIVEN
-from stillhook.engine.checks import NOTES
-from stillhook.engine.many import summaries
-from stillhook.engine.pack import pack
-from stillhook.engine.winch_type import PLANTS, plant_of
+from stillhook.engine.pack.winch import pack
+from stillhook.engine.scenario.batch import summaries
+from stillhook.engine.scenario.checks import NOTES
 from stillhook.errors import SpecError
-from stillhook.scenario import Mode
+from stillhook.kernels.build import PLANTS as DRIVEN
+from stillhook.kernels.winch_type import PLANTS, plant_of
+from stillhook.spec.crane import Plant
+from stillhook.spec.scenario import Mode
 
 
 class Other(StrEnum):
@@ -107,7 +107,7 @@ NAMED = ("compare", "uncertainty")
 
 @pytest.mark.parametrize("words", COMMANDS, ids=" ".join)
 def test_commands_refuse_an_unknown_winch_type_in_one_line(words: tuple[str, ...], monkeypatch, capsys):
-    for home in ("stillhook.library", "stillhook.library.load"):
+    for home in ("stillhook.library", "stillhook.library.crane_file.load"):
         monkeypatch.setattr(f"{home}.load_crane", lambda name: unknown("nov-250t"))
     crane = ["--crane", "nov-250t"] if words[0] in NAMED else ["nov-250t"]
     assert run([words[0], *crane, *words[1:]]) == 2
@@ -205,7 +205,7 @@ time = "10 s"
     ids=["compensated", "then lowered by hand", "with a brake that holds at rest"],
 )
 def test_a_lowering_with_a_pure_active_winch_tells_of_offset_and_sinking(stages: str, brake: bool, sinks: bool, tmp_path: Path, capsys):
-    written = (Path(library.__file__).parent / "cranes" / f"{PURE}.toml").read_text(encoding="utf-8")
+    written = (Path(library.__file__).parent / "data" / "cranes" / f"{PURE}.toml").read_text(encoding="utf-8")
     without = re.sub(r"(?ms)^\[brake\]\n.*?(?=^\[)", "", written)
     assert "[brake]" in written
     assert "[brake]" not in without

@@ -14,12 +14,12 @@ import xarray
 
 import stillhook
 from stillhook import Scenario, compare, load_crane, metrics, save_run, simulate
+from stillhook.base.atomic import whole_folder
 from stillhook.cli import run as command
 from stillhook.errors import MotionError, ScenarioError, SimulationError, SpecError, StillhookError
-from stillhook.io.case_file import stored_cases
+from stillhook.formats.case_file import stored_cases
 from stillhook.library import changed
-from stillhook.scenario import Operator, PowerLoss, Sensors, Water
-from stillhook.whole import whole_folder
+from stillhook.spec.scenario import Operator, PowerLoss, Sensors, Water
 
 CRANE = load_crane("nov-250t")
 PURE = load_crane("nov-100t-pure-active")

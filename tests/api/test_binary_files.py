@@ -18,13 +18,15 @@ from tests.api import odd_readers
 from stillhook import load_run
 from stillhook.cli import run as command
 from stillhook.errors import StillhookError, UnreadableError
-from stillhook.io import binary_reader, ndbc_text, reader_process
-from stillhook.io.binary_reader import read_binary
-from stillhook.io.log import mapping_from, read_log
-from stillhook.io.table import Wanted, read_columns
-from stillhook.io.vessel_file import read_vessel
-from stillhook.io.wave_bridge import read_wavespectra
-from stillhook.io.weather_file import read_weather
+from stillhook.formats.binary import process as reader_process
+from stillhook.formats.binary import reader as binary_reader
+from stillhook.formats.binary.reader import read_binary
+from stillhook.formats.table import Wanted, read_columns
+from stillhook.formats.vessel.open import read_vessel
+from stillhook.formats.waves.ndbc import text as ndbc_text
+from stillhook.formats.waves.wavespectra import read_wavespectra
+from stillhook.formats.weather.file import read_weather
+from stillhook.logs.log import mapping_from, read_log
 
 N = 200
 T = np.arange(N) * 0.1
@@ -229,7 +231,7 @@ def test_a_reader_that_never_answers_is_stopped_and_the_next_file_is_read(tmp_pa
 @pytest.mark.skipif(os.name == "nt", reason="the system ends no process there")
 def test_a_blocked_reader_ends_even_where_the_process_that_waits_for_it_was_killed(tmp_path):
     endless(tmp_path / "endless.nc")
-    script = "import sys, pathlib, stillhook.io.reader_process as r, stillhook.io.netcdf_reader as n\n"
+    script = "import sys, pathlib, stillhook.formats.binary.process as r, stillhook.formats.binary.netcdf as n\n"
     script += "r._answer((2.0, n._datasets, (pathlib.Path(sys.argv[1]), 'h5netcdf', ())))"
     done = subprocess.run([sys.executable, "-c", script, tmp_path / "endless.nc"], timeout=2.0 + reader_process.GRACE + 2 * BUSY, check=False)
     assert done.returncode == -signal.SIGALRM

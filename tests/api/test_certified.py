@@ -9,18 +9,18 @@ import pytest
 from tests.validate.staged_certificate import staged, write
 
 from stillhook import Scenario, load_crane, load_run, save_run, simulate
-from stillhook.certified import CAP, EDGE
 from stillhook.cli import run as command
-from stillhook.crane import content
-from stillhook.engine import validated as standing_of
-from stillhook.engine.many import summaries
-from stillhook.engine.validated import NO_CERTIFICATE, doubts, twin_line
+from stillhook.engine import validity as standing_of
+from stillhook.engine.scenario.batch import summaries
+from stillhook.engine.validity import NO_CERTIFICATE, doubts, twin_line
 from stillhook.errors import SpecError
-from stillhook.identify.draws import crane_with
-from stillhook.io.results import rerun
+from stillhook.formats.results import rerun
+from stillhook.identify.system_friction.fitting.draws import crane_with
 from stillhook.library import changed, crane_from_toml, crane_toml, load_friction, set_toml
-from stillhook.scenario import PowerLoss
-from stillhook.sea.waves import wave_periods, window_spans
+from stillhook.sea.spectra.waves import wave_periods, window_spans
+from stillhook.spec.crane import content
+from stillhook.spec.scenario import PowerLoss
+from stillhook.spec.validity import CAP, EDGE
 from stillhook.validate import certificate_of
 
 INSIDE = {"load": "100 t", "s_w": "1000 m", "tip": "sine 0.8 m 9 s", "mode": "ssc", "duration": "60 s", "warm_up": "20 s"}

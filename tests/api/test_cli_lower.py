@@ -9,13 +9,13 @@ import pytest
 import xarray
 
 from stillhook.cli import run
-from stillhook.control.lift_modes import wire_weight
-from stillhook.engine.lift_programme import settings
-from stillhook.engine.lower import lower
+from stillhook.control.supervisor import wire_weight
+from stillhook.engine.lowering.lower import lower
+from stillhook.engine.pack.programme import settings
 from stillhook.errors import StillhookError
-from stillhook.io.lift_file import load_lift
-from stillhook.io.lowering_figures import about_mean, save_animation, stretches
-from stillhook.io.lowering_files import ANIMATION, OUT_FILES, static_tension
+from stillhook.formats.lift.file import load_lift
+from stillhook.report.plots.lowering import about_mean, save_animation, stretches
+from stillhook.report.save.lowering import ANIMATION, OUT_FILES, static_tension
 from stillhook.variables import BY_NAME
 
 DOWN = """

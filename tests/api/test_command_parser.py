@@ -96,7 +96,7 @@ class TestHelp:
         assert "Casefile:craneand[scenario];" in squeezed(capsys.readouterr().out)
 
     def test_printed_names_and_values_keep_their_brackets(self, capsys):
-        from stillhook.cli.show import print_table, print_values
+        from stillhook.report.terminal import print_table, print_values
 
         print_values({"[bold]": "a [red] value"})
         print_table(["name [m]", "[x]"], [["[dim]row", "[1]"]], title="a [title]")
@@ -107,7 +107,7 @@ class TestHelp:
     def test_a_progress_bar_keeps_the_brackets_of_a_file_name(self, monkeypatch, capsys):
         from rich.console import Console
 
-        from stillhook.cli.show import progress_bar
+        from stillhook.report.terminal import progress_bar
 
         monkeypatch.setattr(Console, "is_terminal", property(lambda self: True))
         with progress_bar("lift[red]") as bar:

@@ -10,9 +10,9 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from stillhook.crane import Crane, Plant, SourceKind
 from stillhook.errors import SpecError, StillhookError, UnitError
 from stillhook.library import changed, crane_toml, cranes, load_crane, motor, system_friction
+from stillhook.spec.crane import Crane, Plant, SourceKind
 
 BASE = 'base = "nov-250t"\n'
 

@@ -6,11 +6,11 @@ import pytest
 
 import stillhook
 from stillhook.cli import run
-from stillhook.library.files import toml_text
-from stillhook.library.kinds import FileKind, kind_of_toml
+from stillhook.library.toml.kinds import FileKind, kind_of_toml
+from stillhook.library.toml.tree import toml_text
 
 PACKAGE = Path(stillhook.__file__).parent
-LIBRARY = PACKAGE / "library"
+LIBRARY = PACKAGE / "library" / "data"
 MAPPING = '[signals]\np_a = { column = "PT101", unit = "bar" }\n'
 FILES = {
     FileKind.PLAN: LIBRARY / "plans" / "template-to-1500m.toml",
@@ -20,8 +20,8 @@ FILES = {
     FileKind.PAYLOAD: LIBRARY / "payloads" / "manifold-60t.toml",
     FileKind.FRICTION: LIBRARY / "friction" / "crane-1.toml",
     FileKind.MOTOR: LIBRARY / "motors" / "A6VM170.toml",
-    FileKind.RULES: PACKAGE / "plan" / "rule_sets" / "offshore-lift.toml",
-    FileKind.CRITERIA: PACKAGE / "validate" / "criteria_sets" / "paper-f.toml",
+    FileKind.RULES: PACKAGE / "plan" / "definition" / "rule_sets" / "offshore-lift.toml",
+    FileKind.CRITERIA: PACKAGE / "validate" / "criteria" / "criteria_sets" / "paper-f.toml",
     FileKind.ALPHA: PACKAGE / "weather" / "alpha_tables" / "dnv-os-h101.toml",
 }
 TEXTS = {

@@ -7,16 +7,16 @@ from pathlib import Path
 import pytest
 
 from stillhook import load_crane
-from stillhook.crane import LeakForm
-from stillhook.engine.pack import active_record, pack
+from stillhook.engine.pack.winch import active_record, pack
 from stillhook.errors import SpecError
 from stillhook.library import changed, crane_toml, cranes, sheet
 from stillhook.library.leakage import leak_at, leak_misfit, stated_leak
-from stillhook.physics.motor import motor_leakage
-from stillhook.physics.pump import pump_leakage
-from stillhook.scenario import Scenario
+from stillhook.physics.hydraulics.motor import motor_leakage
+from stillhook.physics.hydraulics.pump import pump_leakage
+from stillhook.spec.crane import LeakForm
+from stillhook.spec.scenario import Scenario
 from stillhook.units import in_display
-from stillhook.validate.dynamics_unknowns import bent
+from stillhook.validate.dynamics.fitting.unknowns import bent
 
 CRANE = load_crane("nov-250t")
 N = 1000.0 * math.pi / 30.0  # rad/s

@@ -9,15 +9,15 @@ from typing import Any
 import pytest
 
 from stillhook import library
-from stillhook.crane import Crane, Plant, Source, SourceKind, effective_inertia
-from stillhook.engine.pack import drum_record, inertia_record
+from stillhook.engine.pack.winch import drum_record, inertia_record
 from stillhook.errors import SpecError
 from stillhook.library import LeakTable, changed, cranes, frictions, leak_table, leak_tables, load_crane, motor, motors
-from stillhook.library.files import tree
-from stillhook.library.sheet import sheet, sheet_json
+from stillhook.library.crane_file.sheet import sheet, sheet_json
+from stillhook.library.toml.tree import tree
 from stillhook.library.write import items
-from stillhook.physics.drum import shaft_inertia
-from stillhook.physics.pump import LEAK_KNOTS, PumpLeak, pump_leakage
+from stillhook.physics.hydraulics.pump import LEAK_KNOTS, PumpLeak, pump_leakage
+from stillhook.physics.load_path.drum import shaft_inertia
+from stillhook.spec.crane import Crane, Plant, Source, SourceKind, effective_inertia
 from stillhook.units import in_display, parse
 
 SHELVES = {"cranes": cranes(), "motors": motors(), "friction": frictions(), "pumps": leak_tables()}
@@ -40,7 +40,7 @@ def leaves(table: dict[str, Any], path: str = "") -> list[tuple[str, Any]]:
 
 @pytest.mark.parametrize(("shelf", "name"), LIBRARY_FILES)
 def test_every_number_of_a_library_file_has_a_kind_and_a_source(shelf: str, name: str) -> None:
-    text = (files("stillhook.library") / shelf / f"{name}.toml").read_text(encoding="utf-8")
+    text = (files("stillhook.library") / "data" / shelf / f"{name}.toml").read_text(encoding="utf-8")
     for path, leaf in leaves(tomllib.loads(text)):
         if path in LABELS:
             assert isinstance(leaf, str), path

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from stillhook.cli import run as command
-from stillhook.io.rao_csv import write_rao_csv
-from stillhook.sea.rao import Rao
+from stillhook.formats.vessel.csv import write_rao_csv
+from stillhook.sea.vessel.rao import Rao
 
 ANCHOR = 'name = "a"\nmass = "92 t"\nshape = "suction-anchor"\ndiameter = "6.5 m"\nheight = "11 m"\nwall = "35 mm"\nroof = "0.4 m"\nhatch = 0.05\n'
 LEVELS = "".join(f'[[levels]]\nh = "{h} m"\nV = "{2 * h} m^3"\nA33 = "{70 * h} t"\nA_p = "90 m^2"\n' for h in (0, 1, 4))

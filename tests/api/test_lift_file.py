@@ -6,9 +6,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from stillhook.engine.lift_programme import pack_programme
+from stillhook.engine.pack.programme import pack_programme
 from stillhook.errors import StillhookError
-from stillhook.io.lift_file import lifts, load_lift
+from stillhook.formats.lift.file import lifts, load_lift
 
 GOOD = """
 crane = "nov-250t"

@@ -7,11 +7,11 @@ import pytest
 
 from stillhook import Scenario, load_crane, load_run, save_run, simulate
 from stillhook.cli import run as command
-from stillhook.engine import run as engine_run
+from stillhook.engine.scenario import run as engine_run
 from stillhook.errors import StillhookError
-from stillhook.io.results import origin, rerun
+from stillhook.formats.results import origin, rerun
 from stillhook.library import changed
-from stillhook.scenario import Sensors
+from stillhook.spec.scenario import Sensors
 
 BASE = load_crane("nov-150t")
 CRANES = [changed(BASE, {"friction": {"system": {"Y_6": 1.2e-5 + 1e-6 * i}}}) for i in range(20)]

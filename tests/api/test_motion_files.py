@@ -14,11 +14,11 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from stillhook.errors import MotionError, StillhookError, UnitError
-from stillhook.io.motion_file import read_ship_motion, read_tip_motion
-from stillhook.io.psxn import read_psxn
-from stillhook.sea.motion import Sine, Sum
-from stillhook.sea.recorded import Recorded
-from stillhook.sea.ship_motion import tip_motion
+from stillhook.formats.motion.open import read_ship_motion, read_tip_motion
+from stillhook.formats.motion.psxn import read_psxn
+from stillhook.sea.motion.motion import Sine, Sum
+from stillhook.sea.motion.recorded import Recorded
+from stillhook.sea.vessel.ship_motion import tip_motion
 
 HEAVE, ROLL, PITCH = Sine.from_si(1.5, 9.0), Sine.from_si(2.0, 11.0, 0.5), Sine.from_si(3.0, 9.0, 1.0)  # m, deg, deg
 MIDNIGHT = datetime(2014, 8, 1, tzinfo=UTC)

@@ -10,9 +10,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from stillhook.errors import MotionError, StillhookError, UnitError
-from stillhook.sea.motion import Motion, Profile, Ramped, Sine, Still, Sum
-from stillhook.sea.recorded import Recorded
-from stillhook.sea.text import motion_from_dict, motion_from_json, motion_to_json, parse_motion
+from stillhook.sea.motion.motion import Motion, Profile, Ramped, Sine, Still, Sum
+from stillhook.sea.motion.recorded import Recorded
+from stillhook.sea.motion.text import motion_from_dict, motion_from_json, motion_to_json, parse_motion
 
 RECORD = Recorded(np.arange(7.0) + 0.1, np.sin(np.arange(7.0)), source="log.csv", report="Read.")
 EXAMPLES: list[Motion] = [
@@ -154,7 +154,7 @@ def test_constructors_refuse_in_one_line(make: object, says: str) -> None:
 
 def test_motions_start_without_the_heavy_libraries() -> None:
     code = (
-        "import sys, stillhook.sea.text, stillhook.sea.ship_motion, stillhook.io.psxn, stillhook.io.motion_file;"
+        "import sys, stillhook.sea.motion.text, stillhook.sea.vessel.ship_motion, stillhook.formats.motion.psxn, stillhook.formats.motion.open;"
         "print([name for name in ('scipy', 'polars', 'pydantic', 'pint', 'xarray', 'numba') if name in sys.modules])"
     )
     paths = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from stillhook.io import pictures
-from stillhook.io.page import png
+from stillhook.report import pictures
+from stillhook.report.html import png
 
 FEW, MANY = 2, pictures.WORTH
 

@@ -12,18 +12,18 @@ from pydantic import BaseModel
 import stillhook
 import stillhook.library.vessels
 from stillhook.cli import run
-from stillhook.crane import Crane
-from stillhook.engine.simulate import simulate
+from stillhook.engine.scenario.simulate import simulate
 from stillhook.errors import LiftError, ScenarioError, SpecError, StillhookError
-from stillhook.io.lift_file import load_lift
+from stillhook.formats.lift.file import load_lift
 from stillhook.library import changed, cranes, load_crane, motor, motors
 from stillhook.library.payloads import payloads, read_payload
 from stillhook.library.write import BESIDE
-from stillhook.lift.lowering import Lowering
-from stillhook.lift.payload import Payload
-from stillhook.lift.shapes import Shape
-from stillhook.plausible import RANGES, implausible_values, marked, ranges_of
-from stillhook.scenario import Scenario
+from stillhook.spec.crane import Crane
+from stillhook.spec.lift.lowering import Lowering
+from stillhook.spec.lift.payload import Payload
+from stillhook.spec.lift.shapes import Shape
+from stillhook.spec.plausible import RANGES, implausible_values, marked, ranges_of
+from stillhook.spec.scenario import Scenario
 from stillhook.units import KINDS, show
 
 COUNTS = {"Sensors.seed", "PowerLoss.unit"}
@@ -63,7 +63,7 @@ def every_number() -> list[tuple[type[BaseModel], str, int]]:
 
 @pytest.mark.parametrize(("model", "name", "count"), every_number(), ids=lambda x: getattr(x, "__name__", str(x)))
 def test_every_number_of_crane_scenario_payload_and_lowering_has_a_range(model, name, count):
-    """A field without one is found here: add its line to `stillhook.plausible.RANGES`."""
+    """A field without one is found here: add its line to `stillhook.spec.plausible.RANGES`."""
     if f"{model.__name__}.{name}" not in COUNTS:
         assert len(ranges_of(model, name)) == count
 
@@ -140,7 +140,7 @@ class TestTyposOfAUnit:
         assert simulate(load_crane("nov-250t"), [Scenario(**CASE)]).status.values[0] == "ok"
 
     def test_an_implausible_case_is_no_better_than_an_implausible_crane(self):
-        result = simulate(load_crane("nov-250t"), [Scenario(**CASE, sensors=stillhook.scenario.Sensors(noise_s_tip="2 m"))], on_failure="mark")
+        result = simulate(load_crane("nov-250t"), [Scenario(**CASE, sensors=stillhook.spec.scenario.Sensors(noise_s_tip="2 m"))], on_failure="mark")
         assert "implausible" in str(result.status.values[0])
         assert "sensors.noise_s_tip 2 m is implausible" in str(result.notes.values[0])
 
@@ -209,7 +209,7 @@ class TestCommands:
 def test_a_plan_remarks_on_its_implausible_crane(tmp_path):
     from importlib.resources import files
 
-    text = (files("stillhook.library") / "plans" / "template-to-1500m.toml").read_text(encoding="utf-8")
+    text = (files("stillhook.library") / "data" / "plans" / "template-to-1500m.toml").read_text(encoding="utf-8")
     crane = next(line.split('"')[1] for line in text.splitlines() if line.startswith("crane"))
     (tmp_path / "soft.toml").write_text(f'base = "{crane}"\nname = "soft"\n[control]\nt_cycle = "0.5 s"\n', encoding="utf-8")
     path = tmp_path / "plan.toml"
@@ -226,7 +226,7 @@ class TestVessel:
     def test_a_table_over_frequencies_that_no_wave_has_is_refused(self):
         from dataclasses import replace
 
-        from stillhook.sea.floating_body import long_wave_test, remarks, wrong_line
+        from stillhook.sea.vessel.floating_body import long_wave_test, remarks, wrong_line
 
         ship = stillhook.read_vessel("supply-vessel-82m")
         fast, faster = (replace(ship, omega=ship.omega * factor) for factor in (10.0, 100.0))

@@ -13,10 +13,10 @@ import stillhook
 from stillhook import analysis, metrics, response
 from stillhook.cli import run
 from stillhook.errors import SeaError, StillhookError, UnitError
-from stillhook.io.lift_file import load_lift
+from stillhook.formats.lift.file import load_lift
 from stillhook.library import load_crane
-from stillhook.sea.boom import Boom
-from stillhook.sea.motion import Profile, Sine
+from stillhook.sea.motion.motion import Profile, Sine
+from stillhook.sea.vessel.boom import Boom
 
 CRANE = load_crane("nov-250t")
 WAVES = "jonswap Hs=2 m Tp=8 s gamma=3.3"

@@ -7,13 +7,13 @@ import pytest
 import xarray
 
 from stillhook import Scenario, load_crane, load_run, save_run, simulate
-from stillhook.engine.build import kernel_hash
 from stillhook.errors import SimulationError, StillhookError
-from stillhook.io.results import origin, rerun, save_json, to_json
+from stillhook.formats.results import origin, rerun, save_json, to_json
+from stillhook.kernels.build import kernel_hash
 from stillhook.library import changed
-from stillhook.plants.state import Signals
-from stillhook.scenario import Sensors
+from stillhook.spec.scenario import Sensors
 from stillhook.variables import SERIES, SUMMARY
+from stillhook.winches.records import Signals
 
 CRANE = changed(load_crane("nov-250t"), {"active": {"line": {"V": "93 L"}}})
 CASE = Scenario(

@@ -10,7 +10,7 @@ from pydantic import ValidationError
 from stillhook import Mode, Profile, Recorded, Scenario, Sine, Still, load_crane, simulate
 from stillhook.errors import ScenarioError, StillhookError
 from stillhook.library import changed
-from stillhook.scenario import FrictionModel, Operator, PowerLoss, Sensors, Water
+from stillhook.spec.scenario import FrictionModel, Operator, PowerLoss, Sensors, Water
 
 BASE = {"load": "80 t", "s_w": "100 m"}
 CRANE = load_crane("nov-250t")

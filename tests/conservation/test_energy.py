@@ -5,10 +5,10 @@ import math
 import pytest
 
 from stillhook import Scenario, load_crane
-from stillhook.engine.run import Result, run_one
-from stillhook.engine.summary import energy_unaccounted
-from stillhook.physics.drum import wire_to_layer
-from stillhook.scenario import Operator, PowerLoss, Sensors, Water
+from stillhook.engine.scenario.run import Result, run_one
+from stillhook.engine.scenario.summary import energy_unaccounted
+from stillhook.physics.load_path.drum import wire_to_layer
+from stillhook.spec.scenario import Operator, PowerLoss, Sensors, Water
 from stillhook.units import parse
 
 AUDIT = 1.0e-4
@@ -43,7 +43,7 @@ def before_a_layer_ends(plant: str) -> str:
 
 
 def wire_length(plant: str, layers: int) -> float:
-    from stillhook.engine.pack import drum_record
+    from stillhook.engine.pack.winch import drum_record
 
     return float(wire_to_layer(layers, drum_record(CRANES[plant])))
 

@@ -5,14 +5,14 @@ import math
 import pytest
 
 from stillhook import load_crane
-from stillhook.engine.lift_run import LiftResult, run_lowerings
-from stillhook.engine.lift_summary import unaccounted
-from stillhook.engine.lower import lower
-from stillhook.lift.lowering import Lowering, Rigging
-from stillhook.lift.payload import Payload
-from stillhook.lift.programme import Stage
+from stillhook.engine.lowering.lower import lower
+from stillhook.engine.lowering.run import LiftResult, run_lowerings
+from stillhook.engine.lowering.summary import unaccounted
 from stillhook.physics.scalar import G
-from stillhook.sea.motion import Motion, Profile, Sine, Still
+from stillhook.sea.motion.motion import Motion, Profile, Sine, Still
+from stillhook.spec.lift.lowering import Lowering, Rigging
+from stillhook.spec.lift.payload import Payload
+from stillhook.spec.lift.programme import Stage
 
 AUDIT = 1e-3
 """Asked of the issue: energy found again within 0.1 %; measured 2e-5."""

@@ -7,13 +7,13 @@ import pytest
 from scipy.integrate import cumulative_trapezoid
 
 from stillhook import Scenario, load_crane, simulate
-from stillhook.engine.pack import drum_record, pack
-from stillhook.physics.drum import layer_diameter, wire_to_layer
-from stillhook.plants.active_circuit import ActiveFlows, active_flows
-from stillhook.plants.active_passive import Command, State, circuit
-from stillhook.plants.hoist import drum_geometry
-from stillhook.plants.state import Tip
-from stillhook.scenario import Operator, PowerLoss
+from stillhook.engine.pack.winch import drum_record, pack
+from stillhook.physics.load_path.drum import layer_diameter, wire_to_layer
+from stillhook.spec.scenario import Operator, PowerLoss
+from stillhook.winches.active_passive import Command, State, circuit
+from stillhook.winches.closed_circuit import ActiveFlows, active_flows
+from stillhook.winches.hoist import drum_geometry
+from stillhook.winches.records import Tip
 
 CYCLE = 0.01
 OIL = 2.0e-4

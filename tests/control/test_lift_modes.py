@@ -6,7 +6,8 @@ from collections.abc import Callable
 
 import pytest
 
-from stillhook.control.lift_modes import (
+from stillhook.control.plc import MANUAL, SSC
+from stillhook.control.supervisor import (
     STAGE_AHC,
     STAGE_LANDING,
     STAGE_MANUAL,
@@ -25,7 +26,6 @@ from stillhook.control.lift_modes import (
     supervise,
     supervisor_at_rest,
 )
-from stillhook.control.plc import MANUAL, SSC
 
 CYCLE = 0.01
 SET = LiftSettings(

@@ -15,12 +15,12 @@ import pytest
 from numpy.ctypeslib import ndpointer
 
 from stillhook import Scenario, load_crane
-from stillhook.engine.build import driver
-from stillhook.engine.c99 import Array, SubsetError, Translator, c_source
-from stillhook.engine.drive import Drive
-from stillhook.engine.lanes import VL, define, flatten
-from stillhook.engine.pack import pack
-from stillhook.engine.run import Block
+from stillhook.engine.inputs import Drive
+from stillhook.engine.pack.winch import pack
+from stillhook.engine.scenario.run import Block
+from stillhook.kernels.build import driver
+from stillhook.kernels.c99.source import Array, SubsetError, Translator, c_source
+from stillhook.kernels.lanes import VL, define, flatten
 from stillhook.physics.scalar import scalar, sqrt
 
 SAME = 1.0e-9
@@ -185,7 +185,7 @@ def test_what_lies_outside_the_subset_is_refused_by_line(text, what, line):
     message = str(caught.value)
     assert f">:{line}: {what}" in message
     assert "\n" not in message
-    assert "stillhook.engine.c99" in message
+    assert "stillhook.kernels.c99.source" in message
 
 
 def test_a_refusal_names_the_file():

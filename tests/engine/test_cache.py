@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from stillhook.engine import build, cache
 from stillhook.errors import SimulationError
+from stillhook.kernels import build, cache
 
 posix = pytest.mark.skipif(os.name == "nt", reason="rights are kept otherwise there")
 root = pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() != 0, reason="only root can give a folder away")

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from stillhook import Scenario, load_crane, simulate
-from stillhook.commands import Commands
 from stillhook.errors import ScenarioError
+from stillhook.spec.commands import Commands
 
 
 def run(crane: str, **more: object):

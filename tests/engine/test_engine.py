@@ -13,21 +13,21 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from stillhook import Scenario, load_crane, simulate
-from stillhook.crane import Crane
-from stillhook.engine import drive as drive_module
-from stillhook.engine import run as run_module
-from stillhook.engine.build import KERNEL_MODULES, driver, kernel_hash
-from stillhook.engine.drive import Drive
-from stillhook.engine.lanes import VL, flatten, size, unflatten
-from stillhook.engine.pack import pack
-from stillhook.engine.run import Block, Ending, Result, run_many, run_one
-from stillhook.engine.stability import check_step, fastest_rates
-from stillhook.engine.window import SIGNALS, blank_window, window_add, window_turn
+from stillhook.engine import inputs as drive_module
+from stillhook.engine.inputs import Drive
+from stillhook.engine.pack.winch import pack
+from stillhook.engine.scenario import run as run_module
+from stillhook.engine.scenario.run import Block, Ending, Result, run_many, run_one
+from stillhook.engine.step_size import check_step, fastest_rates
 from stillhook.errors import ScenarioError, SimulationError, SpecError, StillhookError
+from stillhook.kernels.build import KERNEL_FOLDERS, driver, kernel_hash
+from stillhook.kernels.lanes import VL, flatten, size, unflatten
+from stillhook.kernels.moving_window import SIGNALS, blank_window, window_add, window_turn
 from stillhook.library import changed
 from stillhook.physics.friction import bristle_rate
-from stillhook.plants.state import Signals, Tick, Tip
-from stillhook.scenario import Operator, PowerLoss, Sensors, Water
+from stillhook.spec.crane import Crane
+from stillhook.spec.scenario import Operator, PowerLoss, Sensors, Water
+from stillhook.winches.records import Signals, Tick, Tip
 
 CRANES = {"active-passive": load_crane("nov-250t"), "pure-active": load_crane("nov-100t-pure-active")}
 LOADS = {"active-passive": "80 t", "pure-active": "40 t"}
@@ -427,12 +427,10 @@ def test_the_moving_window_is_exact_for_any_series_and_length(series, n):
 def test_kernels_are_kept_under_a_hash_of_every_source(tmp_path, monkeypatch):
     assert kernel_hash() == kernel_hash()
     sources = tmp_path / "stillhook"
-    for folder in ("physics", "control", "plants", "engine"):
+    for folder in KERNEL_FOLDERS:
         (sources / folder).mkdir(parents=True)
-    for name in KERNEL_MODULES:
-        (sources / "engine" / f"{name}.py").write_text("")
     file = sources / "physics" / "motor.py"
-    monkeypatch.setattr("stillhook.engine.build.PACKAGE", sources)
+    monkeypatch.setattr("stillhook.kernels.build.PACKAGE", sources)
     hashes = set()
     for text in ("a = 1\n", "a = 2\n"):
         file.write_text(text)

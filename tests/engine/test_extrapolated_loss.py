@@ -5,8 +5,8 @@ import re
 import pytest
 
 from stillhook import Scenario, Sine, load_crane, simulate
-from stillhook.engine.checks import CONSIDERABLE, foresee, friction_parts, layer_diameter_at
-from stillhook.engine.pack import load_record
+from stillhook.engine.pack.winch import load_record
+from stillhook.engine.scenario.checks import CONSIDERABLE, foresee, friction_parts, layer_diameter_at
 from stillhook.library import changed
 
 CRANE = load_crane("nov-250t")

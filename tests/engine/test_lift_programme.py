@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 
 from stillhook import load_crane
-from stillhook.control import lift_modes as modes
-from stillhook.engine.lift_programme import hanging, pack_programme, settings, timeout
+from stillhook.control import supervisor as modes
+from stillhook.engine.pack.programme import hanging, pack_programme, settings, timeout
 from stillhook.errors import LiftError, ScenarioError
-from stillhook.lift.lowering import Lowering, Rigging
-from stillhook.lift.payload import Level, Payload
-from stillhook.lift.programme import Stage, WinchSettings
 from stillhook.physics.scalar import G
+from stillhook.spec.lift.lowering import Lowering, Rigging
+from stillhook.spec.lift.payload import Level, Payload
+from stillhook.spec.lift.programme import Stage, WinchSettings
 
 CRANE = load_crane("deep-250t")
 RHO = 1025.0

@@ -7,25 +7,25 @@ import numpy as np
 import pytest
 
 from stillhook import load_crane, read_payload
-from stillhook.engine import lower_many as module
-from stillhook.engine.drive import Drive, filled
-from stillhook.engine.lift_pack import stand_in
-from stillhook.engine.lower import lower
-from stillhook.engine.lower_many import lower_many
+from stillhook.engine.inputs import Drive, filled
+from stillhook.engine.lowering import batch as module
+from stillhook.engine.lowering.batch import lower_many
+from stillhook.engine.lowering.lower import lower
+from stillhook.engine.pack.lift import stand_in
 from stillhook.errors import LiftError, SimulationError
-from stillhook.io.vessel_file import read_vessel
+from stillhook.formats.vessel.open import read_vessel
 from stillhook.library import changed
 from stillhook.library.vessels import vessel_file
-from stillhook.lift.in_sea import InSea
-from stillhook.lift.lowering import Lowering
-from stillhook.lift.programme import Stage
-from stillhook.scenario import Sensors
-from stillhook.sea.irregular import COARSE
-from stillhook.sea.motion import Sine
-from stillhook.sea.parametric import Jonswap
-from stillhook.sea.realisation import realise, tip_motion
-from stillhook.sea.spectrum import Sea, Train
-from stillhook.sea.text import motion_from_dict
+from stillhook.sea.motion.irregular import COARSE
+from stillhook.sea.motion.motion import Sine
+from stillhook.sea.motion.text import motion_from_dict
+from stillhook.sea.spectra.parametric import Jonswap
+from stillhook.sea.spectra.spectrum import Sea, Train
+from stillhook.sea.vessel.realisation import realise, tip_motion
+from stillhook.spec.lift.in_sea import InSea
+from stillhook.spec.lift.lowering import Lowering
+from stillhook.spec.lift.programme import Stage
+from stillhook.spec.scenario import Sensors
 
 CRANE = load_crane("nov-250t")
 STRONG = changed(CRANE, {"control": {"K_p": "0.3 1/m"}})

@@ -7,19 +7,19 @@ import numpy as np
 import pytest
 
 from stillhook import load_crane
-from stillhook.crane import Crane
-from stillhook.engine.lift_run import prepare, run_lowerings
-from stillhook.engine.lower import lower
+from stillhook.engine.lowering.lower import lower
+from stillhook.engine.lowering.run import prepare, run_lowerings
 from stillhook.library.payloads import read_payload
-from stillhook.lift.lowering import DeepWire, Lowering, Rigging
-from stillhook.lift.payload import Payload
-from stillhook.lift.programme import Stage, WinchSettings
-from stillhook.physics.payload import WettedLevel
+from stillhook.physics.load_path.payload import WettedLevel
 from stillhook.physics.scalar import G
-from stillhook.response.rod import End, Rod, natural_periods, transfers
-from stillhook.sea.kinematics import WaveField
-from stillhook.sea.motion import Motion, Profile, Sine
-from stillhook.sea.waves import trailing_spans
+from stillhook.response.wire_rod import End, Rod, natural_periods, transfers
+from stillhook.sea.motion.kinematics import WaveField
+from stillhook.sea.motion.motion import Motion, Profile, Sine
+from stillhook.sea.spectra.waves import trailing_spans
+from stillhook.spec.crane import Crane
+from stillhook.spec.lift.lowering import DeepWire, Lowering, Rigging
+from stillhook.spec.lift.payload import Payload
+from stillhook.spec.lift.programme import Stage, WinchSettings
 
 PERIOD = 1e-3
 """Asked of the issue: natural periods of the exact rod within 0.1 %."""

@@ -6,16 +6,16 @@ import numpy as np
 import pytest
 
 from stillhook import load_crane
-from stillhook.crane import Crane
-from stillhook.engine.lift_run import prepare
-from stillhook.engine.lower import lower
+from stillhook.engine.lowering.lower import lower
+from stillhook.engine.lowering.run import prepare
 from stillhook.errors import LiftError, ScenarioError, SimulationError, SpecError
-from stillhook.lift.lowering import DeepWire, Lowering
-from stillhook.lift.payload import Payload
-from stillhook.lift.programme import Stage
-from stillhook.scenario import Sensors
-from stillhook.sea.kinematics import WaveField
-from stillhook.sea.motion import Profile, Sine
+from stillhook.sea.motion.kinematics import WaveField
+from stillhook.sea.motion.motion import Profile, Sine
+from stillhook.spec.crane import Crane
+from stillhook.spec.lift.lowering import DeepWire, Lowering
+from stillhook.spec.lift.payload import Payload
+from stillhook.spec.lift.programme import Stage
+from stillhook.spec.scenario import Sensors
 
 
 @cache

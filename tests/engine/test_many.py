@@ -12,12 +12,12 @@ import numpy as np
 import pytest
 
 from stillhook import Scenario, Sine, load_crane, simulate
-from stillhook.engine import many
-from stillhook.engine.many import NUMBERS, summaries
+from stillhook.engine.scenario import batch as many
+from stillhook.engine.scenario.batch import NUMBERS, summaries
 from stillhook.engine.store import SUFFIX
 from stillhook.errors import ScenarioError, SimulationError, SpecError
 from stillhook.library import changed
-from stillhook.sea.recorded import Recorded
+from stillhook.sea.motion.recorded import Recorded
 
 CRANE = load_crane("nov-250t")
 MIB = 2**20
@@ -213,7 +213,7 @@ def test_an_interrupted_run_keeps_what_had_finished(tmp_path, truth, counted):
 LONG = """
 import sys
 from stillhook import Scenario, Sine, load_crane
-from stillhook.engine.many import summaries
+from stillhook.engine.scenario.batch import summaries
 cases = [Scenario(load=f"{10 + i} t", s_w="100 m", tip=Sine(amplitude="1 m", period="10 s"), duration="2000 s") for i in range(96)]
 print(len(summaries(load_crane("nov-250t"), cases, store=sys.argv[1])), flush=True)
 """

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from stillhook import Scenario, Sine, load_crane, simulate
-from stillhook.engine.lower import lower
+from stillhook.engine.lowering.lower import lower
 from stillhook.library import changed
-from stillhook.lift.lowering import Lowering, Rigging
-from stillhook.lift.payload import Payload
-from stillhook.lift.programme import Stage
-from stillhook.scenario import Operator, Still
+from stillhook.spec.lift.lowering import Lowering, Rigging
+from stillhook.spec.lift.payload import Payload
+from stillhook.spec.lift.programme import Stage
+from stillhook.spec.scenario import Operator, Still
 
 DECREMENT = 0.15
 """Damping ratio from peaks, relative: friction of a winch that gives way by a millimetre adds some, and so does the sampling of peaks."""
@@ -41,7 +41,7 @@ def ratio_of(t: np.ndarray, y: np.ndarray) -> float:
 @pytest.mark.parametrize("s_w", ["60 m", "400 m"])
 def test_a_load_on_a_braked_winch_swings_with_the_damping_ratio_of_the_wire(s_w):
     """The free swing after the tip has moved by 5 cm and stands again: logarithmic decrement."""
-    from stillhook.sea.motion import Profile
+    from stillhook.sea.motion.motion import Profile
 
     tip = Profile.from_si([0.0, 0.5, 1.0], [0.0, 0.1, 0.0])
     run = simulate(damped(0.03), Scenario(load="150 t", s_w=s_w, tip=tip, mode="manual", duration="60 s", warm_up="1 s", ramp="0 s"), every="0.01 s")
@@ -50,7 +50,7 @@ def test_a_load_on_a_braked_winch_swings_with_the_damping_ratio_of_the_wire(s_w)
 
 
 def test_simulate_and_lower_damp_the_same_load_on_the_same_wire_alike():
-    from stillhook.sea.motion import Profile
+    from stillhook.sea.motion.motion import Profile
 
     tip = Profile.from_si([0.0, 0.5, 1.0], [0.0, 0.1, 0.0])
     own = damped(0.03)
@@ -68,8 +68,8 @@ def test_simulate_and_lower_damp_the_same_load_on_the_same_wire_alike():
 
 def test_the_damper_follows_the_length_of_the_wire():
     """The ratio is that of the swing on the wire that is out, not of that at the start of the run."""
-    from stillhook.engine.pack import pack
-    from stillhook.plants.hoist import drum_geometry
+    from stillhook.engine.pack.winch import pack
+    from stillhook.winches.hoist import drum_geometry
 
     began_short, began_long = (pack(crane(), Scenario(load="100 t", s_w=s)).params.hoist for s in ("50 m", "900 m"))
     for s_w in (50.0, 400.0, 900.0):

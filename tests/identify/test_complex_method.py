@@ -5,10 +5,10 @@ import pytest
 from tests.identify.staged import LOSS, stage, truth
 
 from stillhook.errors import IdentifyError
-from stillhook.identify.complex_method import Variant, complex_method
-from stillhook.identify.friction_fit import Y_4_LEAST, Problem, Target
-from stillhook.identify.friction_model import Y_NAMES, Y, motor_loss_at, system_friction_at
-from stillhook.identify.from_tests import UPPER
+from stillhook.identify.system_friction.fitting.fit import Y_4_LEAST, Problem, Target
+from stillhook.identify.system_friction.fitting.model import Y_NAMES, Y, motor_loss_at, system_friction_at
+from stillhook.identify.system_friction.identify import UPPER
+from stillhook.statistics.complex_method import Variant, complex_method
 
 SAME = 1e-6  # relative difference of two costs that are the same minimum
 

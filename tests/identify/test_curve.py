@@ -12,12 +12,12 @@ import typer
 from scipy.signal import lfilter
 from typer.testing import CliRunner
 
-from stillhook.cli.identify_curve import curve as command
+from stillhook.cli.identify.curve import curve as command
 from stillhook.errors import IdentifyError
 from stillhook.identify.curve import CurvePoint, friction_curve, with_visits
-from stillhook.identify.window_figure import curve_figure, window_figure
-from stillhook.identify.windows import WindowSettings
-from stillhook.io.log import Log
+from stillhook.identify.steady_state.windows import WindowSettings
+from stillhook.identify.windows_figure import curve_figure, window_figure
+from stillhook.logs.log import Log
 
 STROKE = 1.5  # m
 SPEEDS = (0.05, 0.1, 0.2, 0.3)  # m/s

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from tests.identify.staged import CRANE_2, LEVER, LOSS, RPM, STAIR, disturbed, stage, truth
 
-from stillhook.identify.diagnosis import design, judge
-from stillhook.identify.friction_fit import fit_system, predicted
-from stillhook.identify.uncertainty import profile_intervals
+from stillhook.identify.system_friction.diagnosis import design, judge
+from stillhook.identify.system_friction.fitting.fit import fit_system, predicted
+from stillhook.identify.system_friction.fitting.uncertainty import profile_intervals
 from stillhook.physics.scalar import G
 
 SWL = 153e3 * G * LEVER

@@ -7,9 +7,9 @@ import pytest
 from tests.identify.staged import CRANE_2, LOSS, RPM, STAIR, stage, truth
 
 from stillhook.errors import IdentifyError
-from stillhook.identify.friction_fit import Problem, Target, cost, fit_system, predicted, predicted_sd
-from stillhook.identify.friction_model import Y_NAMES, mj4, motor_loss_at
-from stillhook.identify.uncertainty import (
+from stillhook.identify.system_friction.fitting.fit import Problem, Target, cost, fit_system, predicted, predicted_sd
+from stillhook.identify.system_friction.fitting.model import Y_NAMES, mj4, motor_loss_at
+from stillhook.identify.system_friction.fitting.uncertainty import (
     blind_directions,
     bootstrap,
     posterior,

@@ -13,11 +13,11 @@ import pytest
 
 from stillhook import Scenario, identify, load_crane, simulate
 from stillhook.cli import run
-from stillhook.identify.friction_model import Y_NAMES, Y
-from stillhook.io.instruments import Instruments, noise_of
+from stillhook.identify.system_friction.fitting.model import Y_NAMES, Y
 from stillhook.library import system_friction
-from stillhook.library.evidence import Evidence
-from stillhook.library.sets import load_friction, load_losses, set_toml
+from stillhook.library.parameter_sets.evidence import Evidence
+from stillhook.library.parameter_sets.sets import load_friction, load_losses, set_toml
+from stillhook.logs.synthetic.instruments import Instruments, noise_of
 
 PARAMETERS = 0.02  # of each parameter from noise-free logs, as asked for
 PREDICTED = 0.2  # % of nominal torque from noise-free logs

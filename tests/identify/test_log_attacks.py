@@ -8,8 +8,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from stillhook.errors import StillhookError
-from stillhook.io import log as log_module
-from stillhook.io.log import mapping_from, read_log
+from stillhook.logs import log as log_module
+from stillhook.logs.log import mapping_from, read_log
 
 MAPPING = mapping_from({"time": {"column": 1, "unit": "s"}, "p_a": {"column": 2, "unit": "bar"}}, "m")
 CELL = st.one_of(

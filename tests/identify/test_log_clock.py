@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from stillhook.errors import LogError
-from stillhook.io.log import mapping_from, read_log
+from stillhook.logs.log import mapping_from, read_log
 
 REV = 2.0 * np.pi / 60.0
 TIMELY = 0.1  # s: one bin; a reversal lasts longer

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from stillhook.errors import LogError
-from stillhook.io.log import describe, mapping_from, read_log, to_dict
+from stillhook.logs.log import describe, mapping_from, read_log, to_dict
 
 BAR, REV = 1e5, 2.0 * np.pi / 60.0
 CLOSE = 1e-6  # of a value: the digits that a CSV of four decimals keeps

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from stillhook.errors import LogError
-from stillhook.io.log import check_signs, read_log
+from stillhook.logs.log import check_signs, read_log
 
 
 def refusal(path):
@@ -82,7 +82,7 @@ def test_a_passive_system_that_carries_more_than_the_load_is_no_swap(tmp_path, m
 
 
 def test_a_sign_that_the_mapping_holds_is_turned_round_again(tmp_path, staircase):
-    from stillhook.io.log import mapping_from
+    from stillhook.logs.log import mapping_from
 
     names = {"p_a": "bar", "p_b": "bar", "omega_m": "rev/min"}
     rows = {name: {"column": name, "unit": unit} for name, unit in names.items()} | {"time": {"column": "time", "unit": "s"}}

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from stillhook.errors import IdentifyError
-from stillhook.identify.loss_fit import cannot_tell, fit_loss, spread_of_levels
-from stillhook.identify.loss_map import LossMap
-from stillhook.identify.loss_models import CARDS, LossModel
-from stillhook.identify.synthetic_map import Extra, synthetic_map
+from stillhook.identify.motor.fit import cannot_tell, fit_loss, spread_of_levels
+from stillhook.identify.motor.map import LossMap
+from stillhook.identify.motor.models import CARDS, LossModel
+from stillhook.identify.motor.synthetic_map import Extra, synthetic_map
 from stillhook.library import motor
 from stillhook.units import from_display
 

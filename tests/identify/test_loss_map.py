@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from stillhook.errors import LogError, StillhookError, UnitError
-from stillhook.identify.loss_against_map import compare_mapped
-from stillhook.identify.loss_map import LossMap, levels, mapped_loss, read_map
-from stillhook.identify.loss_models import LossModel
-from stillhook.identify.synthetic_map import synthetic_map, write_map
+from stillhook.identify.motor.map import LossMap, levels, mapped_loss, read_map
+from stillhook.identify.motor.map_comparison import compare_mapped
+from stillhook.identify.motor.models import LossModel
+from stillhook.identify.motor.synthetic_map import synthetic_map, write_map
 from stillhook.units import from_display
 
 CC, RPM, BAR = (from_display(1.0, k) for k in ("displacement", "rotation", "pressure"))

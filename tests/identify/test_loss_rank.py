@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from stillhook.errors import IdentifyError
-from stillhook.identify.loss_fit import fit_loss
-from stillhook.identify.loss_map import LossMap
-from stillhook.identify.loss_models import CARDS, LossModel
-from stillhook.identify.loss_rank import (
+from stillhook.identify.motor.fit import fit_loss
+from stillhook.identify.motor.map import LossMap
+from stillhook.identify.motor.models import CARDS, LossModel
+from stillhook.identify.motor.rank import (
     MATERIAL,
     Ranking,
     borrowed,
@@ -18,7 +18,7 @@ from stillhook.identify.loss_rank import (
     residual_share,
     usable_share,
 )
-from stillhook.identify.synthetic_map import Extra, synthetic_map
+from stillhook.identify.motor.synthetic_map import Extra, synthetic_map
 from stillhook.units import from_display
 
 CC, RPM, BAR = (from_display(1.0, k) for k in ("displacement", "rotation", "pressure"))

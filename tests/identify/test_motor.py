@@ -8,21 +8,21 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from stillhook.cli import identify_motor as commands
 from stillhook.cli import run
-from stillhook.crane import SourceKind
+from stillhook.cli.identify import motor as commands
 from stillhook.errors import IdentifyError, SpecError
-from stillhook.identify.loss_map import LossMap
-from stillhook.identify.loss_models import LossModel
-from stillhook.identify.motor import MotorLoss, identify_motor, loss_set, to_dict
-from stillhook.identify.motor_figures import figures
-from stillhook.identify.motor_report import report
-from stillhook.identify.synthetic_map import synthetic_map, write_map
-from stillhook.io.page import png
-from stillhook.io.results import to_json
+from stillhook.formats.results import to_json
+from stillhook.identify.motor.figures import figures
+from stillhook.identify.motor.identify import MotorLoss, identify_motor, loss_set, to_dict
+from stillhook.identify.motor.map import LossMap
+from stillhook.identify.motor.models import LossModel
+from stillhook.identify.motor.report import report
+from stillhook.identify.motor.synthetic_map import synthetic_map, write_map
 from stillhook.library import load_crane, motor
-from stillhook.library.sets import load_losses, set_toml
-from stillhook.physics.motor import torque_loss
+from stillhook.library.parameter_sets.sets import load_losses, set_toml
+from stillhook.physics.hydraulics.motor import torque_loss
+from stillhook.report.html import png
+from stillhook.spec.crane import SourceKind
 
 WRITTEN = 1e-12
 """Relative: through text and back."""

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from stillhook.errors import IdentifyError
-from stillhook.identify.pairs import on_grid, pair_windows
-from stillhook.identify.windows import Window
+from stillhook.identify.steady_state.windows import Window
+from stillhook.identify.system_friction.tests.pairs import on_grid, pair_windows
 from stillhook.units import parse, show
 
 RPM = parse("1 rev/min", "rotation")

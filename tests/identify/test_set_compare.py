@@ -8,11 +8,11 @@ import pytest
 from stillhook import load_crane
 from stillhook.cli import run as command
 from stillhook.errors import StillhookError
-from stillhook.identify.set_compare import FASTEST, PARTS, band, drum_torque, figure, notes, speeds, split, table
-from stillhook.io.set_file import save_set
+from stillhook.identify.system_friction.compare import FASTEST, PARTS, band, drum_torque, figure, notes, speeds, split, table
 from stillhook.library import FrictionSet, load_friction
-from stillhook.library.draws import draw
-from stillhook.library.evidence import Evidence
+from stillhook.library.crane_file.draws import draw
+from stillhook.library.parameter_sets.evidence import Evidence
+from stillhook.library.parameter_sets.file import save_set
 from stillhook.physics.scalar import G
 
 RPM = np.pi / 30.0

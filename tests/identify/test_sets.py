@@ -7,10 +7,8 @@ import numpy as np
 import pytest
 
 from stillhook import load_crane, simulate
-from stillhook.crane import Source, SourceKind
 from stillhook.errors import StillhookError
-from stillhook.io.results import load_run, rerun, save_run
-from stillhook.io.set_file import save_set
+from stillhook.formats.results import load_run, rerun, save_run
 from stillhook.library import (
     FrictionSet,
     LossSet,
@@ -23,8 +21,10 @@ from stillhook.library import (
     motors,
     set_toml,
 )
-from stillhook.library.evidence import Evidence
-from stillhook.scenario import Scenario
+from stillhook.library.parameter_sets.evidence import Evidence
+from stillhook.library.parameter_sets.file import save_set
+from stillhook.spec.crane import Source, SourceKind
+from stillhook.spec.scenario import Scenario
 
 EVIDENCE = """
 [evidence]

@@ -9,16 +9,16 @@ import polars
 import pytest
 
 from stillhook import load_crane
-from stillhook.cli.identify_example import example_campaign
-from stillhook.engine.pack import active_record, friction_record
+from stillhook.cli.identify.example import example_campaign
+from stillhook.engine.pack.winch import active_record, friction_record
 from stillhook.errors import StillhookError
-from stillhook.identify.published_tests import CAMPAIGNS, PlannedTest, TestPlan
-from stillhook.identify.staircase import HOLD, PAUSE, RAMP, outermost_layer, staircase
-from stillhook.identify.twin_tests import MARK, campaign_plan, closed_circuit, crane_of, write_campaign
-from stillhook.io.instruments import COLUMNS, Calibration, Instruments, Noise, Sensor, logged, noise_of
+from stillhook.identify.system_friction.tests.published import CAMPAIGNS, PlannedTest, TestPlan
+from stillhook.identify.system_friction.tests.staircase import HOLD, PAUSE, RAMP, outermost_layer, staircase
+from stillhook.identify.system_friction.tests.synthetic import MARK, campaign_plan, closed_circuit, crane_of, write_campaign
 from stillhook.library import changed, crane_from_toml, load_friction
+from stillhook.logs.synthetic.instruments import COLUMNS, Calibration, Instruments, Noise, Sensor, logged, noise_of
 from stillhook.physics.friction import system_friction
-from stillhook.physics.motor import torque_loss
+from stillhook.physics.hydraulics.motor import torque_loss
 from stillhook.physics.scalar import G
 from stillhook.units import parse
 

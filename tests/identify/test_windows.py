@@ -11,10 +11,10 @@ import pytest
 from scipy.signal import lfilter
 
 from stillhook.errors import IdentifyError
-from stillhook.identify import windows
-from stillhook.identify.means import converter_step, mean_and_uncertainty
-from stillhook.identify.windows import Steady, WindowSettings, steady_windows
-from stillhook.io.log import Finding, Log
+from stillhook.identify.steady_state import windows
+from stillhook.identify.steady_state.windows import Steady, WindowSettings, steady_windows
+from stillhook.logs.log import Finding, Log
+from stillhook.statistics.correlated_mean import converter_step, mean_and_uncertainty
 from stillhook.units import parse
 
 RPM = parse("1 rev/min", "rotation")

@@ -6,13 +6,6 @@ from hypothesis import strategies as st
 
 from stillhook import load_crane
 from stillhook.control.ahc import AhcGains, feedback, feedforward
-from stillhook.control.motors import (
-    displacement_by_layer,
-    displacement_min,
-    displacement_ssc,
-    reduction_cubic,
-    reduction_linear,
-)
 from stillhook.control.passive import displacement_for_weight, make_up
 from stillhook.control.plc import (
     HS,
@@ -28,11 +21,18 @@ from stillhook.control.plc import (
     cycle,
     low_pass,
 )
-from stillhook.engine.pack import pack, plc_record
-from stillhook.physics.drum import K_wire, layer_diameter
-from stillhook.physics.motor import motor_torque
+from stillhook.control.ssc import (
+    displacement_by_layer,
+    displacement_min,
+    displacement_ssc,
+    reduction_cubic,
+    reduction_linear,
+)
+from stillhook.engine.pack.winch import pack, plc_record
+from stillhook.physics.hydraulics.motor import motor_torque
+from stillhook.physics.load_path.drum import K_wire, layer_diameter
 from stillhook.physics.scalar import G
-from stillhook.scenario import Scenario
+from stillhook.spec.scenario import Scenario
 
 CRANE = load_crane("nov-250t")
 PACKED = pack(CRANE, Scenario(load="100 t", s_w="100 m"))

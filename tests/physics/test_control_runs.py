@@ -7,17 +7,17 @@ import numpy as np
 import pytest
 
 from stillhook import Scenario, load_crane, simulate
-from stillhook.crane import Crane
-from stillhook.engine.drive import Drive
-from stillhook.engine.pack import pack
+from stillhook.engine.inputs import Drive
+from stillhook.engine.pack.winch import pack
 from stillhook.library import changed
-from stillhook.physics.accumulator import accumulator_pressure
 from stillhook.physics.friction import system_friction
-from stillhook.physics.motor import motor_leakage, motor_torque, torque_loss
-from stillhook.physics.pump import pump_leakage
-from stillhook.plants.hoist import drum_geometry
-from stillhook.plants.state import Tick
-from stillhook.scenario import Operator, PowerLoss, Sensors, Water
+from stillhook.physics.hydraulics.accumulator import accumulator_pressure
+from stillhook.physics.hydraulics.motor import motor_leakage, motor_torque, torque_loss
+from stillhook.physics.hydraulics.pump import pump_leakage
+from stillhook.spec.crane import Crane
+from stillhook.spec.scenario import Operator, PowerLoss, Sensors, Water
+from stillhook.winches.hoist import drum_geometry
+from stillhook.winches.records import Tick
 
 BOTH = load_crane("nov-250t")
 PURE = load_crane("nov-100t-pure-active")

@@ -8,15 +8,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from stillhook import load_crane
-from stillhook.crane import wire_inertia as full_wire_inertia
-from stillhook.engine.pack import drum_record, load_record, pack
-from stillhook.physics.drum import K_wire, layer_diameter, layers_filled, shaft_inertia, wire_inertia, wire_to_layer
-from stillhook.physics.load import Load, drag_force, load_acceleration
+from stillhook.engine.pack.winch import drum_record, load_record, pack
+from stillhook.physics.load_path.drum import K_wire, layer_diameter, layers_filled, shaft_inertia, wire_inertia, wire_to_layer
+from stillhook.physics.load_path.load import Load, drag_force, load_acceleration
+from stillhook.physics.load_path.wire import wire_damping, wire_stiffness, wire_tension
 from stillhook.physics.scalar import G
-from stillhook.physics.wire import wire_damping, wire_stiffness, wire_tension
-from stillhook.plants.hoist import drag_loss, drum_geometry, hoist_state, wire_loss
-from stillhook.plants.state import Tip
-from stillhook.scenario import Scenario, Water
+from stillhook.spec.crane import wire_inertia as full_wire_inertia
+from stillhook.spec.scenario import Scenario, Water
+from stillhook.winches.hoist import drag_loss, drum_geometry, hoist_state, wire_loss
+from stillhook.winches.records import Tip
 
 NAMES = ("nov-250t", "nov-150t", "nov-100t-pure-active")
 CRANES = {name: load_crane(name) for name in NAMES}

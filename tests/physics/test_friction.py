@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from stillhook import load_crane
-from stillhook.engine.pack import pack
+from stillhook.engine.pack.winch import pack
 from stillhook.library import system_friction as library_friction
 from stillhook.library.tables import frictions
 from stillhook.physics.friction import (
@@ -22,7 +22,7 @@ from stillhook.physics.friction import (
     system_friction,
     system_friction_dry,
 )
-from stillhook.scenario import FrictionModel, Scenario
+from stillhook.spec.scenario import FrictionModel, Scenario
 
 INTEGRATION = 1.0e-8
 """Difference to a numerical solution with a relative tolerance of 1e-11."""

@@ -9,14 +9,14 @@ from hypothesis import strategies as st
 from scipy.integrate import trapezoid
 
 from stillhook import load_crane
-from stillhook.crane import Accumulator as AccumulatorSpec
-from stillhook.crane import GasModel
-from stillhook.engine.gas_fit import gas_record, nitrogen_isentrope, pressure_ratio
-from stillhook.engine.pack import pack
+from stillhook.engine.pack.gas import gas_record, nitrogen_isentrope, pressure_ratio
+from stillhook.engine.pack.winch import pack
 from stillhook.errors import SpecError
-from stillhook.physics.accumulator import accumulator_pressure, piston_loss
-from stillhook.physics.gas import gas_pressure, polytropic_ratio
-from stillhook.scenario import Scenario
+from stillhook.physics.hydraulics.accumulator import accumulator_pressure, piston_loss
+from stillhook.physics.hydraulics.gas import gas_pressure, polytropic_ratio
+from stillhook.spec.crane import Accumulator as AccumulatorSpec
+from stillhook.spec.crane import GasModel
+from stillhook.spec.scenario import Scenario
 
 BAR = 1.0e5
 ATMOSPHERE = 101325.0

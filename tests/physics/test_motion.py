@@ -10,9 +10,9 @@ from scipy.integrate import cumulative_simpson
 from scipy.spatial.transform import Rotation
 
 from stillhook.errors import MotionError
-from stillhook.sea.motion import Motion, Profile, Ramped, Sine, Still, Sum
-from stillhook.sea.recorded import Recorded
-from stillhook.sea.ship_motion import mean_zero_crossing_period, tip_height
+from stillhook.sea.motion.motion import Motion, Profile, Ramped, Sine, Still, Sum
+from stillhook.sea.motion.recorded import Recorded
+from stillhook.sea.vessel.ship_motion import mean_zero_crossing_period, tip_height
 
 # A sea of 0.84 m standard deviation, nothing shorter than 5 s: what a 1 Hz log of a ship holds.
 PERIODS = np.array([5.0, 6.0, 7.0, 8.5, 9.6, 11.0, 13.0, 15.0])

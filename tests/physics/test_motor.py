@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from stillhook.library import load_crane, motor
 from stillhook.library.tables import motors
-from stillhook.physics.motor import (
+from stillhook.physics.hydraulics.motor import (
     Motors,
     TorqueLossFit,
     motor_leakage,

@@ -8,10 +8,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stillhook.identify.loss_models import CARDS, LossModel
-from stillhook.physics import motor_losses as eq
-from stillhook.physics.motor import TorqueLossFit, torque_loss
-from stillhook.physics.motor_losses import LossMotor
+from stillhook.identify.motor.models import CARDS, LossModel
+from stillhook.physics.hydraulics import motor_losses as eq
+from stillhook.physics.hydraulics.motor import TorqueLossFit, torque_loss
+from stillhook.physics.hydraulics.motor_losses import LossMotor
 
 RPM, BAR, CC = 2.0 * math.pi / 60.0, 1.0e5, 1.0e-6 / (2.0 * math.pi)
 A6VM280 = LossMotor(280.0 * CC)

@@ -13,13 +13,13 @@ from hypothesis import strategies as st
 from numba import float64, njit
 from scipy.integrate import solve_ivp
 
-from stillhook.engine.lanes import VL, access
-from stillhook.engine.lift_payload import pack_payload, wetted_at
+from stillhook.engine.pack.payload import pack_payload, wetted_at
+from stillhook.kernels.lanes import VL, access
 from stillhook.library.payloads import read_payload
-from stillhook.lift.payload import Payload
-from stillhook.physics import payload as phys
-from stillhook.physics.payload import LEVELS, Water, WettedLevel
+from stillhook.physics.load_path import payload as phys
+from stillhook.physics.load_path.payload import LEVELS, Water, WettedLevel
 from stillhook.physics.scalar import STRICT, G
+from stillhook.spec.lift.payload import Payload
 
 RHO = 1025.0
 STILL = Water(*[0.0] * len(Water._fields))

@@ -5,17 +5,17 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from stillhook import load_crane
-from stillhook.engine.pack import pack
-from stillhook.physics.pump import LEAK_KNOTS, pump_flow, pump_leakage
-from stillhook.physics.valves import (
+from stillhook.engine.pack.winch import pack
+from stillhook.physics.hydraulics.pump import LEAK_KNOTS, pump_flow, pump_leakage
+from stillhook.physics.hydraulics.valves import (
     boost_flows,
     external_leakage,
     flushing_flow,
     internal_leakage,
     relief_flow,
 )
-from stillhook.plants.active_circuit import active_flows, overspeed
-from stillhook.scenario import Scenario
+from stillhook.spec.scenario import Scenario
+from stillhook.winches.closed_circuit import active_flows, overspeed
 
 CRANES = ("nov-250t", "nov-150t", "nov-100t-pure-active")
 CIRCUITS = {name: pack(load_crane(name), Scenario(load="20 t", s_w="100 m")).params.active for name in CRANES}

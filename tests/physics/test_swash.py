@@ -8,10 +8,10 @@ from scipy.integrate import solve_ivp
 from scipy.signal import lti, step
 
 from stillhook import load_crane
-from stillhook.engine.pack import pack
+from stillhook.engine.pack.winch import pack
 from stillhook.library import changed
-from stillhook.physics.swash import MotorControl, displacement, known_displacement, pilot, play, swash_acceleration, swash_rate
-from stillhook.scenario import Scenario
+from stillhook.physics.hydraulics.swash import MotorControl, displacement, known_displacement, pilot, play, swash_acceleration, swash_rate
+from stillhook.spec.scenario import Scenario
 
 INTEGRATION = 1.0e-6
 """Difference between two integrators of the same response, relative tolerance 1e-9."""

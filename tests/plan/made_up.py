@@ -5,9 +5,9 @@ from typing import Any
 import numpy as np
 import xarray
 
-from stillhook.certified import UNSIGNED
-from stillhook.plan.alternatives import Alternative
-from stillhook.plan.result import PlanResult
+from stillhook.plan.definition.compensation import Alternative
+from stillhook.plan.result.result import PlanResult
+from stillhook.spec.validity import UNSIGNED
 
 HEADINGS = np.radians([150.0, 165.0, 180.0])
 PERIODS = np.array([5.0, 6.0, 7.0, 8.0, 9.0, 10.0, 11.0, 12.0, 14.0, 16.0])

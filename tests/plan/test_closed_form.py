@@ -6,22 +6,22 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stillhook.analysis.envelope_limits import Direction, Station
-from stillhook.certified import CAP
-from stillhook.engine.lower_many import lower_many
+from stillhook.analysis.steady.limits import Direction, Station
+from stillhook.engine.lowering.batch import lower_many
 from stillhook.physics.scalar import G
-from stillhook.plan.alternatives import Alternative
-from stillhook.plan.capacities import CAPACITIES, at_rest, calm, jerk, static_tension
-from stillhook.plan.closed_form import closed_form, remarks, valid, way
-from stillhook.plan.credit import inside
-from stillhook.plan.demand import Seas
-from stillhook.plan.frequency import frequency
-from stillhook.plan.limited import limited
-from stillhook.plan.limits import limits_of
-from stillhook.plan.phases import Phase, PhaseKind
-from stillhook.plan.plan_file import load_plan
-from stillhook.plan.twin_run import Spot, course_of, in_sea, lowering_of, machine_of, winch_of
-from stillhook.scenario import Mode
+from stillhook.plan.definition.capacities import CAPACITIES, at_rest, calm, jerk, static_tension
+from stillhook.plan.definition.compensation import Alternative
+from stillhook.plan.definition.demand import Seas
+from stillhook.plan.definition.phases import Phase, PhaseKind
+from stillhook.plan.file import load_plan
+from stillhook.plan.limits.applicable_rules import limited
+from stillhook.plan.limits.solve import limits_of
+from stillhook.plan.table.credit import inside
+from stillhook.plan.tiers.closed_form import closed_form, remarks, valid, way
+from stillhook.plan.tiers.frequency import frequency
+from stillhook.plan.tiers.time_domain.lowering import Spot, course_of, in_sea, lowering_of, machine_of, winch_of
+from stillhook.spec.scenario import Mode
+from stillhook.spec.validity import CAP
 
 HEAD = math.pi
 SPECTRA = 0.005  # deviations from spectra sampled alike; largest values from the same periods

@@ -6,16 +6,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stillhook.certified import UNSIGNED, Certified
-from stillhook.crane import content
-from stillhook.engine.build import results_hash
-from stillhook.plan.alternatives import Alternative
-from stillhook.plan.capacities import at_rest
-from stillhook.plan.credit import inside
-from stillhook.plan.demand import Seas
-from stillhook.plan.facts import _crane as facts_of_crane
-from stillhook.plan.phases import PhaseKind
-from stillhook.plan.plan_file import load_plan
+from stillhook.kernels.build import results_hash
+from stillhook.plan.answer.metadata import _crane as facts_of_crane
+from stillhook.plan.definition.capacities import at_rest
+from stillhook.plan.definition.compensation import Alternative
+from stillhook.plan.definition.demand import Seas
+from stillhook.plan.definition.phases import PhaseKind
+from stillhook.plan.file import load_plan
+from stillhook.plan.table.credit import inside
+from stillhook.spec.crane import content
+from stillhook.spec.validity import UNSIGNED, Certified
 
 SEAS = Seas(np.array([0.5, 1.5, 2.5, 4.0]), np.full(4, 9.0), np.full(4, math.pi))
 ENVELOPE = {

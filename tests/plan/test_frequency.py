@@ -6,27 +6,27 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stillhook.engine.lower import lower
+from stillhook.engine.lowering.lower import lower
 from stillhook.errors import PlanError
-from stillhook.lift.programme import Stage
-from stillhook.plan.alternatives import Alternative
-from stillhook.plan.capacities import calm
-from stillhook.plan.demand import Seas, Tier
-from stillhook.plan.depth_profile import depth_profile, efficiency
-from stillhook.plan.extremes import largest_of_parts, share_beyond, speed_at_crossing
-from stillhook.plan.frequency import frequency, looked_at, thinned, winches_of
-from stillhook.plan.limited import limited
-from stillhook.plan.limits import limits_of
-from stillhook.plan.plan_file import load_plan
-from stillhook.plan.sensitivity import sensitivity
-from stillhook.plan.situations import situations
-from stillhook.plan.spectral_weather import spectral_weather
+from stillhook.plan.answer.depth_profile import depth_profile, efficiency
+from stillhook.plan.answer.sensitivity import sensitivity
+from stillhook.plan.definition.capacities import calm
+from stillhook.plan.definition.compensation import Alternative
+from stillhook.plan.definition.demand import Seas, Tier
+from stillhook.plan.file import load_plan
+from stillhook.plan.limits.applicable_rules import limited
+from stillhook.plan.limits.solve import limits_of
+from stillhook.plan.tiers.depths import situations
+from stillhook.plan.tiers.frequency import frequency, looked_at, thinned, winches_of
+from stillhook.plan.weather.spectral import spectral_weather
 from stillhook.response import Forcing, Waves
-from stillhook.response.deviations import sigmas
-from stillhook.sea.extremes import MPM, P90, largest
-from stillhook.sea.realisation import realise, tip_motion
-from stillhook.sea.spectrum import Sea, Train
-from stillhook.sea.states import SeaStates
+from stillhook.response.standard_deviations import sigmas
+from stillhook.sea.spectra.spectrum import Sea, Train
+from stillhook.sea.spectra.states import SeaStates
+from stillhook.sea.vessel.realisation import realise, tip_motion
+from stillhook.spec.lift.programme import Stage
+from stillhook.statistics.extremes import MPM, P90, largest
+from stillhook.statistics.gaussian_extremes import largest_of_parts, share_beyond, speed_at_crossing
 
 NONE, CAP, SSC = Alternative.NONE, Alternative.CAP, Alternative.SSC
 EXACT = 1e-6  # a level found by halving

@@ -10,9 +10,9 @@ from pathlib import Path
 import pytest
 
 from stillhook.errors import StillhookError
-from stillhook.plan.alternatives import Alternative
-from stillhook.plan.plan_example import copy_plan
-from stillhook.plan.plan_file import load_plan, plans
+from stillhook.plan.definition.compensation import Alternative
+from stillhook.plan.example import copy_plan
+from stillhook.plan.file import load_plan, plans
 
 PLAN = """\
 name = "Manifold to 300 m"

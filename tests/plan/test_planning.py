@@ -7,20 +7,20 @@ import pytest
 
 from stillhook import load_crane
 from stillhook.errors import PlanError
-from stillhook.io.weather_file import read_weather
-from stillhook.plan.alternatives import Alternative
-from stillhook.plan.credited_table import credited_of
-from stillhook.plan.demand import Demand, Tier
-from stillhook.plan.facts import Beside, answer_digest
-from stillhook.plan.lift_plan import Environment, WeatherUse
-from stillhook.plan.limited import limited
-from stillhook.plan.limits import limits_of
-from stillhook.plan.plan_file import load_plan
-from stillhook.plan.plan_files import load_plan_result, save_plan
+from stillhook.formats.weather.file import read_weather
+from stillhook.plan.answer.files import load_plan_result, save_plan
+from stillhook.plan.answer.metadata import Beside, answer_digest
+from stillhook.plan.answer.remarks import winch_remarks, without_runs
+from stillhook.plan.definition.compensation import Alternative
+from stillhook.plan.definition.demand import Demand, Tier
+from stillhook.plan.definition.lift_plan import Environment, WeatherUse
+from stillhook.plan.file import load_plan
+from stillhook.plan.limits.applicable_rules import limited
+from stillhook.plan.limits.solve import limits_of
 from stillhook.plan.planning import plan
-from stillhook.plan.remarks import winch_remarks, without_runs
-from stillhook.plan.report import check
-from stillhook.plan.table import Axes, chosen, gathered, governed
+from stillhook.plan.report.save import check
+from stillhook.plan.table.credited import credited_of
+from stillhook.plan.table.table import Axes, chosen, gathered, governed
 from stillhook.weather.alpha import load_alpha_table
 
 ENVIRONMENT = Environment(Hs=("1 m", "2 m", "4 m"), Tp=("7 s", "12 s"), headings=("165 deg", "180 deg", "195 deg"), spread=4)

@@ -13,28 +13,28 @@ import pytest
 from matplotlib.image import imsave
 from tests.plan.made_up import RULES, made_up
 
-from stillhook.certified import UNSIGNED
 from stillhook.cli import run as command
-from stillhook.cli.plan import show
+from stillhook.cli.plan.plan import show
 from stillhook.errors import PlanError
-from stillhook.io.page import png
-from stillhook.plan import figures as drawing
-from stillhook.plan import report as writing
-from stillhook.plan.figure_parts import height, named
-from stillhook.plan.figures import closed_form as figures_of_closed
-from stillhook.plan.figures import differs, figures, limit_tables, pictures
-from stillhook.plan.figures_detail import depth, sensitivity
-from stillhook.plan.plan_file import load_plan
-from stillhook.plan.plan_files import load_plan_result, save_plan
-from stillhook.plan.report import save_report
-from stillhook.plan.report_page import html
-from stillhook.plan.report_parts import between
-from stillhook.plan.report_pdf import pdf
-from stillhook.plan.report_sheet import headline, sheet_of
-from stillhook.plan.result import PlanResult
-from stillhook.plan.rosette import from_bow
-from stillhook.plan.table import LimitTable
-from stillhook.sea.directions import geographic
+from stillhook.plan.answer.files import load_plan_result, save_plan
+from stillhook.plan.file import load_plan
+from stillhook.plan.report import save as writing
+from stillhook.plan.report.document import headline, sheet_of
+from stillhook.plan.report.figures import limits as drawing
+from stillhook.plan.report.figures.detail import depth, sensitivity
+from stillhook.plan.report.figures.limits import closed_form as figures_of_closed
+from stillhook.plan.report.figures.limits import differs, figures, limit_tables, pictures
+from stillhook.plan.report.figures.rosette import from_bow
+from stillhook.plan.report.figures.style import height, named
+from stillhook.plan.report.html import html
+from stillhook.plan.report.parts import between
+from stillhook.plan.report.pdf import pdf
+from stillhook.plan.report.save import save_report
+from stillhook.plan.result.result import PlanResult
+from stillhook.plan.table.table import LimitTable
+from stillhook.report.html import png
+from stillhook.sea.spectra.directions import geographic
+from stillhook.spec.validity import UNSIGNED
 
 
 def dot() -> bytes:

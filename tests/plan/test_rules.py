@@ -5,10 +5,10 @@ from pathlib import Path
 import pytest
 
 from stillhook.errors import PlanError, StillhookError, UnitError
-from stillhook.plan.capacities import CAPACITIES
-from stillhook.plan.phases import Phase, PhaseKind
-from stillhook.plan.rule_file import QUANTITIES, load_rules, rule_sets, rules_of
-from stillhook.plan.rules import Level, Sense
+from stillhook.plan.definition.capacities import CAPACITIES
+from stillhook.plan.definition.phases import Phase, PhaseKind
+from stillhook.plan.definition.rules import Level, Sense
+from stillhook.plan.definition.rules_file import QUANTITIES, load_rules, rule_sets, rules_of
 from stillhook.variables import BY_NAME
 
 BASE = 'base = "offshore-lift"\nversion = "2"\n'

@@ -8,11 +8,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from stillhook.lift import simplified as sm
 from stillhook.physics.scalar import G
-from stillhook.response.hung import Hung
-from stillhook.response.linearise import answers
-from stillhook.response.rod import End, Rod
+from stillhook.response.linear_drag import answers
+from stillhook.response.suspended_load import Hung
+from stillhook.response.wire_rod import End, Rod
+from stillhook.spec.lift import simplified as sm
 
 STEPPED = 1e-5  # a peak lies between two steps of 2 ms
 HARMONIC = 0.03  # quadratic drag taken as linear, against the largest value of the first harmonics in time

@@ -11,12 +11,12 @@ from pathlib import Path
 import pytest
 
 from stillhook.cli import run
-from stillhook.cli.plan_check import print_check
-from stillhook.engine.lift_programme import wire_strength
-from stillhook.plan.lift_plan import LiftPlan
-from stillhook.plan.phases import PhaseKind
-from stillhook.plan.plan_file import load_plan
-from stillhook.plan.situations import EVERY, resonance_depth, situations
+from stillhook.cli.plan.check import print_check
+from stillhook.engine.pack.programme import wire_strength
+from stillhook.plan.definition.lift_plan import LiftPlan
+from stillhook.plan.definition.phases import PhaseKind
+from stillhook.plan.file import load_plan
+from stillhook.plan.tiers.depths import EVERY, resonance_depth, situations
 
 ROD = 0.02
 """LIFT.md's spring with a third of the wire's mass leaves out slings and hook, and is itself within a per cent of the rod."""

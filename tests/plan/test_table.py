@@ -8,11 +8,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from stillhook.errors import PlanError
-from stillhook.plan.alternatives import Alternative
-from stillhook.plan.demand import Tier
-from stillhook.plan.kept_headings import KeptHeadings
-from stillhook.plan.limits import Limits
-from stillhook.plan.table import TIERS, Axes, LimitTable, chosen, counting, gathered, governed, kept, untold
+from stillhook.plan.definition.compensation import Alternative
+from stillhook.plan.definition.demand import Tier
+from stillhook.plan.limits.solve import Limits
+from stillhook.plan.table.table import TIERS, Axes, LimitTable, chosen, counting, gathered, governed, kept, untold
+from stillhook.plan.weather.headings import KeptHeadings
 
 NONE, SSC = Alternative.NONE, Alternative.SSC
 AXES = Axes((2.6, math.pi), (6.0, 8.0, 10.0), (NONE, SSC), ("splash", "deep"), ("DAF", "slack"))

@@ -6,21 +6,21 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stillhook.lift.programme import StageMode
-from stillhook.plan.adaptive import Search
-from stillhook.plan.alternatives import Alternative
-from stillhook.plan.demand import Tier
-from stillhook.plan.limited import limited
-from stillhook.plan.limits import Limits
-from stillhook.plan.phases import PhaseKind
-from stillhook.plan.plan_file import load_plan
-from stillhook.plan.rules import Level
-from stillhook.plan.seeds import chance, largest, mean, passage
-from stillhook.plan.twin_cells import Ask, Cells, Deal, worst_heights
-from stillhook.plan.twin_numbers import quantities
-from stillhook.plan.twin_run import BLOCK, KINDS, Spot, Winch, course_of, in_sea, lowering_of, machine_of, winch_of
-from stillhook.plan.twin_tier import expected, refine
-from stillhook.scenario import Mode
+from stillhook.plan.definition.compensation import Alternative
+from stillhook.plan.definition.demand import Tier
+from stillhook.plan.definition.phases import PhaseKind
+from stillhook.plan.definition.rules import Level
+from stillhook.plan.file import load_plan
+from stillhook.plan.limits.applicable_rules import limited
+from stillhook.plan.limits.solve import Limits
+from stillhook.plan.tiers.time_domain.bracketing import Search
+from stillhook.plan.tiers.time_domain.cells import Ask, Cells, Deal, worst_heights
+from stillhook.plan.tiers.time_domain.lowering import BLOCK, KINDS, Spot, Winch, course_of, in_sea, lowering_of, machine_of, winch_of
+from stillhook.plan.tiers.time_domain.over_seeds import chance, largest, mean, passage
+from stillhook.plan.tiers.time_domain.quantities import quantities
+from stillhook.plan.tiers.time_domain.tier import expected, refine
+from stillhook.spec.lift.programme import StageMode
+from stillhook.spec.scenario import Mode
 
 BETA = math.radians(165.0)
 FEW = Search(seeds=16, more=16, most_seeds=16)

@@ -7,16 +7,16 @@ import numpy as np
 import pytest
 import xarray
 
-from stillhook.engine.lift_summary import RUN_NUMBERS, STAGE_NUMBERS
-from stillhook.plan import twin_cells
-from stillhook.plan.adaptive import Search
-from stillhook.plan.alternatives import Alternative
-from stillhook.plan.demand import Tier
-from stillhook.plan.limits import Limits
-from stillhook.plan.phases import PhaseKind
-from stillhook.plan.plan_file import load_plan
-from stillhook.plan.twin_run import Winch, course_of
-from stillhook.plan.twin_tier import refine
+from stillhook.engine.lowering.summary import RUN_NUMBERS, STAGE_NUMBERS
+from stillhook.plan.definition.compensation import Alternative
+from stillhook.plan.definition.demand import Tier
+from stillhook.plan.definition.phases import PhaseKind
+from stillhook.plan.file import load_plan
+from stillhook.plan.limits.solve import Limits
+from stillhook.plan.tiers.time_domain import cells as twin_cells
+from stillhook.plan.tiers.time_domain.bracketing import Search
+from stillhook.plan.tiers.time_domain.lowering import Winch, course_of
+from stillhook.plan.tiers.time_domain.tier import refine
 
 BETA = math.radians(165.0)
 PERIODS = (6.0, 9.0, 12.0)

@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 
 from stillhook.errors import PlanError, WeatherError
-from stillhook.plan.alternatives import Alternative
-from stillhook.plan.lift_plan import Environment, WeatherUse
-from stillhook.plan.plan_file import load_plan
-from stillhook.plan.table import Axes, Governed
-from stillhook.plan.weather_value import forecast_limits, seas_of, weather_block, weather_value
-from stillhook.sea.weather import Weather
+from stillhook.plan.definition.compensation import Alternative
+from stillhook.plan.definition.lift_plan import Environment, WeatherUse
+from stillhook.plan.file import load_plan
+from stillhook.plan.table.table import Axes, Governed
+from stillhook.plan.weather.value import forecast_limits, seas_of, weather_block, weather_value
 from stillhook.weather.alpha import load_alpha_table
+from stillhook.weather.series import Weather
 
 HIGHEST = 6.0
 HOURS = 24 * 90

@@ -8,16 +8,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from stillhook import load_crane
-from stillhook.analysis.linear import eigenfrequency, gain_limit
-from stillhook.analysis.reduced import Reduced, simulate_reduced
-from stillhook.analysis.steady import motor_law, reduction_lead, speed_limit, steady
-from stillhook.crane import Crane
-from stillhook.engine.pack import gains, motor_speed_max, wire_speed_max
+from stillhook.analysis.loop_stability.models.eigenfrequency import eigenfrequency, gain_limit
+from stillhook.analysis.loop_stability.models.reduced import Reduced, simulate_reduced
+from stillhook.analysis.steady.steady_state import motor_law, reduction_lead, speed_limit, steady
+from stillhook.engine.pack.winch import gains, motor_speed_max, wire_speed_max
 from stillhook.errors import StillhookError
 from stillhook.library import changed
-from stillhook.physics.motor import motor_torque
-from stillhook.scenario import Mode
-from stillhook.sea.motion import Profile, Sine
+from stillhook.physics.hydraulics.motor import motor_torque
+from stillhook.sea.motion.motion import Profile, Sine
+from stillhook.spec.crane import Crane
+from stillhook.spec.scenario import Mode
 from stillhook.units import parse
 
 CRANE = load_crane("nov-250t")

@@ -26,7 +26,7 @@ def computed():
 def house(tmp_path, computed):
     """A small project with one page that is kept."""
     for name, text in {
-        "src/stillhook/physics/wire.py": "k = 1", "src/stillhook/plan/rules.py": "r = 1", "src/stillhook/units.py": "u = 1",
+        "src/stillhook/physics/load_path/wire.py": "k = 1", "src/stillhook/plan/definition/rules.py": "r = 1", "src/stillhook/units.py": "u = 1",
         "docs/validation/case.py": "c = 1", "requirements.lock": "numpy==2", "page.md": TEXT,
     }.items():  # fmt: skip
         (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
@@ -43,7 +43,7 @@ def stands(computed, house):
 
 def test_a_page_stands_while_nothing_that_it_rests_on_changes(computed, house):
     assert stands(computed, house)
-    (house / "src/stillhook/plan/rules.py").write_text("r = 2")
+    (house / "src/stillhook/plan/definition/rules.py").write_text("r = 2")
     (house / "page.md").write_text(TEXT.replace("Prose.", "Other prose."))
     assert stands(computed, house)
 
@@ -51,7 +51,7 @@ def test_a_page_stands_while_nothing_that_it_rests_on_changes(computed, house):
 @pytest.mark.parametrize(
     "change",
     [
-        {"src/stillhook/physics/wire.py": "k = 2"},
+        {"src/stillhook/physics/load_path/wire.py": "k = 2"},
         {"src/stillhook/physics/new.py": ""},
         {"src/stillhook/units.py": "u = 2"},
         {"docs/validation/case.py": "c = 2"},
@@ -68,13 +68,13 @@ def test_a_change_of_code_libraries_or_tables_asks_for_a_new_computation(compute
 
 
 def test_a_package_that_is_gone_asks_for_a_new_computation(computed, house):
-    (house / "src/stillhook/physics/wire.py").unlink()
+    (house / "src/stillhook/physics/load_path/wire.py").unlink()
     (house / "src/stillhook/physics").rmdir()
     assert not stands(computed, house)
 
 
 def test_what_a_computation_loads_is_found(computed):
-    import stillhook.physics.wire  # noqa: F401
+    import stillhook.physics.load_path.wire  # noqa: F401
 
     places = computed.loaded()
     assert {"src/stillhook/physics", "src/stillhook/units.py"} <= set(places)

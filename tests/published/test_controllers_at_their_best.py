@@ -6,10 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from stillhook.analysis.tune_goal import Limits
-from stillhook.analysis.tune_score import capacity_of, gain_allowed, scored
-from stillhook.analysis.tune_space import present, space, with_settings
-from stillhook.engine.many import summaries
+from stillhook.analysis.tuning.objective import Limits
+from stillhook.analysis.tuning.parameters import present, space, with_settings
+from stillhook.analysis.tuning.score import capacity_of, gain_allowed, scored
+from stillhook.engine.scenario.batch import summaries
 
 PAGES = Path(__file__).resolve().parents[2] / "docs" / "validation"
 sys.path.insert(0, str(PAGES))

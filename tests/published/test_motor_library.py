@@ -4,11 +4,11 @@ import math
 
 import pytest
 
-from stillhook.crane import Motor, SystemFriction
 from stillhook.library import frictions, leak_table, load_crane, motor, motors, system_friction
 from stillhook.physics.friction import SystemFriction as FrictionRecord
 from stillhook.physics.friction import system_friction as friction_torque
-from stillhook.physics.motor import torque_loss
+from stillhook.physics.hydraulics.motor import torque_loss
+from stillhook.spec.crane import Motor, SystemFriction
 from stillhook.units import in_display, parse
 
 ROUNDING = 1e-12  # relative; printed digits through the unit factors

@@ -7,17 +7,17 @@ import pytest
 
 from stillhook import load_crane
 from stillhook.control.ahc import feedforward
-from stillhook.control.motors import displacement_ssc, reduction_cubic, reduction_linear
-from stillhook.crane import Crane, effective_inertia
-from stillhook.engine.pack import drum_record, gains, pack, wire_speed_max
+from stillhook.control.ssc import displacement_ssc, reduction_cubic, reduction_linear
+from stillhook.engine.pack.winch import drum_record, gains, pack, wire_speed_max
 from stillhook.library import motor, system_friction
 from stillhook.library.leakage import pump_leak
-from stillhook.physics.drum import K_wire, layer_diameter
 from stillhook.physics.friction import SystemFriction
 from stillhook.physics.friction import system_friction as friction_torque
-from stillhook.physics.motor import TorqueLossFit, motor_leakage, torque_loss, torque_loss_moving
-from stillhook.physics.pump import pump_leakage
-from stillhook.scenario import Scenario
+from stillhook.physics.hydraulics.motor import TorqueLossFit, motor_leakage, torque_loss, torque_loss_moving
+from stillhook.physics.hydraulics.pump import pump_leakage
+from stillhook.physics.load_path.drum import K_wire, layer_diameter
+from stillhook.spec.crane import Crane, effective_inertia
+from stillhook.spec.scenario import Scenario
 from stillhook.units import parse
 
 PRINTED = 1.0e-7

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from stillhook.io.log import describe, mapping_from, read_log
+from stillhook.logs.log import describe, mapping_from, read_log
 
 PSI, INCH = 6894.757, 0.0254
 SAME = 1e-5  # relative: psi is written with six digits in the mapping

@@ -14,8 +14,8 @@ import pytest
 
 from stillhook.errors import IdentifyError
 from stillhook.identify.curve import FrictionCurve, friction_curve
-from stillhook.identify.windows import WindowSettings, steady_windows
-from stillhook.io.log import Log, mapping_from, read_log
+from stillhook.identify.steady_state.windows import WindowSettings, steady_windows
+from stillhook.logs.log import Log, mapping_from, read_log
 
 INCH, POUND, PSI = 0.0254, 4.4482216152605, 6.894757293168
 PISTON, GAS_LOWER, GAS_UPPER = 1.375 * INCH**2, 0.0115, 0.0127  # m^2

@@ -2,10 +2,10 @@
 
 import pytest
 
-from stillhook.io.vessel_file import read_vessel
+from stillhook.formats.vessel.open import read_vessel
 from stillhook.library.vessels import vessel_file
-from stillhook.sea.sea_text import parse_sea
-from stillhook.sea.tip import tip_response
+from stillhook.sea.spectra.text import parse_sea
+from stillhook.sea.vessel.tip import tip_response
 
 SIMILAR = 0.25
 """Strip theory and panels, 82.8 m by 19.2 m and 82 m by 18.5 m, other lines and weights: a sign or a unit would be off by much more."""

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 from scipy.signal import coherence, csd
 
-from stillhook.io.motion_file import motion_form, read_ship_motion, read_tip_motion
-from stillhook.io.psxn import read_psxn
-from stillhook.sea.recorded import Recorded
-from stillhook.sea.ship_motion import ShipMotion, tip_motion
+from stillhook.formats.motion.open import motion_form, read_ship_motion, read_tip_motion
+from stillhook.formats.motion.psxn import read_psxn
+from stillhook.sea.motion.recorded import Recorded
+from stillhook.sea.vessel.ship_motion import ShipMotion, tip_motion
 
 # Printed with four decimals.
 STATED = 5e-5

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from benchmarks.road import HEADING, X, Y, year
 
-from stillhook.io.ndbc import read_spectra
-from stillhook.io.vessel_file import read_vessel
+from stillhook.formats.vessel.open import read_vessel
+from stillhook.formats.waves.ndbc.spectra import read_spectra
 from stillhook.response.forcing import forcing_of_series
-from stillhook.sea.spectrum import Sea, Train
-from stillhook.sea.tip import tip_response
+from stillhook.sea.spectra.spectrum import Sea, Train
+from stillhook.sea.vessel.tip import tip_response
 
 SLOWEST = 60.0  # s: a machine that others share; the goal is 10 s, see benchmarks/road.py
 WITHIN_BAND = 0.01  # a band taken at its middle alone, against eight parts of it

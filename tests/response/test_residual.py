@@ -9,12 +9,12 @@ from scipy.special import erf
 
 from stillhook import Scenario, load_crane, simulate
 from stillhook.errors import LiftError
-from stillhook.response import identify_residual as module
-from stillhook.response.asked import QUICK
-from stillhook.response.duty import Duty
-from stillhook.response.identify_residual import identify_residual
-from stillhook.response.residual import HARMONICS, Residual
-from stillhook.scenario import Sensors
+from stillhook.response.winch.describing_function import HARMONICS, Residual
+from stillhook.response.winch.duty import Duty
+from stillhook.response.winch.excitation import QUICK
+from stillhook.response.winch.identify import describing_function as module
+from stillhook.response.winch.identify.describing_function import identify_residual
+from stillhook.spec.scenario import Sensors
 
 OMEGA = np.array([0.4, 0.8, 1.6])
 V = np.geomspace(0.005, 5.0, 80)

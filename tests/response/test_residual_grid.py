@@ -5,9 +5,9 @@ import pytest
 
 from stillhook import load_crane
 from stillhook.errors import LiftError
-from stillhook.response.duty import Duty
-from stillhook.response.identify_residual import identify_residual
-from stillhook.response.residual_grid import identify_grid
+from stillhook.response.winch.duty import Duty
+from stillhook.response.winch.grid import identify_grid
+from stillhook.response.winch.identify.describing_function import identify_residual
 
 BETWEEN = 0.15  # of what is left, half way between tables a factor of 1.6 in tension and four layers apart
 OMEGA = np.array([0.5, 0.8, 1.3])

@@ -7,22 +7,22 @@ import pytest
 
 from stillhook import load_crane
 from stillhook.errors import LiftError, SeaError
-from stillhook.io.vessel_file import read_vessel
+from stillhook.formats.vessel.open import read_vessel
 from stillhook.library.payloads import read_payload
 from stillhook.library.vessels import vessel_file
-from stillhook.lift.lowering import Lowering
-from stillhook.lift.programme import Stage
-from stillhook.response.deviations import sigmas
 from stillhook.response.forcing import Forcing, forcing_of_seas, forcing_of_series
-from stillhook.response.hung import Hung, hung
-from stillhook.response.linearise import drag_of_gaussian, drag_of_harmonic
-from stillhook.response.residual import Residual
-from stillhook.response.road import road
-from stillhook.response.rod import End, Rod, transfers
-from stillhook.sea.measured import SpectrumSeries
-from stillhook.sea.parametric import Jonswap
-from stillhook.sea.spectrum import Sea, Train
-from stillhook.sea.tip import tip_response
+from stillhook.response.frequency_domain import road
+from stillhook.response.linear_drag import drag_of_gaussian, drag_of_harmonic
+from stillhook.response.standard_deviations import sigmas
+from stillhook.response.suspended_load import Hung, hung
+from stillhook.response.winch.describing_function import Residual
+from stillhook.response.wire_rod import End, Rod, transfers
+from stillhook.sea.spectra.measured import SpectrumSeries
+from stillhook.sea.spectra.parametric import Jonswap
+from stillhook.sea.spectra.spectrum import Sea, Train
+from stillhook.sea.vessel.tip import tip_response
+from stillhook.spec.lift.lowering import Lowering
+from stillhook.spec.lift.programme import Stage
 
 X, Y = -20.0, 18.0  # m
 BRAKED = Residual.constant(1.0)

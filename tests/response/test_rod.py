@@ -7,7 +7,7 @@ import pytest
 from scipy.linalg import eigh_tridiagonal, solve_banded
 
 from stillhook.errors import LiftError
-from stillhook.response.rod import End, Rod, damping_for_ratio, first_period_by_rule, natural_periods, static_stretch, transfers
+from stillhook.response.wire_rod import End, Rod, damping_for_ratio, first_period_by_rule, natural_periods, static_stretch, transfers
 
 DEEP = Rod(L=3000.0, EA=836e6, mu=45.0, w=390.0, beta=0.01)
 LOAD = End(m=100e3, A33=50e3, m_h=3e3, k_s=50e6, c_s=1e5)

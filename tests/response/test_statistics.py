@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from stillhook.response.statistics import (
+from stillhook.statistics.gaussian import (
     chance_below_zero,
     most_probable_maximum,
     rate_below_zero,

@@ -8,11 +8,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from stillhook.engine.lift_payload import COLUMNS, pack_payload
+from stillhook.engine.pack.payload import COLUMNS, pack_payload
 from stillhook.errors import LiftError
-from stillhook.lift import added_mass as formula
-from stillhook.lift.payload import Payload
-from stillhook.physics.payload import LEVELS
+from stillhook.physics.load_path.payload import LEVELS
+from stillhook.spec.lift import added_mass as formula
+from stillhook.spec.lift.payload import Payload
 
 RHO = 1025.0
 READ_OFF = 0.015

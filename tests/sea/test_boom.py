@@ -7,7 +7,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from stillhook.errors import SeaError, UnitError
-from stillhook.sea.boom import Boom
+from stillhook.sea.vessel.boom import Boom
 
 PEDESTAL = ("-10 m", "-6 m", "15 m")
 

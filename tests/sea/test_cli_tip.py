@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from stillhook.cli import run
-from stillhook.sea.text import motion_from_json
+from stillhook.sea.motion.text import motion_from_json
 from stillhook.variables import BY_NAME
 
 WAVE = "jonswap Hs=1 m Tp=8 s gamma=3.3"
@@ -23,8 +23,8 @@ def vessel(shared_data: Path) -> str:
 @pytest.fixture
 def no_picture(monkeypatch: pytest.MonkeyPatch) -> None:
     """For tests of the other files that are written: the picture takes longest and is looked at elsewhere."""
-    monkeypatch.setattr("stillhook.io.tip_files.tip_figure", lambda *given: None)
-    monkeypatch.setattr("stillhook.io.tip_files.save_figure", lambda figure, path: path.touch())
+    monkeypatch.setattr("stillhook.report.save.tip.tip_figure", lambda *given: None)
+    monkeypatch.setattr("stillhook.report.save.tip.save_figure", lambda figure, path: path.touch())
 
 
 def answer(capsys: pytest.CaptureFixture[str], *arguments: str) -> dict:
@@ -123,7 +123,7 @@ def test_exact_rotations_are_told_beside_the_linear_motion(capsys, vessel, tmp_p
 
 @pytest.mark.usefixtures("no_picture")
 def test_a_case_file_runs_on_the_series_that_was_written(vessel, tmp_path, capsys):
-    from stillhook.io.case_file import load_case
+    from stillhook.formats.case_file import load_case
 
     answer(capsys, "--vessel", vessel, "--at", AT, "--wave", WAVE, "--heading", "90 deg", "--duration", "5 min", "--out", str(tmp_path))
     (tmp_path / "case.toml").write_text('crane = "nov-250t"\n[scenario]\nload = "50 t"\ns_w = "100 m"\ntip = { file = "tip.json" }\n')
@@ -153,8 +153,8 @@ def test_the_series_that_was_written_has_the_numbers_of_the_spectra(capsys, vess
 
 def test_measured_directions_are_turned_by_the_ships_heading(capsys, vessel, tmp_path, monkeypatch):
     """A sea that comes from the east is on the starboard beam of a ship that heads north, and dead ahead of one that heads east."""
-    from stillhook.sea.directional import Directional
-    from stillhook.sea.measured import SpectrumSeries
+    from stillhook.sea.spectra.directional import Directional
+    from stillhook.sea.spectra.measured import SpectrumSeries
 
     omega, width = np.linspace(0.5, 1.2, 8), np.full(8, 0.1)
     theta = np.radians(np.arange(0.0, 360.0, 30.0))
@@ -162,7 +162,7 @@ def test_measured_directions_are_turned_by_the_ships_heading(capsys, vessel, tmp
     share[:, :, 3] = 1.0
     time, S = np.array(["2020-01-01T00:00:00"], dtype="datetime64[s]"), np.full((1, 8), 0.3)
     series = SpectrumSeries(omega, width, S, time, np.array([True]), "buoy", directional=Directional(theta, share))
-    monkeypatch.setattr("stillhook.io.sea_file.read_sea", lambda path: series)
+    monkeypatch.setattr("stillhook.formats.waves.open.read_sea", lambda path: series)
     file = tmp_path / "buoy.txt"
     file.write_text("")
     at = ("--vessel", vessel, "--at", AT, "--wave", str(file), "--record", "0")

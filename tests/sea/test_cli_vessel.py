@@ -9,7 +9,7 @@ import pytest
 from tests.sea.plank import plank
 
 from stillhook.cli import run
-from stillhook.io.rao_csv import write_rao_csv
+from stillhook.formats.vessel.csv import write_rao_csv
 from stillhook.library.vessels import vessels
 from stillhook.variables import BY_NAME
 

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 from stillhook.errors import SeaError
-from stillhook.io.ndbc import read_spectra, read_states
-from stillhook.io.ndbc_directions import read_directional
-from stillhook.io.ndbc_text import bands
-from stillhook.io.sea_file import read_sea
-from stillhook.sea.measured import Measured
-from stillhook.sea.sea_text import spectrum_from_dict
+from stillhook.formats.waves.ndbc.directions import read_directional
+from stillhook.formats.waves.ndbc.spectra import read_spectra, read_states
+from stillhook.formats.waves.ndbc.text import bands
+from stillhook.formats.waves.open import read_sea
+from stillhook.sea.spectra.measured import Measured
+from stillhook.sea.spectra.text import spectrum_from_dict
 
 ROUNDING = 1e-12
 OLD = "YY MM DD hh   .030   .040   .050   .060\n96 01 01 00    .00   4.00   2.00    .50\n96 01 01 01    .00   1.00   1.00   1.00\n"

@@ -8,13 +8,13 @@ from pathlib import Path
 
 import pytest
 
-from stillhook.crane import SourceKind
-from stillhook.engine.lift_payload import pack_payload
+from stillhook.engine.pack.payload import pack_payload
 from stillhook.errors import LiftError, StillhookError
-from stillhook.library.files import LABELS
 from stillhook.library.payloads import payloads, read_payload
-from stillhook.lift.payload import Payload
-from stillhook.physics.payload import WettedLevel
+from stillhook.library.toml.tree import LABELS
+from stillhook.physics.load_path.payload import WettedLevel
+from stillhook.spec.crane import SourceKind
+from stillhook.spec.lift.payload import Payload
 
 RHO = 1025.0
 names = pytest.mark.parametrize("name", payloads())
@@ -38,7 +38,7 @@ def test_the_library_has_each_kind_of_payload():
 
 @names
 def test_every_number_of_a_library_payload_has_a_kind_and_a_source(name):
-    text = (files("stillhook.library") / "payloads" / f"{name}.toml").read_text(encoding="utf-8")
+    text = (files("stillhook.library") / "data" / "payloads" / f"{name}.toml").read_text(encoding="utf-8")
     found = leaves(tomllib.loads(text))
     for path, leaf in found:
         if path in LABELS:

@@ -8,9 +8,9 @@ import xarray
 from tests.sea.plank import plank_motions
 
 from stillhook.errors import SeaError
-from stillhook.io.vessel_file import read_vessel
-from stillhook.sea.long_wave import wavenumber
-from stillhook.sea.rao import DOFS, Rao
+from stillhook.formats.vessel.open import read_vessel
+from stillhook.sea.vessel.long_wave import wavenumber
+from stillhook.sea.vessel.rao import DOFS, Rao
 
 OMEGA, SIDE = np.linspace(0.1, 1.5, 8), np.radians(np.arange(0.0, 181.0, 30.0))
 SOLVED = 1e-9  # rounding of a 6 by 6 system with entries from 1e5 to 1e10

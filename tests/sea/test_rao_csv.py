@@ -9,9 +9,9 @@ import pytest
 from tests.sea.plank import plank
 
 from stillhook.errors import SeaError
-from stillhook.io.rao_csv import write_rao_csv
-from stillhook.io.vessel_file import read_vessel
-from stillhook.sea.rao import DOFS, Rao
+from stillhook.formats.vessel.csv import write_rao_csv
+from stillhook.formats.vessel.open import read_vessel
+from stillhook.sea.vessel.rao import DOFS, Rao
 
 OMEGA, BETA = np.linspace(0.1, 1.5, 8), np.radians(np.arange(0.0, 360.0, 30.0))
 DIGITS = 1e-5  # six digits of numbers up to 1

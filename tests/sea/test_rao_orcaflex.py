@@ -8,8 +8,8 @@ import pytest
 from tests.sea.plank import plank_motions
 
 from stillhook.errors import SeaError
-from stillhook.io.vessel_file import read_vessel
-from stillhook.sea.long_wave import wavenumber
+from stillhook.formats.vessel.open import read_vessel
+from stillhook.sea.vessel.long_wave import wavenumber
 
 yaml = pytest.importorskip("yaml")
 

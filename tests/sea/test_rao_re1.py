@@ -7,8 +7,8 @@ import pytest
 from tests.sea.plank import plank_motions
 
 from stillhook.errors import SeaError
-from stillhook.io.vessel_file import read_vessel
-from stillhook.sea.rao import DOFS
+from stillhook.formats.vessel.open import read_vessel
+from stillhook.sea.vessel.rao import DOFS
 
 OMEGA, HEADINGS = np.linspace(0.1, 1.5, 8), np.arange(0.0, 181.0, 30.0)
 TITLE = [" MOTION TRANSFER FUNCTIONS  - VERES Version  4.02.3", " Run name:", " Ship name: Plank", " Loading:", "", " ShipX exported data"]

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from stillhook.errors import SeaError
-from stillhook.io.wave_bridge import FORMATS, from_wavespectra, read_wavespectra
+from stillhook.formats.waves.wavespectra import FORMATS, from_wavespectra, read_wavespectra
 
 wavespectra = pytest.importorskip("wavespectra")
 

@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from stillhook.errors import SeaError, UnitError
-from stillhook.sea.directions import DirectionSense, coming_from, geographic, relative
-from stillhook.sea.sea_text import parse_sea, parse_wave, sea_from_dict, sea_to_dict, spectrum_from_dict
+from stillhook.sea.spectra.directions import DirectionSense, coming_from, geographic, relative
+from stillhook.sea.spectra.text import parse_sea, parse_wave, sea_from_dict, sea_to_dict, spectrum_from_dict
 
 ROUNDING = 1e-12
 angles = st.floats(0.0, 2.0 * math.pi, exclude_max=True)

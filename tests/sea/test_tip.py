@@ -9,15 +9,15 @@ from scipy import stats
 from scipy.interpolate import CubicSpline
 
 from stillhook.errors import MotionError, SeaError, UnitError
-from stillhook.io.motion_file import read_tip_motion
-from stillhook.io.vessel_file import read_vessel
-from stillhook.sea.extremes import MPM, Gumbel, gumbel, largest
-from stillhook.sea.motion import Sine, Still
-from stillhook.sea.parametric import Jonswap
-from stillhook.sea.rao import Rao
-from stillhook.sea.realisation import realise, tip_motion
-from stillhook.sea.spectrum import Sea, Train
-from stillhook.sea.tip import TipPoint, motion_statistics, parse_point, tip_response, tip_summary
+from stillhook.formats.motion.open import read_tip_motion
+from stillhook.formats.vessel.open import read_vessel
+from stillhook.sea.motion.motion import Sine, Still
+from stillhook.sea.spectra.parametric import Jonswap
+from stillhook.sea.spectra.spectrum import Sea, Train
+from stillhook.sea.vessel.rao import Rao
+from stillhook.sea.vessel.realisation import realise, tip_motion
+from stillhook.sea.vessel.tip import TipPoint, motion_statistics, parse_point, tip_response, tip_summary
+from stillhook.statistics.extremes import MPM, Gumbel, gumbel, largest
 
 INTERPOLATION = 0.01
 """Of a standard deviation: between two frequencies of a table nothing is known, and straight lines and splines differ by up to twice this."""

@@ -8,13 +8,13 @@ from pathlib import Path
 import numpy as np
 
 from stillhook import Scenario, Sine, load_crane, simulate
-from stillhook.crane import Crane
-from stillhook.io.log_types import Log
-from stillhook.scenario import Mode, Operator
-from stillhook.sea.motion import Sum
-from stillhook.validate.campaign import Campaign, CraneTest, Kind
-from stillhook.validate.criteria import load_criteria
-from stillhook.validate.record import Record, Segment
+from stillhook.logs.types import Log
+from stillhook.sea.motion.motion import Sum
+from stillhook.spec.crane import Crane
+from stillhook.spec.scenario import Mode, Operator
+from stillhook.validate.criteria.criteria import load_criteria
+from stillhook.validate.data_set.campaign import Campaign, CraneTest, Kind
+from stillhook.validate.data_set.records.record import Record, Segment
 
 STEP = 0.01  # s, the PLC's cycle
 NAMES = ("s_tip", "v_tip", "s_w", "v_w", "p_a", "p_b", "F_w", "u_p", "e_c_measured", "v_op")

@@ -7,11 +7,11 @@ import numpy as np
 from tests.validate.ahc_logs import STEP, TWIN, record, sea
 
 from stillhook import Scenario, simulate
-from stillhook.commands import Commands
-from stillhook.crane import Crane
-from stillhook.scenario import Mode, Operator
-from stillhook.validate.campaign import Kind
-from stillhook.validate.record import Record
+from stillhook.spec.commands import Commands
+from stillhook.spec.crane import Crane
+from stillhook.spec.scenario import Mode, Operator
+from stillhook.validate.data_set.campaign import Kind
+from stillhook.validate.data_set.records.record import Record
 
 NAMES = ("s_tip", "v_tip", "a_tip", "s_w", "v_w", "u_p", "u_m", "alpha_p", "alpha_m", "F_w", "e_c_measured", "v_op", "mode")
 TO_THE_LIMIT = (

@@ -8,9 +8,9 @@ import polars as pl
 from tests.validate.ahc_logs import TWIN, sea
 
 from stillhook import Scenario, simulate
-from stillhook.scenario import Operator
-from stillhook.validate.campaign import load_campaign
-from stillhook.validate.reading import read_records
+from stillhook.spec.scenario import Operator
+from stillhook.validate.data_set.campaign import load_campaign
+from stillhook.validate.data_set.records.read import read_records
 
 COLUMNS = {
     "time": ("Time", "s", 1.0), "s_tip": ("Tip pos", "m", 1.0), "v_tip": ("Tip speed", "m/s", 1.0), "a_tip": ("Tip acc", "m/s^2", 1.0),

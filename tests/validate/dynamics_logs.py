@@ -8,13 +8,13 @@ from pathlib import Path
 import numpy as np
 
 from stillhook import Scenario, library, load_crane, simulate
-from stillhook.crane import Crane
-from stillhook.io.log_types import Log
-from stillhook.scenario import Mode, Operator
-from stillhook.validate.campaign import Campaign, CraneTest, Kind
-from stillhook.validate.criteria import load_criteria
-from stillhook.validate.dynamics_unknowns import bent
-from stillhook.validate.record import Record, Segment
+from stillhook.logs.types import Log
+from stillhook.spec.crane import Crane
+from stillhook.spec.scenario import Mode, Operator
+from stillhook.validate.criteria.criteria import load_criteria
+from stillhook.validate.data_set.campaign import Campaign, CraneTest, Kind
+from stillhook.validate.data_set.records.record import Record, Segment
+from stillhook.validate.dynamics.fitting.unknowns import bent
 
 STEP = 0.01  # s, the PLC's cycle
 TWIN = load_crane("nov-250t")

@@ -6,10 +6,10 @@ import numpy as np
 from scipy.signal import lfilter
 from tests.validate.ahc_logs import TWIN, record
 
-from stillhook.engine.pack import active_record
-from stillhook.physics.line import capacitance
+from stillhook.engine.pack.winch import active_record
+from stillhook.physics.hydraulics.line import capacitance
 from stillhook.units import parse
-from stillhook.validate.implied_parts import Part
+from stillhook.validate.parameters.segments import Part
 
 STEP = 0.01  # s
 N_1000 = parse("1000 rev/min", "rotation")

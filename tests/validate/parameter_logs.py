@@ -7,9 +7,9 @@ import numpy as np
 from tests.validate.ahc_logs import STEP, TWIN, campaign, record, sea
 
 from stillhook import Scenario, simulate
-from stillhook.crane import Crane
-from stillhook.validate.parameters import ParametersStep, check_parameters
-from stillhook.validate.record import Record
+from stillhook.spec.crane import Crane
+from stillhook.validate.data_set.records.record import Record
+from stillhook.validate.parameters.check import ParametersStep, check_parameters
 
 NOISE = {
     "s_tip": (2e-3, 1e-3), "v_tip": (3e-3, 1e-3), "a_tip": (1e-2, 1e-3), "s_w": (0.0, 1e-3), "v_w": (1.5e-3, 1e-4), "omega_m": (0.3, 0.05),

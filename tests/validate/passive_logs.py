@@ -9,15 +9,15 @@ from tests.validate.ahc_logs import STEP, TWIN, campaign, record, sea
 from tests.validate.parameter_logs import NOISE, Signals
 
 from stillhook import Scenario, simulate
-from stillhook.crane import Crane
-from stillhook.scenario import Mode, Operator
-from stillhook.validate.campaign import Kind
-from stillhook.validate.criteria import load_criteria
-from stillhook.validate.judging import judge
-from stillhook.validate.lines import StepNumber
-from stillhook.validate.parameters import ParametersStep, check_parameters
+from stillhook.spec.crane import Crane
+from stillhook.spec.scenario import Mode, Operator
+from stillhook.validate.criteria.criteria import load_criteria
+from stillhook.validate.criteria.judge import judge
+from stillhook.validate.criteria.results import StepNumber
+from stillhook.validate.data_set.campaign import Kind
+from stillhook.validate.data_set.records.record import Record
+from stillhook.validate.parameters.check import ParametersStep, check_parameters
 from stillhook.validate.passive import PassiveStep, check_passive
-from stillhook.validate.record import Record
 
 SENSORS = {**NOISE, "alpha_pp": (5e-4, 1e-4), "V_acc": (1e-3, 1e-3), "mode": (0.0, 0.0)}
 """As `parameter_logs.NOISE`, with the make-up pumps and a piston that is measured to a litre."""

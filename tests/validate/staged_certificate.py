@@ -6,13 +6,13 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
-from stillhook.io.log_types import Log
-from stillhook.scenario import Mode
-from stillhook.validate.campaign import Campaign, CraneTest, load_campaign
-from stillhook.validate.criteria import Criterion, Limit
-from stillhook.validate.judging import judge
-from stillhook.validate.lines import Measure, Step, StepNumber, Table
-from stillhook.validate.record import Record, Segment
+from stillhook.logs.types import Log
+from stillhook.spec.scenario import Mode
+from stillhook.validate.criteria.criteria import Criterion, Limit
+from stillhook.validate.criteria.judge import judge
+from stillhook.validate.criteria.results import Measure, Step, StepNumber, Table
+from stillhook.validate.data_set.campaign import Campaign, CraneTest, load_campaign
+from stillhook.validate.data_set.records.record import Record, Segment
 from stillhook.validate.validation import Validation
 
 DT = 0.1

@@ -9,14 +9,14 @@ import pytest
 from tests.validate.ahc_logs import STEP, TWIN, campaign, crane_log, record
 
 from stillhook.library import changed
-from stillhook.scenario import Mode, Operator
-from stillhook.validate.ahc import AhcStep, check_ahc
-from stillhook.validate.ahc_diagnosis import CAUSES, with_gains
-from stillhook.validate.ahc_figures import figures
-from stillhook.validate.ahc_twin import SETTLE, run_twin
-from stillhook.validate.judging import judge
-from stillhook.validate.lines import Measure, StepNumber
-from stillhook.validate.measures import MEASURES
+from stillhook.spec.scenario import Mode, Operator
+from stillhook.validate.ahc.check import AhcStep, check_ahc
+from stillhook.validate.ahc.diagnosis import CAUSES, with_gains
+from stillhook.validate.ahc.figures import figures
+from stillhook.validate.ahc.replay import SETTLE, run_twin
+from stillhook.validate.criteria.judge import judge
+from stillhook.validate.criteria.names import MEASURES
+from stillhook.validate.criteria.results import Measure, StepNumber
 
 ALIKE = 1e-3  # m: the twin against itself; numbers of both runs differ by the smooth tip and the start from rest alone
 MM = 1e-3

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from stillhook.validate.block_bootstrap import Blocks, blocks, interval
+from stillhook.statistics.block_bootstrap import Blocks, blocks, interval
 
 MEMORY = 0.95  # of an autoregressive series: an autocorrelation time of some 20 samples
 WINDOW = 60  # samples of a moving mean

@@ -6,8 +6,8 @@ import math
 import pytest
 
 from stillhook.errors import StillhookError, ValidateError
-from stillhook.scenario import Mode
-from stillhook.validate.campaign import Kind, load_campaign
+from stillhook.spec.scenario import Mode
+from stillhook.validate.data_set.campaign import Kind, load_campaign
 from stillhook.validate.validation import validate
 
 TOP = 'title = "Trials"\ndate = 2026-11-21\ncrane = "nov-250t"\n'

@@ -14,16 +14,16 @@ from PIL import Image
 from tests.validate.staged_certificate import drawn, staged, write
 
 from stillhook import load_crane
-from stillhook.crane import content
-from stillhook.engine.build import results_hash
 from stillhook.errors import ValidateError
+from stillhook.kernels.build import results_hash
 from stillhook.library.certificate import canonical, digest_of
+from stillhook.spec.crane import content
 from stillhook.validate import Certificate, certificate_files, certificate_of, load_certificate
-from stillhook.validate import figures as pictures_of
-from stillhook.validate.certificate_content import content_of
-from stillhook.validate.certificate_pdf import pages, pdf
-from stillhook.validate.figures import pictures
-from stillhook.validate.lines import StepNumber
+from stillhook.validate.certificate.content import content_of
+from stillhook.validate.certificate.pdf import pages, pdf
+from stillhook.validate.criteria.results import StepNumber
+from stillhook.validate.report import figures as pictures_of
+from stillhook.validate.report.figures import pictures
 
 ROOT = Path(__file__).resolve().parents[2]
 NOT_SHOWN = {"e_c_pp_deviation": None}
@@ -35,7 +35,7 @@ import sys
 from pathlib import Path
 sys.path.insert(0, {root!r})
 from stillhook.validate import certificate_files, figures
-from stillhook.validate.lines import StepNumber
+from stillhook.validate.criteria.results import StepNumber
 from tests.validate.staged_certificate import drawn, staged, write
 figures.FIGURES = {{StepNumber.AHC: drawn}}
 here = Path.cwd()

@@ -7,16 +7,19 @@ import pytest
 from tests.validate.staged_certificate import drawn, staged, write
 
 from stillhook import load_crane
-from stillhook.certified import UNSIGNED
 from stillhook.cli import run as command
 from stillhook.library import crane_toml
 from stillhook.library.certificate import canonical, digest_of
-from stillhook.validate import certificate_check, certificate_content, certificate_files, load_certificate, truth
-from stillhook.validate import figures as pictures_of
-from stillhook.validate.certificate_check import check
-from stillhook.validate.certificate_sheet import sheet_of
-from stillhook.validate.lines import StepNumber
-from stillhook.validate.truth import Written
+from stillhook.spec.validity import UNSIGNED
+from stillhook.validate import certificate_files, load_certificate
+from stillhook.validate import synthetic as truth
+from stillhook.validate.certificate import content as certificate_content
+from stillhook.validate.certificate import recheck as certificate_check
+from stillhook.validate.certificate.document import sheet_of
+from stillhook.validate.certificate.recheck import check
+from stillhook.validate.criteria.results import StepNumber
+from stillhook.validate.report import figures as pictures_of
+from stillhook.validate.synthetic import Written
 
 
 @pytest.fixture

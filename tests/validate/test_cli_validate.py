@@ -13,17 +13,17 @@ from matplotlib.figure import Figure
 from stillhook import load_crane
 from stillhook.cli import run as command
 from stillhook.errors import ValidateError
-from stillhook.io.log_types import Log
-from stillhook.scenario import Mode
-from stillhook.validate import figures as pictures
-from stillhook.validate import report_files
+from stillhook.logs.types import Log
+from stillhook.spec.scenario import Mode
 from stillhook.validate import validation as frame
-from stillhook.validate.campaign import Campaign, CraneTest, Kind
-from stillhook.validate.criteria import Criteria, Criterion, Limit
-from stillhook.validate.judging import judge
-from stillhook.validate.lines import Measure, Step, StepNumber, Table
-from stillhook.validate.record import Record, Segment
-from stillhook.validate.report_texts import sentence
+from stillhook.validate.certificate import save as report_files
+from stillhook.validate.criteria.criteria import Criteria, Criterion, Limit
+from stillhook.validate.criteria.judge import judge
+from stillhook.validate.criteria.results import Measure, Step, StepNumber, Table
+from stillhook.validate.data_set.campaign import Campaign, CraneTest, Kind
+from stillhook.validate.data_set.records.record import Record, Segment
+from stillhook.validate.report import figures as pictures
+from stillhook.validate.report.texts import sentence
 from stillhook.validate.validation import Validation
 from stillhook.variables import BY_NAME
 
@@ -81,7 +81,7 @@ def drawn(step: Step, campaign: Campaign, records: tuple[Record, ...]) -> dict[s
 def stage(monkeypatch, tmp_path):
     """Puts a staged validation in place of the steps; returns the path of a campaign file."""
     monkeypatch.setattr(pictures, "FIGURES", {StepNumber.AHC: drawn})
-    monkeypatch.setattr("stillhook.validate.campaign.load_campaign", lambda path: staged().campaign)
+    monkeypatch.setattr("stillhook.validate.data_set.campaign.load_campaign", lambda path: staged().campaign)
     monkeypatch.setattr(report_files, "certificate_files", lambda found, drawn: {"certificate.json": b"{}"})
     asked = {}
 

@@ -23,16 +23,16 @@ from tests.validate.controller_logs import (
 
 from stillhook import Scenario, simulate
 from stillhook.control.plc import MANUAL, Memory
-from stillhook.engine.isolation import Seen, _cycles, plc_alone
-from stillhook.engine.pack import active_record, gains, plc_record
-from stillhook.scenario import Mode, Operator
-from stillhook.validate.controller import ControllerStep, check_controller
-from stillhook.validate.controller_figures import figures
-from stillhook.validate.controller_inputs import stretches
-from stillhook.validate.controller_law import SMOOTH, Run, law
-from stillhook.validate.judging import judge
-from stillhook.validate.lines import Measure, StepNumber, Verdict
-from stillhook.validate.measures import MEASURES
+from stillhook.engine.pack.winch import active_record, gains, plc_record
+from stillhook.kernels.plc_alone import Seen, _cycles, plc_alone
+from stillhook.spec.scenario import Mode, Operator
+from stillhook.validate.controller.check import ControllerStep, check_controller
+from stillhook.validate.controller.figures import figures
+from stillhook.validate.controller.inputs import stretches
+from stillhook.validate.controller.law import SMOOTH, Run, law
+from stillhook.validate.criteria.judge import judge
+from stillhook.validate.criteria.names import MEASURES
+from stillhook.validate.criteria.results import Measure, StepNumber, Verdict
 
 EXACT = 1e-9  # of full command: the PLC's own inputs give its own commands; the first second of a log has an unknown load filter
 GAIN = 2e-3  # share by which a gain told from a log without noise may be off: smoothing and the load filter's start

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from stillhook.errors import StillhookError, ValidateError
-from stillhook.validate.criteria import Ask, Criteria, Limit, criteria_sets, load_criteria
-from stillhook.validate.judging import judge, outcome_of
-from stillhook.validate.lines import RISK, Measure, Outcome, StepNumber, Verdict
-from stillhook.validate.measures import MEASURES, SETTINGS
+from stillhook.validate.criteria.criteria import Ask, Criteria, Limit, criteria_sets, load_criteria
+from stillhook.validate.criteria.judge import judge, outcome_of
+from stillhook.validate.criteria.names import MEASURES, SETTINGS
+from stillhook.validate.criteria.results import RISK, Measure, Outcome, StepNumber, Verdict
 
 ALL = tuple(StepNumber)
 MEAN = "e_c_pp_deviation"

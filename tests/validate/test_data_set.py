@@ -8,14 +8,14 @@ import pytest
 from tests.validate.ahc_logs import campaign, record
 from tests.validate.crane_logs import ahc, manual, read, signals, with_clock, write
 
-from stillhook.io.figures import save_figure
-from stillhook.validate.campaign import load_campaign
-from stillhook.validate.data_set import check_data, different
-from stillhook.validate.data_set_figures import figures
-from stillhook.validate.judging import judge
-from stillhook.validate.lines import StepNumber, Verdict
-from stillhook.validate.measures import MEASURES
-from stillhook.validate.reading import read_records
+from stillhook.report.plots.run import save_figure
+from stillhook.validate.criteria.judge import judge
+from stillhook.validate.criteria.names import MEASURES
+from stillhook.validate.criteria.results import StepNumber, Verdict
+from stillhook.validate.data_set.campaign import load_campaign
+from stillhook.validate.data_set.check import check_data, different
+from stillhook.validate.data_set.figures import figures
+from stillhook.validate.data_set.records.read import read_records
 
 STEP = 0.01
 

@@ -6,10 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from stillhook.validate.certificate_content import method_hash
-from stillhook.validate.detection import LIMITS_FILE, NONE, DetectionLimit, DetectionLimits, detection_limits
-from stillhook.validate.truth import Defect
-from stillhook.validate.truth.defects import DEFECTS
+from stillhook.validate.certificate.content import method_hash
+from stillhook.validate.criteria.detection import LIMITS_FILE, NONE, DetectionLimit, DetectionLimits, detection_limits
+from stillhook.validate.synthetic import Defect
+from stillhook.validate.synthetic.defects import DEFECTS
 
 PAGES = Path(__file__).resolve().parents[2] / "docs" / "validation"
 
@@ -83,7 +83,7 @@ def test_what_is_written_is_read_again(scripts, tmp_path, monkeypatch):
     table = DetectionLimits("x-y", "2026-01-02", 100, 3, rows)
     file = tmp_path / "limits.toml"
     file.write_text(limits.text_of(table))
-    monkeypatch.setattr("stillhook.validate.detection.LIMITS_FILE", file)
+    monkeypatch.setattr("stillhook.validate.criteria.detection.LIMITS_FILE", file)
     assert detection_limits.__wrapped__() == table
 
 

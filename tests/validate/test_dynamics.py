@@ -8,14 +8,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stillhook.crane import effective_inertia
 from stillhook.library import crane_toml
-from stillhook.library.load import crane_from_toml
-from stillhook.validate.dynamics import ALL, DynamicsStep, check_dynamics
-from stillhook.validate.dynamics_figures import figures
-from stillhook.validate.judging import judge
-from stillhook.validate.lines import StepNumber, Verdict
-from stillhook.validate.tuned import tuned_crane
+from stillhook.library.crane_file.load import crane_from_toml
+from stillhook.spec.crane import effective_inertia
+from stillhook.validate.criteria.judge import judge
+from stillhook.validate.criteria.results import StepNumber, Verdict
+from stillhook.validate.dynamics.check import ALL, DynamicsStep, check_dynamics
+from stillhook.validate.dynamics.figures import figures
+from stillhook.validate.dynamics.tuned_crane import tuned_crane
 
 from .dynamics_logs import campaign, changed, record, signals
 

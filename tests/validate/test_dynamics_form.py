@@ -6,16 +6,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stillhook.validate.dynamics import DynamicsStep, check_dynamics
-from stillhook.validate.dynamics_form import BOTH_WAYS, OTHER_TESTS, SLOW_AND_FAST, Apart, apart, hidden, structural
-from stillhook.validate.dynamics_found import MOST_FORM
-from stillhook.validate.dynamics_unknowns import C_H, C_LEAK, INERTIA, NAMES, PLACE, TUNED
-from stillhook.validate.judging import judge
-from stillhook.validate.lines import StepNumber, Verdict
-from stillhook.validate.output_error import Model, fit
-from stillhook.validate.record import Record
-from stillhook.validate.transients import Transient
-from stillhook.validate.tuned import tuned_crane
+from stillhook.validate.criteria.judge import judge
+from stillhook.validate.criteria.results import StepNumber, Verdict
+from stillhook.validate.data_set.records.record import Record
+from stillhook.validate.data_set.records.transients import Transient
+from stillhook.validate.dynamics.check import DynamicsStep, check_dynamics
+from stillhook.validate.dynamics.estimates import MOST_FORM
+from stillhook.validate.dynamics.fitting.form import BOTH_WAYS, OTHER_TESTS, SLOW_AND_FAST, Apart, apart, hidden, structural
+from stillhook.validate.dynamics.fitting.output_error import Model, fit
+from stillhook.validate.dynamics.fitting.unknowns import C_H, C_LEAK, INERTIA, NAMES, PLACE, TUNED
+from stillhook.validate.dynamics.tuned_crane import tuned_crane
 
 from .dynamics_logs import STEP, campaign, record, signals
 

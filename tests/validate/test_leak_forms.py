@@ -10,19 +10,19 @@ from tests.validate.ahc_logs import TWIN, campaign
 from tests.validate.flow_logs import N_1000, Leaks, flow_parts
 from tests.validate.parameter_logs import checked, records
 
-from stillhook.crane import LeakForm
 from stillhook.library import crane_toml, load_crane
+from stillhook.library.crane_file.load import changed
 from stillhook.library.leakage import leak_at, stated_leak
-from stillhook.library.load import changed
+from stillhook.spec.crane import LeakForm
 from stillhook.units import in_display
-from stillhook.validate import implied_leak
-from stillhook.validate.dynamics import DynamicsStep, check_dynamics
-from stillhook.validate.dynamics_found import Found
-from stillhook.validate.implied_flow import balance, leak_rows
-from stillhook.validate.implied_leak import EXTRAPOLATED, FEWEST_FOR_FORM, choose, form_says
-from stillhook.validate.judging import judge
-from stillhook.validate.lines import StepNumber, Verdict
-from stillhook.validate.tuned import tuned_crane
+from stillhook.validate.criteria.judge import judge
+from stillhook.validate.criteria.results import StepNumber, Verdict
+from stillhook.validate.dynamics.check import DynamicsStep, check_dynamics
+from stillhook.validate.dynamics.estimates import Found
+from stillhook.validate.dynamics.tuned_crane import tuned_crane
+from stillhook.validate.parameters.circuit import leakage as implied_leak
+from stillhook.validate.parameters.circuit.flow import balance, leak_rows
+from stillhook.validate.parameters.circuit.leakage import EXTRAPOLATED, FEWEST_FOR_FORM, choose, form_says
 
 CONSTANT = changed(TWIN, {"active": {"leak": {"form": "constant"}}})
 STROKE = changed(TWIN, {"active": {"leak": {"form": "stroke"}}})

@@ -8,15 +8,15 @@ import pytest
 from tests.validate.ahc_logs import STEP, TWIN, campaign, record
 from tests.validate.controller_logs import TO_THE_LIMIT, ahc_log, bent, limits_log, limits_record, noisy, own_limits_log, without
 
-from stillhook.commands import Commands
-from stillhook.engine.pack import gains
-from stillhook.scenario import Mode
-from stillhook.validate.judging import judge
-from stillhook.validate.limits import LimitsStep, check_limits
-from stillhook.validate.limits_figures import figures
-from stillhook.validate.limits_runs import NEAR
-from stillhook.validate.lines import Measure, StepNumber, Verdict
-from stillhook.validate.measures import MEASURES
+from stillhook.engine.pack.winch import gains
+from stillhook.spec.commands import Commands
+from stillhook.spec.scenario import Mode
+from stillhook.validate.criteria.judge import judge
+from stillhook.validate.criteria.names import MEASURES
+from stillhook.validate.criteria.results import Measure, StepNumber, Verdict
+from stillhook.validate.speed_limits.check import LimitsStep, check_limits
+from stillhook.validate.speed_limits.figures import figures
+from stillhook.validate.speed_limits.runs import NEAR
 
 ALIKE = 1e-3  # share: the twin against itself; the log's wire is differentiated
 ROUNDED = 0.01  # share: a plateau of a bent crane against what its flow alone would give; leakage goes with pressure

@@ -11,20 +11,20 @@ import pytest
 from tests.validate.ahc_logs import TWIN, campaign
 from tests.validate.parameter_logs import checked, records
 
-from stillhook.engine.pack import drum_record
+from stillhook.engine.pack.winch import drum_record
 from stillhook.library import changed
 from stillhook.library.leakage import leak_at
-from stillhook.physics.swash import play
-from stillhook.scenario import Mode
-from stillhook.validate.campaign import Kind
-from stillhook.validate.criteria import load_criteria
-from stillhook.validate.implied_friction import CALIBRATION, missing, slope_beside, twin_friction
-from stillhook.validate.implied_settings import SENSOR_GAIN, after_play
-from stillhook.validate.judging import judge
-from stillhook.validate.lines import StepNumber
-from stillhook.validate.measures import MEASURES
-from stillhook.validate.parameters import ParametersStep
-from stillhook.validate.parameters_figures import figures
+from stillhook.physics.hydraulics.swash import play
+from stillhook.spec.scenario import Mode
+from stillhook.validate.criteria.criteria import load_criteria
+from stillhook.validate.criteria.judge import judge
+from stillhook.validate.criteria.names import MEASURES
+from stillhook.validate.criteria.results import StepNumber
+from stillhook.validate.data_set.campaign import Kind
+from stillhook.validate.parameters.check import ParametersStep
+from stillhook.validate.parameters.circuit.settings import SENSOR_GAIN, after_play
+from stillhook.validate.parameters.figures import figures
+from stillhook.validate.parameters.hoisting.friction import CALIBRATION, missing, slope_beside, twin_friction
 
 SHARP = 0.002
 """What a ratio of speeds or flows may be off by on 300 s of noisy logs [-]: a tenth of the errors that must be named."""

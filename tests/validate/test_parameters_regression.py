@@ -5,11 +5,11 @@ import pytest
 from scipy.signal import lfilter
 from tests.validate.ahc_logs import TWIN, record
 
-from stillhook.physics.swash import Servo
-from stillhook.validate.implied_curves import differences, integral, slope
-from stillhook.validate.implied_parts import Part, diameter_of, layer_at, layer_of, wire_of_layer
-from stillhook.validate.implied_regression import Estimate, fit, pooled
-from stillhook.validate.implied_settings import followed
+from stillhook.physics.hydraulics.swash import Servo
+from stillhook.statistics.jackknife_regression import Estimate, fit, pooled
+from stillhook.validate.parameters.circuit.settings import followed
+from stillhook.validate.parameters.segments import Part, diameter_of, layer_at, layer_of, wire_of_layer
+from stillhook.validate.parameters.slopes import differences, integral, slope
 
 STEP = 0.01
 NOMINAL, SLACK = 0.95, 0.04  # of 95 % intervals; three standard deviations of 300 draws

@@ -11,8 +11,8 @@ from tests.validate.passive_logs import SENSORS, checked, dead, lines, records, 
 
 from stillhook import Scenario, load_crane, simulate
 from stillhook.library import changed, cranes
-from stillhook.scenario import Operator
-from stillhook.validate.lines import Verdict
+from stillhook.spec.scenario import Operator
+from stillhook.validate.criteria.results import Verdict
 from stillhook.validate.passive import PassiveStep, check_passive
 from stillhook.validate.passive.figures import figures
 

@@ -6,8 +6,8 @@ import pytest
 from tests.validate.crane_logs import ahc, at, changed, manual, read, write
 
 from stillhook.errors import LogError, ValidateError
-from stillhook.validate.campaign import load_campaign
-from stillhook.validate.reading import read_records
+from stillhook.validate.data_set.campaign import load_campaign
+from stillhook.validate.data_set.records.read import read_records
 
 DIGITS = 2e-3  # m: noise and last digit of a tip sample, so that a value between two samples is known to no better
 PROMPT = 1e-3  # s: what a value is late by, found from how tip and tip speed fit

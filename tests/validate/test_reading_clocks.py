@@ -5,7 +5,7 @@ import pytest
 from tests.validate.crane_logs import COLUMNS, ahc, changed, manual, read, signals, with_clock
 
 from stillhook.errors import ValidateError
-from stillhook.validate.lags import lag
+from stillhook.statistics.time_lag import lag
 
 PROMPT = 1e-3  # s: what AHC asks of a clock: 1 mm at 1 m/s
 ROUGH = 20e-3  # s: what the feedforward tells without knowing filters

@@ -6,7 +6,7 @@ import pytest
 from tests.validate.crane_logs import ahc, changed, manual, read, signals
 
 from stillhook.errors import LogError, ValidateError
-from stillhook.scenario import Mode
+from stillhook.spec.scenario import Mode
 from stillhook.units import show
 
 HOOK, G = 3.0, 9.80665

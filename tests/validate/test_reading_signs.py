@@ -5,8 +5,8 @@ import pytest
 from tests.validate.crane_logs import COLUMNS, ahc, changed, manual, signals, write
 
 from stillhook.errors import LogError
-from stillhook.io.log import read_log
-from stillhook.validate.campaign import load_campaign
+from stillhook.logs.log import read_log
+from stillhook.validate.data_set.campaign import load_campaign
 
 END = "Hoisting and up are positive, p_a is the hoisting side."
 

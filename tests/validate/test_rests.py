@@ -4,9 +4,9 @@ import pytest
 from tests.validate.ahc_logs import TWIN
 from tests.validate.passive_logs import lines, records, rest_records, rested
 
-from stillhook.crane import Crane
-from stillhook.validate.implied_rest import rests
-from stillhook.validate.lines import Verdict
+from stillhook.spec.crane import Crane
+from stillhook.validate.criteria.results import Verdict
+from stillhook.validate.parameters.circuit.standstill import rests
 
 KEY = "p-rest-pressures"
 

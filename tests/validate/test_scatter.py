@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from stillhook.validate.ahc_cases import FISHER, over_cases
-from stillhook.validate.ahc_shape import correlation
-from stillhook.validate.block_bootstrap import interval
-from stillhook.validate.implied_regression import Estimate, by_case, one_number, pooled
-from stillhook.validate.scatter import NORMAL, between, half_of_mean, random_effects
+from stillhook.statistics.between_cases import NORMAL, between, half_of_mean, random_effects
+from stillhook.statistics.block_bootstrap import interval
+from stillhook.statistics.jackknife_regression import Estimate, by_case, one_number, pooled
+from stillhook.validate.ahc.cases import FISHER, over_cases
+from stillhook.validate.ahc.shape import correlation
 
 LENGTHS = np.array([200.0, 1500.0, 200.0, 300.0])  # s: load cases of paper F table 3
 DRAWS = 400

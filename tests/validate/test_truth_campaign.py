@@ -10,20 +10,20 @@ import polars
 import pytest
 
 from stillhook import load_crane
-from stillhook.engine.pack import drum_record
+from stillhook.engine.pack.winch import drum_record
 from stillhook.errors import SimulationError, ValidateError
-from stillhook.io.instruments import AHC_COLUMNS, Calibration, Clock, Sensor, ahc_sensors, filtered, logged, unit_factor
-from stillhook.io.synthetic import MARK
-from stillhook.physics.drum import layers_filled
+from stillhook.logs.synthetic.campaign import MARK
+from stillhook.logs.synthetic.instruments import AHC_COLUMNS, Calibration, Clock, Sensor, ahc_sensors, filtered, logged, unit_factor
+from stillhook.physics.load_path.drum import layers_filled
 from stillhook.physics.scalar import G
-from stillhook.scenario import Mode
+from stillhook.spec.scenario import Mode
 from stillhook.validate import load_campaign
-from stillhook.validate.campaign import Kind
-from stillhook.validate.truth import Defect, Plan, Written, sea_trials, write_campaign
-from stillhook.validate.truth.defects import DEFECTS, told, with_defect
-from stillhook.validate.truth.plan import PlannedTest, Sea, beyond
-from stillhook.validate.truth.scatter import STATED_DELAY, Setting, setting
-from stillhook.validate.truth.sea import irregular
+from stillhook.validate.data_set.campaign import Kind
+from stillhook.validate.synthetic import Defect, Plan, Written, sea_trials, write_campaign
+from stillhook.validate.synthetic.defects import DEFECTS, told, with_defect
+from stillhook.validate.synthetic.scatter import STATED_DELAY, Setting, setting
+from stillhook.validate.synthetic.sea import irregular
+from stillhook.validate.synthetic.tests import PlannedTest, Sea, beyond
 
 CRANE = load_crane("nov-250t")
 LEVER = 0.5 / CRANE.i_hD

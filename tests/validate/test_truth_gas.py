@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from stillhook import load_crane
-from stillhook.engine.gas_fit import gas_record
-from stillhook.engine.truth import Truth
-from stillhook.engine.truth_circuits import density, gas_bank, stiffness
-from stillhook.plants.truth_gas import (
+from stillhook.engine.pack.gas import gas_record
+from stillhook.validate.synthetic.reference.circuits import density, gas_bank, stiffness
+from stillhook.validate.synthetic.reference.crane import Truth
+from stillhook.winches.reference.gas import (
     ATMOSPHERE,
     GasBank,
     TrueAccumulator,

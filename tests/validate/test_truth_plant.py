@@ -8,30 +8,31 @@ import numpy as np
 import pytest
 
 from stillhook import Scenario, load_crane, simulate
-from stillhook.engine.drive import Drive
-from stillhook.engine.pack import pack
-from stillhook.engine.pack_truth import fastest_rates, pack_truth, simulate_truth
-from stillhook.engine.run import Block
-from stillhook.engine.truth import Truth, numbers
-from stillhook.engine.truth_circuits import OMEGA_LEAK, active_leak, working
-from stillhook.engine.truth_friction import surface, true_friction, usual_speeds
+from stillhook.engine.inputs import Drive
+from stillhook.engine.pack.winch import pack
+from stillhook.engine.scenario.run import Block
 from stillhook.errors import SpecError
 from stillhook.library import changed
-from stillhook.physics.line import capacitance
-from stillhook.physics.motor import motor_leakage
-from stillhook.physics.pump import pump_leakage
-from stillhook.plants import active_passive, truth
-from stillhook.plants.state import Tip
-from stillhook.plants.truth_laws import dry_level_true, line_energy, moving_loss_true, two_volume_flows
-from stillhook.plants.truth_leak import gap_motor, gap_pump, leak_across, leak_to_case
-from stillhook.scenario import Operator
-from stillhook.validate.truth.scatter import setting
+from stillhook.physics.hydraulics.line import capacitance
+from stillhook.physics.hydraulics.motor import motor_leakage
+from stillhook.physics.hydraulics.pump import pump_leakage
+from stillhook.spec.scenario import Operator
+from stillhook.validate.synthetic.reference.circuits import OMEGA_LEAK, active_leak, working
+from stillhook.validate.synthetic.reference.crane import Truth, numbers
+from stillhook.validate.synthetic.reference.friction import surface, true_friction, usual_speeds
+from stillhook.validate.synthetic.reference.pack import fastest_rates, pack_truth, simulate_truth
+from stillhook.validate.synthetic.scatter import setting
+from stillhook.winches import active_passive
+from stillhook.winches.records import Tip
+from stillhook.winches.reference import plant as truth
+from stillhook.winches.reference.laws import dry_level_true, line_energy, moving_loss_true, two_volume_flows
+from stillhook.winches.reference.leak import gap_motor, gap_pump, leak_across, leak_to_case
 
 CRANE = load_crane("nov-250t")
 PLAIN = Truth()
 BAR = 1e5
 AUDIT = 1e-3
-"""Energy not found again, over that through the pumps: what sound runs of the twin stay below (`stillhook.engine.summary`)."""
+"""Energy not found again, over that through the pumps: what sound runs of the twin stay below (`stillhook.engine.scenario.summary`)."""
 WIRE, PRESSURE = 1e-4, 0.2 * BAR
 """What half the step may change: docs/validation/step-size.md for the twin."""
 STILL = 2e-3

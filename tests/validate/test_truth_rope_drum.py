@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from stillhook import Scenario, load_crane
-from stillhook.engine.pack import drum_record
-from stillhook.engine.pack_truth import STRAIN, pack_truth
-from stillhook.engine.truth import Truth
-from stillhook.physics.drum import layer_diameter, layers_filled, wire_to_layer
-from stillhook.plants.truth_drum import CLIMB, TrueDrum, inertia_true, wire_on_layers, wound
-from stillhook.plants.truth_rope import elastic_tension, rope_energy, rope_loss, rope_state, stretch_under
+from stillhook.engine.pack.winch import drum_record
+from stillhook.physics.load_path.drum import layer_diameter, layers_filled, wire_to_layer
+from stillhook.validate.synthetic.reference.crane import Truth
+from stillhook.validate.synthetic.reference.pack import STRAIN, pack_truth
+from stillhook.winches.reference.drum import CLIMB, TrueDrum, inertia_true, wire_on_layers, wound
+from stillhook.winches.reference.rope import elastic_tension, rope_energy, rope_loss, rope_state, stretch_under
 
 CRANE = load_crane("nov-250t")
 CASE = Scenario(load="94 t", s_w="487 m", tip="sine 0.75 m 10 s", mode="ssc", duration="60 s", warm_up="0 s")

@@ -6,11 +6,11 @@ import numpy as np
 from tests.validate.ahc_logs import campaign, record
 from tests.validate.passive_logs import SENSORS, checked, records
 
-from stillhook.validate.criteria import load_criteria
-from stillhook.validate.judging import judge
-from stillhook.validate.lines import StepNumber
-from stillhook.validate.measures import MEASURES
-from stillhook.validate.unjudged import unjudged, unjudged_says
+from stillhook.validate.criteria.criteria import load_criteria
+from stillhook.validate.criteria.judge import judge
+from stillhook.validate.criteria.names import MEASURES
+from stillhook.validate.criteria.results import StepNumber
+from stillhook.validate.report.unjudged import unjudged, unjudged_says
 from stillhook.validate.validation import Validation
 
 NO_CONTENT = {"loads", "load_share", "samples_lost", "longest_gap", "samples_doubtful", "wire_lag", "clock_drift"}

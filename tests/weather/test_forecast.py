@@ -7,10 +7,10 @@ import pytest
 
 from stillhook.cli import run
 from stillhook.errors import WeatherError
-from stillhook.sea.weather import Weather
 from stillhook.weather.alpha import load_alpha_table
 from stillhook.weather.forecast import check_forecast
 from stillhook.weather.limit_text import parse_limit
+from stillhook.weather.series import Weather
 
 H = 3600.0
 TABLE = load_alpha_table()

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from stillhook.errors import StillhookError, WeatherError
-from stillhook.io.weather_file import SENSES, read_weather
-from stillhook.sea.weather import Weather
+from stillhook.formats.weather.file import SENSES, read_weather
 from stillhook.weather.limit_text import inside, inside_by_heading, parse_limit
+from stillhook.weather.series import Weather
 
 
 def weather(**columns):

@@ -11,8 +11,8 @@ from tests.weather import naive
 
 from stillhook.cli import run
 from stillhook.errors import WeatherError
-from stillhook.sea.weather import usual_step
 from stillhook.weather.persistence import persistence, waits, windows_of
+from stillhook.weather.series import usual_step
 
 SAME = 1e-9
 """Means of some 10 000 numbers that both sides sum in other orders."""

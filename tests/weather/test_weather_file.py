@@ -8,8 +8,8 @@ import pytest
 import xarray as xr
 
 from stillhook.errors import StillhookError
-from stillhook.io.weather_file import read_weather
-from stillhook.sea.directions import DirectionSense
+from stillhook.formats.weather.file import read_weather
+from stillhook.sea.spectra.directions import DirectionSense
 
 DECEMBER = np.array(["2013-12-31T22:00:00", "2013-12-31T23:00:00", "2014-01-01T00:00:00"], dtype="datetime64[s]")
 KNOT = 1852.0 / 3600.0

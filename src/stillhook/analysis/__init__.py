@@ -8,22 +8,19 @@
 
 from typing import TYPE_CHECKING
 
-from stillhook._lazy import attached
+from stillhook.base.lazy import attached
 
 if TYPE_CHECKING:
-    from stillhook.analysis.attribution import Alternative, Attribution, Figure, attribute
     from stillhook.analysis.controllers import Controller, controller
-    from stillhook.analysis.linear import eigenfrequency, gain_limit
-    from stillhook.analysis.linearisation import linearise
-    from stillhook.analysis.load_speed import envelope, setting_curves
-    from stillhook.analysis.loop_stability import Stability
-    from stillhook.analysis.many_draws import monte_carlo
-    from stillhook.analysis.map_draws import monte_carlo_map
-    from stillhook.analysis.map_result import Map
-    from stillhook.analysis.maps import operability_map
-    from stillhook.analysis.operation import OperatingPoint
-    from stillhook.analysis.settling import settling_map
-    from stillhook.analysis.sobol import sensitivity
+    from stillhook.analysis.loop_stability.models.eigenfrequency import eigenfrequency, gain_limit
+    from stillhook.analysis.loop_stability.models.linearisation import linearise
+    from stillhook.analysis.loop_stability.stability import Stability
+    from stillhook.analysis.maps.monte_carlo import monte_carlo_map
+    from stillhook.analysis.maps.operability import operability_map
+    from stillhook.analysis.maps.result import Map
+    from stillhook.analysis.maps.settling import settling_map
+    from stillhook.analysis.operating_envelope.load_speed import envelope, setting_curves
+    from stillhook.analysis.steady.operating_point import OperatingPoint
     from stillhook.analysis.surface import (
         full_stability,
         operating_point,
@@ -33,40 +30,43 @@ if TYPE_CHECKING:
         strongest_gain,
         sweep,
     )
-    from stillhook.analysis.tuning import Tuned, tune
-    from stillhook.analysis.uncertainty import Uncertainty, load_uncertainty
+    from stillhook.analysis.tuning.tune import Tuned, tune
+    from stillhook.analysis.uncertainty.attribution import Alternative, Attribution, Figure, attribute
+    from stillhook.analysis.uncertainty.factors_file import Uncertainty, load_uncertainty
+    from stillhook.analysis.uncertainty.monte_carlo import monte_carlo
+    from stillhook.analysis.uncertainty.sobol import sensitivity
 
 _HOMES = {
-    "Alternative": "analysis.attribution",
-    "Attribution": "analysis.attribution",
+    "Alternative": "analysis.uncertainty.attribution",
+    "Attribution": "analysis.uncertainty.attribution",
     "Controller": "analysis.controllers",
-    "Figure": "analysis.attribution",
-    "Map": "analysis.map_result",
-    "OperatingPoint": "analysis.operation",
-    "Stability": "analysis.loop_stability",
-    "Tuned": "analysis.tuning",
-    "Uncertainty": "analysis.uncertainty",
-    "attribute": "analysis.attribution",
+    "Figure": "analysis.uncertainty.attribution",
+    "Map": "analysis.maps.result",
+    "OperatingPoint": "analysis.steady.operating_point",
+    "Stability": "analysis.loop_stability.stability",
+    "Tuned": "analysis.tuning.tune",
+    "Uncertainty": "analysis.uncertainty.factors_file",
+    "attribute": "analysis.uncertainty.attribution",
     "controller": "analysis.controllers",
-    "eigenfrequency": "analysis.linear",
-    "envelope": "analysis.load_speed",
+    "eigenfrequency": "analysis.loop_stability.models.eigenfrequency",
+    "envelope": "analysis.operating_envelope.load_speed",
     "full_stability": "analysis.surface",
-    "gain_limit": "analysis.linear",
-    "linearise": "analysis.linearisation",
-    "load_uncertainty": "analysis.uncertainty",
-    "monte_carlo": "analysis.many_draws",
-    "monte_carlo_map": "analysis.map_draws",
-    "operability_map": "analysis.maps",
+    "gain_limit": "analysis.loop_stability.models.eigenfrequency",
+    "linearise": "analysis.loop_stability.models.linearisation",
+    "load_uncertainty": "analysis.uncertainty.factors_file",
+    "monte_carlo": "analysis.uncertainty.monte_carlo",
+    "monte_carlo_map": "analysis.maps.monte_carlo",
+    "operability_map": "analysis.maps.operability",
     "operating_point": "analysis.surface",
-    "sensitivity": "analysis.sobol",
-    "setting_curves": "analysis.load_speed",
-    "settling_map": "analysis.settling",
+    "sensitivity": "analysis.uncertainty.sobol",
+    "setting_curves": "analysis.operating_envelope.load_speed",
+    "settling_map": "analysis.maps.settling",
     "simulate_reduced": "analysis.surface",
     "stability": "analysis.surface",
     "strong_ssc": "analysis.surface",
     "strongest_gain": "analysis.surface",
     "sweep": "analysis.surface",
-    "tune": "analysis.tuning",
+    "tune": "analysis.tuning.tune",
 }
 __all__ = [
     "Alternative",

@@ -5,15 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from stillhook.crane import Crane
-from stillhook.engine.checks import check
-from stillhook.engine.given import checked_cases, cycles, paired, steps_per_cycle
-from stillhook.engine.run import Result, run_cases
-from stillhook.engine.simulate import to_dataset
-from stillhook.engine.summary import OK, summarise
+from stillhook.base.progress import Progress
+from stillhook.engine.arguments import checked_cases, cycles, paired, steps_per_cycle
+from stillhook.engine.scenario.checks import check
+from stillhook.engine.scenario.run import Result, run_cases
+from stillhook.engine.scenario.simulate import to_dataset
+from stillhook.engine.scenario.summary import OK, summarise
 from stillhook.errors import ScenarioError
-from stillhook.progress import Progress
-from stillhook.scenario import Mode, Scenario, mode_of
+from stillhook.spec.crane import Crane
+from stillhook.spec.scenario import Mode, Scenario, mode_of
 from stillhook.units import came
 
 if TYPE_CHECKING:

@@ -13,14 +13,14 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from stillhook.analysis.linear import eigenfrequency
-from stillhook.crane import Control, Crane, MotorSet
+from stillhook.analysis.loop_stability.models.eigenfrequency import eigenfrequency
 from stillhook.errors import SpecError, StillhookError
 from stillhook.library import changed
-from stillhook.library.files import nearest, parsed, toml_text
-from stillhook.library.kinds import FileKind
+from stillhook.library.toml.kinds import FileKind
+from stillhook.library.toml.tree import nearest, parsed, toml_text
 from stillhook.library.write import toml_value
-from stillhook.scenario import Mode, mode_of
+from stillhook.spec.crane import Control, Crane, MotorSet
+from stillhook.spec.scenario import Mode, mode_of
 from stillhook.units import came
 
 Changes = Mapping[str, Any]
@@ -182,8 +182,8 @@ def strong_ssc(crane: Crane, *, delay: float = 0.0) -> Controller:
 
     K_p: the largest gain that keeps a gain margin of 2, a phase margin of 45 degrees and a sensitivity peak of 2 with the PLC's cycle, in
     the published loop at the least displacement SSC may use on the outermost layer and in the whole plant where it is slow, from the
-    empty hook to the SWL (`stillhook.analysis.governing`). The delay of the motion unit lies outside the position loop and does not
-    lower it. t_lead: `lateness`. All else is the crane's own.
+    empty hook to the SWL (`stillhook.analysis.loop_stability.governing`). The delay of the motion unit lies outside the position loop and
+    does not lower it. t_lead: `lateness`. All else is the crane's own.
 
     Errors: StillhookError for a delay outside 0 to 1 s.
     """
@@ -192,7 +192,7 @@ def strong_ssc(crane: Crane, *, delay: float = 0.0) -> Controller:
 
 def strong_changes(crane: Crane, *, delay: float = 0.0) -> Changes:
     """What strong SSC changes on this crane, in the form of a crane file; see `strong_ssc`."""
-    from stillhook.analysis.governing import governing  # heavy: the margins linearise the whole plant
+    from stillhook.analysis.loop_stability.governing import governing  # heavy: the margins linearise the whole plant
 
     K_p = governing(crane, Mode.SSC).K_p
     rounded = math.floor(K_p * 1e4) / 1e4  # down, so that the margins are kept

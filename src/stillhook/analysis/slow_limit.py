@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from stillhook.analysis.controllers import Controller
-from stillhook.analysis.governing import SLOW, Place, calm, carried, plant_loop_at, slow_places, wire_range
-from stillhook.analysis.margins import gain_limit_of
-from stillhook.crane import Crane
+from stillhook.analysis.loop_stability.governing import SLOW, Place, calm, carried, plant_loop_at, slow_places, wire_range
+from stillhook.analysis.loop_stability.margins import gain_limit_of
+from stillhook.spec.crane import Crane
 
 __all__ = ["SLOW", "SlowLimit", "slow_limit"]
 
@@ -37,8 +37,9 @@ def slow_limit(
     takes damping away, most where a small displacement makes pressure per torque large. SSC is at full displacement there, HS is not.
     Parameters: load payload [kg], default empty hook and the heaviest that the mode carries; s_w wire paid out [m], default short,
     middle and long wire; delay of the position feedback [s].
-    The load does not ring on its wire here: what its swing does whatever the gain is in `stillhook.analysis.governing.Governing.swings`.
-    Valid: small swings about a sliding winch; beyond the limit they grow to a limit cycle of stick and slip.
+    The load does not ring on its wire here: what its swing does whatever the gain is in
+    `stillhook.analysis.loop_stability.governing.Governing.swings`. Valid: small swings about a sliding winch; beyond the limit they grow to
+    a limit cycle of stick and slip.
     """
     machine = calm(which.on(crane))
     wires = wire_range(machine) if s_w is None else (s_w,)

@@ -5,14 +5,18 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from stillhook.analysis import controllers, loop_stability, margins, operation, reduced
+from stillhook.analysis import controllers
 from stillhook.analysis.controllers import Controller
-from stillhook.analysis.loop_stability import Over, Stability
-from stillhook.analysis.operation import OperatingPoint
-from stillhook.analysis.reduced import Reduced
-from stillhook.crane import Crane
-from stillhook.scenario import FrictionModel, Mode, Water
-from stillhook.sea.motion import Motion
+from stillhook.analysis.loop_stability import margins
+from stillhook.analysis.loop_stability import stability as loop_stability
+from stillhook.analysis.loop_stability.models import reduced
+from stillhook.analysis.loop_stability.models.reduced import Reduced
+from stillhook.analysis.loop_stability.stability import Over, Stability
+from stillhook.analysis.steady import operating_point as operation
+from stillhook.analysis.steady.operating_point import OperatingPoint
+from stillhook.sea.motion.motion import Motion
+from stillhook.spec.crane import Crane
+from stillhook.spec.scenario import FrictionModel, Mode, Water
 from stillhook.units import parse
 
 if TYPE_CHECKING:
@@ -30,7 +34,7 @@ KINDS = {
 def stability(
     crane: Crane, alpha_m: float | None = None, *, layer: int | None = None, v_tip: str = "0 m/s", delay: str = "0 s"
 ) -> Stability:
-    """Margins of the published position loop; see `stillhook.analysis.loop_stability.stability`.
+    """Margins of the published position loop; see `stillhook.analysis.loop_stability.stability.stability`.
 
     Parameters: alpha_m displacement of the motors [-]; layer of the drum; v_tip steady speed of the tip, such as "60 m/min"; delay of the
     position feedback, such as "50 ms". Errors: UnitError for a quantity without its unit, else as there.
@@ -48,7 +52,7 @@ def full_stability(
     mode: Mode | str = Mode.SSC,
     delay: str = "0 s",
 ) -> tuple[Stability, OperatingPoint]:
-    """The same of the whole plant at an operating point; see `stillhook.analysis.loop_stability.full_stability`.
+    """The same of the whole plant at an operating point; see `stillhook.analysis.loop_stability.stability.full_stability`.
 
     Parameters: load "100 t"; s_w wire paid out, "100 m"; v_tip "60 m/min", up positive; alpha_m [-]; mode; delay "50 ms".
     Errors: UnitError for a quantity without its unit, else as there.
@@ -72,7 +76,7 @@ def sweep(
     alpha_m: float = 1.0,
     delay: str = "0 s",
 ) -> xarray.Dataset:
-    """Gain limit and margins over one quantity; see `stillhook.analysis.loop_stability.sweep`.
+    """Gain limit and margins over one quantity; see `stillhook.analysis.loop_stability.stability.sweep`.
 
     Parameters: over as there; values with their unit, such as ["0 ms", "50 ms"], and numbers of displacements and layers alone; alpha_m
     [-]; delay "50 ms". Errors: UnitError for a quantity without its unit, else as there.
@@ -91,7 +95,7 @@ def strongest_gain(
     phase_margin: str = "45 deg",
     sensitivity: float = margins.SENSITIVITY_PEAK,
 ) -> float:
-    """Largest position gain K_p [1/m] that keeps all three margins; see `stillhook.analysis.margins.strongest_gain`.
+    """Largest position gain K_p [1/m] that keeps all three margins; see `stillhook.analysis.loop_stability.margins.strongest_gain`.
 
     Parameters: alpha_m, gain_margin, sensitivity [-]; delay "50 ms"; phase_margin "60 deg".
     Errors: UnitError for a quantity without its unit, else as there.
@@ -127,7 +131,7 @@ def operating_point(
     V_o: str | None = None,
     alpha_pp: float | None = None,
 ) -> OperatingPoint:
-    """Where the whole plant stands at a constant wire speed; see `stillhook.analysis.operation.operating_point`.
+    """Where the whole plant stands at a constant wire speed; see `stillhook.analysis.steady.operating_point.operating_point`.
 
     Parameters: v_w wire speed "80 m/min", hoisting positive; alpha_m, alpha_pp [-]; load "90 t"; s_w wire paid out "100 m"; v_tip of the
     tip "-80 m/min"; water and friction as in a Scenario; V_o oil in the accumulator "600 L".
@@ -150,7 +154,7 @@ def operating_point(
 def simulate_reduced(
     crane: Crane, tip: Motion, *, mode: Mode | str = Mode.SSC, duration: str = "72 s", every: str = "2 ms", K_wire: float = 1.0
 ) -> Reduced:
-    """Heave compensation with the published reduced model; see `stillhook.analysis.reduced.simulate_reduced`.
+    """Heave compensation with the published reduced model; see `stillhook.analysis.loop_stability.models.reduced.simulate_reduced`.
 
     Parameters: tip motion; mode; duration "72 s" and spacing of the series "2 ms"; K_wire [-].
     Errors: UnitError for a time without its unit, else as there.

@@ -16,31 +16,18 @@ from typing import Annotated
 import typer
 
 from stillhook._version import __version__
-from stillhook.cli import (
-    calc,
-    certificate,
-    cranes,
-    demo,
-    envelope,
-    friction,
-    identify,
-    lower,
-    maps,
-    payload,
-    plan,
-    report,
-    response,
-    runs,
-    sea,
-    stability,
-    tip,
-    tune,
-    uncertainty,
-    validate,
-    vessel,
-    weather,
-)
+from stillhook.cli import demo
+from stillhook.cli.analysis import envelope, maps, stability, tune, uncertainty
+from stillhook.cli.crane import calc, cranes
+from stillhook.cli.identify import commands as identify
+from stillhook.cli.identify import friction_sets as friction
 from stillhook.cli.parser import adopt
+from stillhook.cli.plan import plan, report
+from stillhook.cli.sea import payload, response, tip, vessel
+from stillhook.cli.sea import waves as sea
+from stillhook.cli.simulation import lower, runs
+from stillhook.cli.validate import certificate, validate
+from stillhook.cli.weather import commands as weather
 from stillhook.errors import StillhookError
 
 REFUSED, INTERNAL, INTERRUPTED, UNREAD = 2, 3, 130, 141

@@ -7,8 +7,8 @@ from typing import Annotated
 
 import typer
 
-from stillhook.cli.runs import COLUMNS, HEADERS, check_out, print_notes, row, write_comparison
-from stillhook.cli.show import print_table, progress_bar, started
+from stillhook.cli.simulation.runs import COLUMNS, HEADERS, check_out, print_notes, row, write_comparison
+from stillhook.report.terminal import print_table, progress_bar, started
 
 SHOWN = 40.0
 """Last part of each run that its picture shows [s]."""
@@ -43,8 +43,8 @@ def demo(
         return
     if what != PLAN:
         raise PlanError(f"demo {came(what)}: is none. Give {PLAN} or {MOTIONS}.")
-    from stillhook.cli.plan import run, show
-    from stillhook.plan.plan_file import load_plan
+    from stillhook.cli.plan.plan import run, show
+    from stillhook.plan.file import load_plan
 
     found = run(load_plan(EXAMPLE), "frequency" if quick else "time", None, out, None, None, THREADS)
     show(found, out, json=False)
@@ -54,7 +54,7 @@ def demo(
 def _motions(out: Path) -> None:
     """How still does the 250 t crane keep its hook under NS, HS and SSC? Four motions, table and pictures."""
     from stillhook.analysis.compare import compare as side_by_side
-    from stillhook.io.case_file import demo_cases
+    from stillhook.formats.case_file import demo_cases
 
     check_out(out)
     cases = demo_cases()

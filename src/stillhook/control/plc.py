@@ -4,7 +4,8 @@ from typing import NamedTuple
 
 from stillhook.control.ahc import AhcGains, feedback, feedforward
 from stillhook.control.brake import SMALL, BrakeSettings, closed_share, fill, idle_time
-from stillhook.control.motors import (
+from stillhook.control.power import PowerLimit, stroke_left, within_stroke
+from stillhook.control.ssc import (
     MotorSettings,
     displacement_by_layer,
     displacement_min,
@@ -12,7 +13,6 @@ from stillhook.control.motors import (
     reduction_cubic,
     reduction_linear,
 )
-from stillhook.control.power import PowerLimit, stroke_left, within_stroke
 from stillhook.physics.scalar import clip, scalar
 
 MANUAL = 0.0

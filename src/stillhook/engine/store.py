@@ -12,10 +12,10 @@ from typing import Any, NamedTuple, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from stillhook.crane import Crane
+from stillhook.base.atomic import cannot_write, check_folder, whole_file
 from stillhook.errors import SimulationError
-from stillhook.scenario import Scenario
-from stillhook.whole import cannot_write, check_folder, whole_file
+from stillhook.spec.crane import Crane
+from stillhook.spec.scenario import Scenario
 
 Case = TypeVar("Case")
 SUFFIX = ".cases.npz"

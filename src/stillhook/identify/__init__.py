@@ -6,38 +6,38 @@
 
 from typing import TYPE_CHECKING
 
-from stillhook._lazy import attached
+from stillhook.base.lazy import attached
 
 if TYPE_CHECKING:
-    from stillhook.identify.campaign import Campaign, load_campaign
     from stillhook.identify.curve import friction_curve
-    from stillhook.identify.draws import draw_cranes
-    from stillhook.identify.from_tests import Friction, friction
-    from stillhook.identify.loss_map import LossMap, mapped_loss, read_map
-    from stillhook.identify.motor import MotorLoss, identify_motor
-    from stillhook.identify.motor_refit import second_loop
-    from stillhook.identify.synthetic_map import synthetic_map
-    from stillhook.identify.twin_tests import campaign_plan, write_campaign
-    from stillhook.io.log import Log, read_log
+    from stillhook.identify.motor.identify import MotorLoss, identify_motor
+    from stillhook.identify.motor.map import LossMap, mapped_loss, read_map
+    from stillhook.identify.motor.synthetic_map import synthetic_map
+    from stillhook.identify.system_friction.fitting.draws import draw_cranes
+    from stillhook.identify.system_friction.identify import Friction, friction
+    from stillhook.identify.system_friction.motor_refit import second_loop
+    from stillhook.identify.system_friction.tests.campaign import Campaign, load_campaign
+    from stillhook.identify.system_friction.tests.synthetic import campaign_plan, write_campaign
+    from stillhook.logs.log import Log, read_log
 
 _HOMES = {
-    "Campaign": "identify.campaign",
-    "Friction": "identify.from_tests",
-    "Log": "io.log",
-    "LossMap": "identify.loss_map",
-    "MotorLoss": "identify.motor",
-    "campaign_plan": "identify.twin_tests",
-    "draw_cranes": "identify.draws",
-    "friction": "identify.from_tests",
+    "Campaign": "identify.system_friction.tests.campaign",
+    "Friction": "identify.system_friction.identify",
+    "Log": "logs.log",
+    "LossMap": "identify.motor.map",
+    "MotorLoss": "identify.motor.identify",
+    "campaign_plan": "identify.system_friction.tests.synthetic",
+    "draw_cranes": "identify.system_friction.fitting.draws",
+    "friction": "identify.system_friction.identify",
     "friction_curve": "identify.curve",
-    "identify_motor": "identify.motor",
-    "load_campaign": "identify.campaign",
-    "mapped_loss": "identify.loss_map",
-    "read_log": "io.log",
-    "read_map": "identify.loss_map",
-    "second_loop": "identify.motor_refit",
-    "synthetic_map": "identify.synthetic_map",
-    "write_campaign": "identify.twin_tests",
+    "identify_motor": "identify.motor.identify",
+    "load_campaign": "identify.system_friction.tests.campaign",
+    "mapped_loss": "identify.motor.map",
+    "read_log": "logs.log",
+    "read_map": "identify.motor.map",
+    "second_loop": "identify.system_friction.motor_refit",
+    "synthetic_map": "identify.motor.synthetic_map",
+    "write_campaign": "identify.system_friction.tests.synthetic",
 }
 __all__ = [
     "Campaign",

@@ -12,13 +12,13 @@ from typing import Any
 
 import numpy as np
 
-from stillhook.arrays import FloatArray
+from stillhook.base.arrays import FloatArray
 from stillhook.errors import IdentifyError
-from stillhook.identify.means import NORMAL_95, mean_and_uncertainty, students_factor
-from stillhook.identify.pairs import Pair, pair_windows
-from stillhook.identify.steady_records import Rejected, Steady, Window, WindowSettings
-from stillhook.identify.windows import effort_of, kind_of, signal_of, steady_windows
-from stillhook.io.log import Log
+from stillhook.identify.steady_state.records import Rejected, Steady, Window, WindowSettings
+from stillhook.identify.steady_state.windows import effort_of, kind_of, signal_of, steady_windows
+from stillhook.identify.system_friction.tests.pairs import Pair, pair_windows
+from stillhook.logs.log import Log
+from stillhook.statistics.correlated_mean import NORMAL_95, mean_and_uncertainty, students_factor
 from stillhook.units import KINDS, show
 
 SAME_STROKE = 0.05

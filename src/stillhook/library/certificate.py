@@ -11,8 +11,8 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from stillhook.certified import Certified
 from stillhook.errors import ValidateError
+from stillhook.spec.validity import Certified
 from stillhook.units import KINDS, came
 
 FORMAT = "stillhook certificate 2"

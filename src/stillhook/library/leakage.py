@@ -6,9 +6,9 @@ import functools
 import math
 from typing import NamedTuple, Protocol
 
-from stillhook.crane import ActiveCircuit, Leak, LeakForm, LeakPoint, PassiveCircuit, PumpSet
 from stillhook.library.tables import leak_table
-from stillhook.physics.pump import LEAK_KNOTS, PumpLeak, pump_leakage
+from stillhook.physics.hydraulics.pump import LEAK_KNOTS, PumpLeak, pump_leakage
+from stillhook.spec.crane import ActiveCircuit, Leak, LeakForm, LeakPoint, PassiveCircuit, PumpSet
 from stillhook.units import number, show
 
 DEFAULT = Leak(form=LeakForm.STROKE_SPEED, at=LeakPoint())

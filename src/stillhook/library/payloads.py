@@ -6,11 +6,11 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from stillhook.crane import Source
 from stillhook.errors import LiftError, StillhookError
-from stillhook.library.files import LABELS, library_table, nearest, parsed, shelf, sources, toml_text, tree, values
-from stillhook.library.kinds import FileKind, other_kind
-from stillhook.lift.payload import Payload
+from stillhook.library.toml.kinds import FileKind, other_kind
+from stillhook.library.toml.tree import LABELS, library_table, nearest, parsed, shelf, sources, toml_text, tree, values
+from stillhook.spec.crane import Source
+from stillhook.spec.lift.payload import Payload
 from stillhook.units import came
 
 SHELF = "payloads"

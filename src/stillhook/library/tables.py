@@ -8,9 +8,9 @@ from typing import Annotated, Any, Self, TypeVar
 from pydantic import Field, ValidationError, model_validator
 
 from stillhook import units as u
-from stillhook.crane import Motor, Spec, SystemFriction
-from stillhook.library.explain import explain
-from stillhook.library.files import Tree, library_tree, shelf, values
+from stillhook.library.toml.explain import explain
+from stillhook.library.toml.tree import Tree, library_tree, shelf, values
+from stillhook.spec.crane import Motor, Spec, SystemFriction
 
 _Table = TypeVar("_Table", bound=Spec)
 

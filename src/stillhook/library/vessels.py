@@ -6,10 +6,10 @@ import functools
 from pathlib import Path
 
 from stillhook.errors import SeaError
-from stillhook.library.files import nearest
+from stillhook.library.toml.tree import nearest
 from stillhook.units import came
 
-_SHELF = Path(__file__).resolve().parent / "vessels"
+_SHELF = Path(__file__).resolve().parent / "data" / "vessels"
 
 
 @functools.cache
@@ -19,7 +19,7 @@ def vessels() -> tuple[str, ...]:
 
 
 def vessel_file(name: str) -> Path:
-    """The file of a library vessel, for `stillhook.io.vessel_file.read_vessel`.
+    """The file of a library vessel, for `stillhook.formats.vessel.open.read_vessel`.
 
     Errors: SeaError of one line that names the vessels there are.
     """

@@ -7,10 +7,10 @@ from os.path import isfile
 from pathlib import Path
 
 from stillhook.errors import WeatherError
-from stillhook.library.files import nearest
+from stillhook.library.toml.tree import nearest
 from stillhook.units import came
 
-_SHELF = Path(__file__).resolve().parent / "weather"
+_SHELF = Path(__file__).resolve().parent / "data" / "weather"
 _END = ".csv.gz"
 
 

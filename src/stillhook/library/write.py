@@ -9,8 +9,8 @@ from typing import Any, NamedTuple, get_args
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
-from stillhook.crane import Crane, Source, SourceKind, Spec
-from stillhook.library.files import LABELS, Leaf, Tree
+from stillhook.library.toml.tree import LABELS, Leaf, Tree
+from stillhook.spec.crane import Crane, Source, SourceKind, Spec
 from stillhook.units import KINDS, Quantity, parse, show
 
 _UNSTATED = Source(text="not stated", kind=SourceKind.USER)

@@ -11,32 +11,32 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from stillhook._lazy import attached
+from stillhook.base.lazy import attached
 
 if TYPE_CHECKING:
-    from stillhook.plan.alternatives import Alternative
-    from stillhook.plan.demand import Tier
-    from stillhook.plan.lift_plan import LiftPlan
-    from stillhook.plan.plan_file import load_plan
-    from stillhook.plan.plan_files import load_plan_result, save_plan
+    from stillhook.plan.answer.files import load_plan_result, save_plan
+    from stillhook.plan.definition.compensation import Alternative
+    from stillhook.plan.definition.demand import Tier
+    from stillhook.plan.definition.lift_plan import LiftPlan
+    from stillhook.plan.definition.rules_file import load_rules
+    from stillhook.plan.file import load_plan
     from stillhook.plan.planning import plan
-    from stillhook.plan.report import save_report
-    from stillhook.plan.result import PlanResult
-    from stillhook.plan.rule_file import load_rules
-    from stillhook.plan.table import LimitTable
+    from stillhook.plan.report.save import save_report
+    from stillhook.plan.result.result import PlanResult
+    from stillhook.plan.table.table import LimitTable
 
 _HOMES = {
-    "Alternative": "plan.alternatives",
-    "LiftPlan": "plan.lift_plan",
-    "LimitTable": "plan.table",
-    "PlanResult": "plan.result",
-    "Tier": "plan.demand",
-    "load_plan": "plan.plan_file",
-    "load_plan_result": "plan.plan_files",
-    "load_rules": "plan.rule_file",
+    "Alternative": "plan.definition.compensation",
+    "LiftPlan": "plan.definition.lift_plan",
+    "LimitTable": "plan.table.table",
+    "PlanResult": "plan.result.result",
+    "Tier": "plan.definition.demand",
+    "load_plan": "plan.file",
+    "load_plan_result": "plan.answer.files",
+    "load_rules": "plan.definition.rules_file",
     "plan": "plan.planning",
-    "save_plan": "plan.plan_files",
-    "save_report": "plan.report",
+    "save_plan": "plan.answer.files",
+    "save_report": "plan.report.save",
 }
 __all__ = [
     "Alternative",

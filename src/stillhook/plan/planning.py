@@ -9,32 +9,32 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from stillhook.base.progress import Parts, Progress
 from stillhook.errors import PlanError
-from stillhook.plan.alternatives import Alternative
-from stillhook.plan.answer import Answered, dataset_of, demand_block, rows_of, seeds_of, summary_of
-from stillhook.plan.capacities import calm
-from stillhook.plan.closed_form import closed_form
-from stillhook.plan.credited_table import certified_in, credited_of
-from stillhook.plan.demand import Demand, Seas, Tier
-from stillhook.plan.facts import Beside, facts_of
-from stillhook.plan.frequency import frequency
-from stillhook.plan.lift_plan import LiftPlan
-from stillhook.plan.limited import limited
-from stillhook.plan.limits import Limits, limits_of
-from stillhook.plan.plan_file import load_plan
-from stillhook.plan.reference import reference_blocks
-from stillhook.plan.remarks import facts_found, not_computed
-from stillhook.plan.result import CREDITS, PlanResult
-from stillhook.plan.rules import Limited
-from stillhook.plan.table import Axes, chosen, gathered, governed
-from stillhook.plan.told_apart import not_compared
-from stillhook.plan.twin_tier import refine
-from stillhook.plan.weather_use import weather_used
-from stillhook.plan.weather_value import forecast_limits, seas_of, weather_block, weather_value
-from stillhook.progress import Parts, Progress
-from stillhook.sea.weather import Weather
+from stillhook.plan.answer.dataset import Answered, dataset_of, demand_block, rows_of, seeds_of, summary_of
+from stillhook.plan.answer.metadata import Beside, facts_of
+from stillhook.plan.answer.reference_cell import reference_blocks
+from stillhook.plan.answer.remarks import facts_found, not_computed
+from stillhook.plan.definition.capacities import calm
+from stillhook.plan.definition.compensation import Alternative
+from stillhook.plan.definition.demand import Demand, Seas, Tier
+from stillhook.plan.definition.lift_plan import LiftPlan
+from stillhook.plan.definition.rules import Limited
+from stillhook.plan.file import load_plan
+from stillhook.plan.limits.applicable_rules import limited
+from stillhook.plan.limits.solve import Limits, limits_of
+from stillhook.plan.result.distinguishable import not_compared
+from stillhook.plan.result.result import CREDITS, PlanResult
+from stillhook.plan.table.credited import certified_in, credited_of
+from stillhook.plan.table.table import Axes, chosen, gathered, governed
+from stillhook.plan.tiers.closed_form import closed_form
+from stillhook.plan.tiers.frequency import frequency
+from stillhook.plan.tiers.time_domain.tier import refine
+from stillhook.plan.weather.operation import weather_used
+from stillhook.plan.weather.value import forecast_limits, seas_of, weather_block, weather_value
 from stillhook.units import came
 from stillhook.weather.alpha import DEFAULT, load_alpha_table
+from stillhook.weather.series import Weather
 
 if TYPE_CHECKING:
     import xarray

@@ -11,28 +11,28 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from stillhook._lazy import attached
+from stillhook.base.lazy import attached
 
 if TYPE_CHECKING:
     from stillhook.response.forcing import Forcing, forcing_of_seas, forcing_of_series
-    from stillhook.response.of_lift import LiftResponse, Waves, compensated_depth, lift_response
-    from stillhook.response.residual_grid import identify_grid
-    from stillhook.response.rod import End, Rod, natural_periods, static_stretch, transfers
+    from stillhook.response.lift import LiftResponse, Waves, compensated_depth, lift_response
+    from stillhook.response.winch.grid import identify_grid
+    from stillhook.response.wire_rod import End, Rod, natural_periods, static_stretch, transfers
 
 _HOMES = {
-    "End": "response.rod",
+    "End": "response.wire_rod",
     "Forcing": "response.forcing",
-    "LiftResponse": "response.of_lift",
-    "Rod": "response.rod",
-    "Waves": "response.of_lift",
-    "compensated_depth": "response.of_lift",
+    "LiftResponse": "response.lift",
+    "Rod": "response.wire_rod",
+    "Waves": "response.lift",
+    "compensated_depth": "response.lift",
     "forcing_of_seas": "response.forcing",
     "forcing_of_series": "response.forcing",
-    "identify_grid": "response.residual_grid",
-    "lift_response": "response.of_lift",
-    "natural_periods": "response.rod",
-    "static_stretch": "response.rod",
-    "transfers": "response.rod",
+    "identify_grid": "response.winch.grid",
+    "lift_response": "response.lift",
+    "natural_periods": "response.wire_rod",
+    "static_stretch": "response.wire_rod",
+    "transfers": "response.wire_rod",
 }
 __all__ = [
     "End",

@@ -9,14 +9,14 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike
 
-from stillhook.arrays import ComplexArray, FloatArray
+from stillhook.base.arrays import ComplexArray, FloatArray
 from stillhook.errors import SeaError
-from stillhook.response.sums import over_frequency
-from stillhook.sea.long_wave import wavenumber
-from stillhook.sea.measured import SpectrumSeries
-from stillhook.sea.rao import Rao
-from stillhook.sea.spectrum import Sea, check_spread
-from stillhook.sea.spreading import cos_power
+from stillhook.sea.spectra.measured import SpectrumSeries
+from stillhook.sea.spectra.spectrum import Sea, check_spread
+from stillhook.sea.spectra.spreading import cos_power
+from stillhook.sea.vessel.long_wave import wavenumber
+from stillhook.sea.vessel.rao import Rao
+from stillhook.statistics.products import over_frequency
 
 PARTS = 8
 """Parts of a measured band: a wire that rings with 1 % of damping at 1.3 rad/s is then integrated to 1e-4 over a band of 0.01 Hz."""

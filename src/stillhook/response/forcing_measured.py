@@ -5,17 +5,17 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from stillhook.arrays import FloatArray
+from stillhook.base.arrays import FloatArray
 from stillhook.errors import SeaError
 from stillhook.response.forcing import HIGHEST, LOWEST, PARTS, STEP, Forcing, tip_by_wave
-from stillhook.sea.directions import relative
-from stillhook.sea.measured import SpectrumSeries
-from stillhook.sea.parametric import HIGHEST as HIGHEST_SEA
-from stillhook.sea.parametric import LONGEST, SHORTEST, Jonswap, gamma_of
-from stillhook.sea.rao import Rao
-from stillhook.sea.spectrum import check_spread
-from stillhook.sea.spreading import cos_power
-from stillhook.sea.states import SeaStates
+from stillhook.sea.spectra.directions import relative
+from stillhook.sea.spectra.measured import SpectrumSeries
+from stillhook.sea.spectra.parametric import HIGHEST as HIGHEST_SEA
+from stillhook.sea.spectra.parametric import LONGEST, SHORTEST, Jonswap, gamma_of
+from stillhook.sea.spectra.spectrum import check_spread
+from stillhook.sea.spectra.spreading import cos_power
+from stillhook.sea.spectra.states import SeaStates
+from stillhook.sea.vessel.rao import Rao
 
 BLOCK = 256
 """Records whose shares of directions are held at a time."""

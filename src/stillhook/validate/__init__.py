@@ -12,26 +12,26 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from stillhook._lazy import attached
+from stillhook.base.lazy import attached
 
 if TYPE_CHECKING:
-    from stillhook.validate.campaign import Campaign, load_campaign
-    from stillhook.validate.certificate import Certificate, certificate_files, certificate_of, load_certificate
-    from stillhook.validate.criteria import Criteria, load_criteria
-    from stillhook.validate.report_files import save_validation
+    from stillhook.validate.certificate.certificate import Certificate, certificate_files, certificate_of, load_certificate
+    from stillhook.validate.certificate.save import save_validation
+    from stillhook.validate.criteria.criteria import Criteria, load_criteria
+    from stillhook.validate.data_set.campaign import Campaign, load_campaign
     from stillhook.validate.validation import Validation, validate
 
 _HOMES = {
-    "Campaign": "validate.campaign",
-    "Certificate": "validate.certificate",
-    "Criteria": "validate.criteria",
+    "Campaign": "validate.data_set.campaign",
+    "Certificate": "validate.certificate.certificate",
+    "Criteria": "validate.criteria.criteria",
     "Validation": "validate.validation",
-    "certificate_files": "validate.certificate",
-    "certificate_of": "validate.certificate",
-    "load_campaign": "validate.campaign",
-    "load_certificate": "validate.certificate",
-    "load_criteria": "validate.criteria",
-    "save_validation": "validate.report_files",
+    "certificate_files": "validate.certificate.certificate",
+    "certificate_of": "validate.certificate.certificate",
+    "load_campaign": "validate.data_set.campaign",
+    "load_certificate": "validate.certificate.certificate",
+    "load_criteria": "validate.criteria.criteria",
+    "save_validation": "validate.certificate.save",
     "validate": "validate.validation",
 }
 __all__ = [

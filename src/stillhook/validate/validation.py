@@ -6,22 +6,22 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
-from stillhook.engine.run import Meter
+from stillhook.base.progress import Progress
+from stillhook.engine.scenario.run import Meter
 from stillhook.errors import ValidateError
-from stillhook.progress import Progress
 from stillhook.units import came
-from stillhook.validate.ahc import check_ahc
-from stillhook.validate.campaign import Campaign, load_campaign
-from stillhook.validate.controller import check_controller
-from stillhook.validate.data_set import check_data
-from stillhook.validate.dynamics import check_dynamics
-from stillhook.validate.judging import judge, outcome_of
-from stillhook.validate.limits import check_limits
-from stillhook.validate.lines import CriterionResult, Outcome, Step, StepNumber
-from stillhook.validate.parameters import check_parameters
+from stillhook.validate.ahc.check import check_ahc
+from stillhook.validate.controller.check import check_controller
+from stillhook.validate.criteria.judge import judge, outcome_of
+from stillhook.validate.criteria.results import CriterionResult, Outcome, Step, StepNumber
+from stillhook.validate.data_set.campaign import Campaign, load_campaign
+from stillhook.validate.data_set.check import check_data
+from stillhook.validate.data_set.records.read import read_records
+from stillhook.validate.data_set.records.record import Record
+from stillhook.validate.dynamics.check import check_dynamics
+from stillhook.validate.parameters.check import check_parameters
 from stillhook.validate.passive import check_passive
-from stillhook.validate.reading import read_records
-from stillhook.validate.record import Record
+from stillhook.validate.speed_limits.check import check_limits
 
 CHECKS = {
     StepNumber.DATA: check_data,

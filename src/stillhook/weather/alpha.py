@@ -14,10 +14,10 @@ from typing import Any
 
 import numpy as np
 
-from stillhook.arrays import FloatArray
+from stillhook.base.arrays import FloatArray
 from stillhook.errors import StillhookError, WeatherError
-from stillhook.library.files import nearest, parsed, toml_text
-from stillhook.library.kinds import FileKind
+from stillhook.library.toml.kinds import FileKind
+from stillhook.library.toml.tree import nearest, parsed, toml_text
 from stillhook.units import came, parse, show
 
 DEFAULT = "dnv-os-h101"

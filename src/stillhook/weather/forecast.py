@@ -16,12 +16,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stillhook.arrays import BoolArray, FloatArray
+from stillhook.base.arrays import BoolArray, FloatArray
 from stillhook.errors import WeatherError
-from stillhook.sea.weather import Weather
 from stillhook.weather.alpha import Alpha, AlphaTable, alpha_of
 from stillhook.weather.limit_text import KIND, Limit, inside_by_heading, values
 from stillhook.weather.persistence import SLACK, seconds, windows_of
+from stillhook.weather.series import Weather
 
 
 @dataclass(frozen=True)

@@ -15,11 +15,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from stillhook.arrays import FloatArray
+from stillhook.base.arrays import FloatArray
 from stillhook.errors import UnitError, WeatherError
-from stillhook.sea.directions import FULL, relative
-from stillhook.sea.weather import Weather
+from stillhook.sea.spectra.directions import FULL, relative
 from stillhook.units import came, parse
+from stillhook.weather.series import Weather
 
 BETA = "beta"
 KIND = {

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from stillhook.errors import WeatherError
-from stillhook.library.files import nearest
+from stillhook.library.toml.tree import nearest
 from stillhook.units import came
 from stillhook.weather.limit_text import BETA, SPELT
 
@@ -13,7 +13,7 @@ NAMED = ("Hs", "Tp", "Tz", "wind", "come_from", "wind_from", "current")
 
 
 def mapped(headings: Mapping[str, str], where: str) -> dict[str, str]:
-    """Names as users write them -> headings, as `stillhook.io.weather_file.read_weather` wants them. Errors: WeatherError."""
+    """Names as users write them -> headings, as `stillhook.formats.weather.file.read_weather` wants them. Errors: WeatherError."""
     found = {}
     for name, heading in headings.items():
         key = SPELT.get(name.strip().lower())

@@ -22,9 +22,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stillhook.arrays import BoolArray, FloatArray
+from stillhook.base.arrays import BoolArray, FloatArray
 from stillhook.errors import WeatherError
-from stillhook.sea.weather import HOUR
+from stillhook.weather.series import HOUR
 
 GAP = 1.01
 """Records further apart than this many steps have a gap between them; below, clocks of buoys jitter."""

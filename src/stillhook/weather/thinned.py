@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from stillhook.sea.weather import Weather, usual_step
+from stillhook.weather.series import Weather, usual_step
 
 MOSTLY = 0.8
 """Share of the ways from one known record to the next that must be alike, and of the known records that must lie on that grid."""

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from stillhook.arrays import FloatArray
-from stillhook.crane import PassiveCircuit
-from stillhook.validate.implied_curves import bridged, integral, smoothed
-from stillhook.validate.implied_parts import Part
+from stillhook.base.arrays import FloatArray
+from stillhook.spec.crane import PassiveCircuit
+from stillhook.validate.parameters.segments import Part
+from stillhook.validate.parameters.slopes import bridged, integral, smoothed
 
 DRY = 0.05
 """Flow over which dry friction changes its side, over the flow of all active pumps [-]: the piston then creeps."""

@@ -6,16 +6,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stillhook.arrays import FloatArray
-from stillhook.io.figures import COLOURS, GREY
+from stillhook.base.arrays import FloatArray
+from stillhook.report.plots.run import COLOURS, GREY
 from stillhook.units import in_display
-from stillhook.validate.campaign import Campaign
-from stillhook.validate.drawing import axes_of, legend_below, marked
-from stillhook.validate.lines import Step
+from stillhook.validate.criteria.results import Step
+from stillhook.validate.data_set.axes import axes_of, legend_below, marked
+from stillhook.validate.data_set.campaign import Campaign
+from stillhook.validate.data_set.records.record import Record
 from stillhook.validate.passive.gas import Curve, index
 from stillhook.validate.passive.step import PassiveStep
 from stillhook.validate.passive.torque import Share
-from stillhook.validate.record import Record
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from stillhook.engine.run import Meter
-from stillhook.validate.implied_parts import Part
+from stillhook.engine.scenario.run import Meter
+from stillhook.validate.parameters.segments import Part
 from stillhook.validate.passive.gas import Curve, Displacement, Level, Stroke, curve, displacement, levels, stroke
 from stillhook.validate.passive.orders import MakeUp, Setting, make_up, setting
 from stillhook.validate.passive.torque import Share, shares

@@ -13,13 +13,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stillhook.arrays import FloatArray
-from stillhook.physics.gas import gas_pressure
+from stillhook.base.arrays import FloatArray
+from stillhook.physics.hydraulics.gas import gas_pressure
+from stillhook.statistics.jackknife_regression import Estimate, fit, pooled
 from stillhook.units import parse
-from stillhook.validate.campaign import Kind
-from stillhook.validate.implied_curves import bridged, differences, integral, later, moments
-from stillhook.validate.implied_parts import Part, by_test
-from stillhook.validate.implied_regression import Estimate, fit, pooled
+from stillhook.validate.data_set.campaign import Kind
+from stillhook.validate.parameters.segments import Part, by_test
+from stillhook.validate.parameters.slopes import bridged, differences, integral, later, moments
 from stillhook.validate.passive.curves import dry, flow, lacking, mean_every, oil, passive_of
 
 EVERY = 0.2
@@ -44,7 +44,7 @@ KINK_LEAST = parse("8 bar", "pressure")
 SOFT, STIFF = 1.0, 2.3
 """Least and most index n = V dp / (p dV) of nitrogen in an accumulator: 1 for an ideal gas whose heat has time to flow; 2.3 for real
 nitrogen of 280 bar and 20 degC without any (2.0 at 200 bar, 2.4 at 310 bar; equation of state of Span et al. 2000, as
-`stillhook.engine.gas_fit.nitrogen_isentrope`)."""
+`stillhook.engine.pack.gas.nitrogen_isentrope`)."""
 
 
 @dataclass(frozen=True)

@@ -5,14 +5,14 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-from stillhook.crane import Crane, PassiveCircuit
 from stillhook.physics.scalar import G
+from stillhook.spec.crane import Crane, PassiveCircuit
+from stillhook.statistics.jackknife_regression import Estimate
 from stillhook.units import number, show
-from stillhook.validate.implied_friction import missing
-from stillhook.validate.implied_measures import measure, rests_on
-from stillhook.validate.implied_regression import Estimate
-from stillhook.validate.lines import Measure
-from stillhook.validate.measures import MEASURES
+from stillhook.validate.criteria.names import MEASURES
+from stillhook.validate.criteria.results import Measure
+from stillhook.validate.parameters.hoisting.friction import missing
+from stillhook.validate.parameters.measures import measure, rests_on
 from stillhook.validate.passive import gas as gas_law
 from stillhook.validate.passive import torque
 from stillhook.validate.passive.curves import lacking, passive_of

@@ -7,13 +7,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stillhook.arrays import FloatArray
+from stillhook.base.arrays import FloatArray
 from stillhook.physics.scalar import G
-from stillhook.validate.campaign import Kind
-from stillhook.validate.implied_curves import bridged
-from stillhook.validate.implied_parts import Part, by_test
-from stillhook.validate.implied_regression import Estimate, fit, pooled
-from stillhook.validate.implied_settings import EVERY, followed
+from stillhook.statistics.jackknife_regression import Estimate, fit, pooled
+from stillhook.validate.data_set.campaign import Kind
+from stillhook.validate.parameters.circuit.settings import EVERY, followed
+from stillhook.validate.parameters.segments import Part, by_test
+from stillhook.validate.parameters.slopes import bridged
 from stillhook.validate.passive.curves import filtered, flow, passive_of
 
 SETTLING = 3.0

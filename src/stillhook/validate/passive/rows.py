@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from stillhook.crane import Crane
+from stillhook.spec.crane import Crane
+from stillhook.statistics.jackknife_regression import Estimate
 from stillhook.units import KINDS, in_display, number
-from stillhook.validate.implied_regression import Estimate
-from stillhook.validate.lines import Table
+from stillhook.validate.criteria.results import Table
 from stillhook.validate.passive import torque
 from stillhook.validate.passive.found import PassiveFindings
 

@@ -10,15 +10,15 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from stillhook.validate.campaign import Campaign
-from stillhook.validate.implied_parts import parts_of
-from stillhook.validate.lines import Measure, Step, StepNumber
-from stillhook.validate.measures import MEASURES
-from stillhook.validate.parameters import said
+from stillhook.validate.criteria.names import MEASURES
+from stillhook.validate.criteria.results import Measure, Step, StepNumber
+from stillhook.validate.data_set.campaign import Campaign
+from stillhook.validate.data_set.records.record import Record
+from stillhook.validate.parameters.check import said
+from stillhook.validate.parameters.segments import parts_of
 from stillhook.validate.passive.found import PassiveFindings, passive_by
 from stillhook.validate.passive.measures import measures
 from stillhook.validate.passive.rows import table
-from stillhook.validate.record import Record
 
 NONE = "This crane has no passive circuit: there is nothing to judge."
 

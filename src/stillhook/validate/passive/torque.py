@@ -15,15 +15,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stillhook.arrays import FloatArray
-from stillhook.physics.motor import motor_torque
+from stillhook.base.arrays import FloatArray
+from stillhook.physics.hydraulics.motor import motor_torque
 from stillhook.physics.scalar import G
+from stillhook.statistics.jackknife_regression import Estimate, Fit, fit, pooled
 from stillhook.units import parse
-from stillhook.validate.campaign import Kind
-from stillhook.validate.implied_friction import EVERY, MOVING, missing, twin_friction
-from stillhook.validate.implied_parts import Part, by_test
-from stillhook.validate.implied_regression import Estimate, Fit, fit, pooled
-from stillhook.validate.implied_settings import known_setting
+from stillhook.validate.data_set.campaign import Kind
+from stillhook.validate.parameters.circuit.settings import known_setting
+from stillhook.validate.parameters.hoisting.friction import EVERY, MOVING, missing, twin_friction
+from stillhook.validate.parameters.segments import Part, by_test
 from stillhook.validate.passive.curves import mean_every, passive_of, rate_every
 
 SETTING_DOUBT = 0.01

@@ -1,0 +1,297 @@
+"""How far the position loop is from swinging: gain, phase and delay margins and sensitivity peak, for a loop in continuous time and for the
+loop as a PLC closes it, sampled exactly, with any delay.
+
+A loop here is what lies between the feedback's share of the pump command and the wire hoisted, at K_p = 1 1/m and cut at K_p. A loop that
+swings without any feedback (a loaded winch, slow, where friction falls with speed) has a gain limit of 0.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+from scipy.optimize import brentq, minimize_scalar
+
+from stillhook.analysis.loop_stability.models.loops import ContinuousLoop, Loop, SampledLoop, position_loop, sampled
+from stillhook.base.arrays import ComplexArray, FloatArray
+from stillhook.errors import StillhookError
+from stillhook.spec.crane import Crane
+
+POINTS = 1500
+"""Points of the coarse grid of frequencies, from LOWEST of the slowest mode to HIGHEST of the fastest one or the Nyquist frequency."""
+LOWEST, HIGHEST = 1e-3, 30.0
+AROUND = np.sort(np.concatenate([s * np.geomspace(1e-3, 8.0, 12) for s in (-1.0, 1.0)]))
+"""Extra points about each mode, in half widths of its resonance: the least damped one is then seen whole."""
+ROUNDING = 1e-10
+"""What eigenvalues of these loops are sure to, over the largest one."""
+MOST_HELD = 60
+"""Cycles of delay up to which stability is judged by eigenvalues: each cycle adds one."""
+GROWS = 1e-6
+"""Real part above which a mode of the cut loop grows [1/s]: integrators come out of the eigenvalues below 1e-9, and what grows more slowly
+than e-fold in twelve days is not a swing."""
+NEIGHBOURS = 1.5
+"""Most that the response grows between two points of the grid: they stand closer than any resonance is narrow."""
+DELAYS = 20
+"""Most delays between none and the given one that `strongest_up_to` looks at."""
+GAIN_MARGIN = 2.0
+PHASE_MARGIN = math.radians(45.0)
+SENSITIVITY_PEAK = 2.0
+"""Margins that `strongest_gain` keeps unless told otherwise: 6 dB and 45 degrees, and M_s = 2, the upper end of the usual 1.2 to 2.0.
+Source: Astrom and Murray, Feedback Systems, section 10.3 (gain margin 2 to 5, phase margin 30 to 60 degrees, M_s 1.2 to 2)."""
+
+
+class Margins(NamedTuple):
+    """Of the position loop with its K_p [1/m]: gain_margin K_p of marginal stability over K_p [-] and its frequency omega_c [rad/s];
+    phase_margin [rad] at the gain crossover omega_gc [rad/s] where it is least, negative where the loop is unstable; delay_margin extra
+    delay that brings the loop to its limit [s]; sensitivity_peak M_s = max |1/(1 + L)| [-] at omega_s [rad/s]; stable."""
+
+    gain_margin: float
+    omega_c: float
+    phase_margin: float
+    omega_gc: float
+    delay_margin: float
+    sensitivity_peak: float
+    omega_s: float
+    stable: bool
+
+
+def margins(loop: Loop, K_p: float) -> Margins:
+    """Margins of a loop at the gain K_p [1/m], of all its crossovers the nearest to the limit.
+
+    Errors: StillhookError for a gain that is not above 0.
+    """
+    if not K_p > 0.0:
+        raise StillhookError(f"K_p = {K_p:g} 1/m: a loop without feedback has no margins. Give a gain above 0.")
+    omega = _down_to_crossover(loop, _grid(loop), K_p)
+    L = K_p * loop.response(omega)
+    K_ms, omega_c = _limit(loop, omega, L / K_p)
+    stable = is_stable(loop, K_p, K_ms)
+    if not stable and _swings_alone(loop) is not None:
+        K_ms, omega_c = gain_limit_of(loop)
+    gain_crossovers = _roots(loop, omega, np.abs(L) - 1.0, lambda l: K_p * abs(l) - 1.0)
+    phase_margin, omega_gc, delay_margin = _phase(loop, gain_crossovers, stable)
+    M_s, omega_s = _peak(loop, K_p, omega, L)
+    return Margins(K_ms / K_p, omega_c, phase_margin, omega_gc, delay_margin, M_s, omega_s, stable)
+
+
+def gain_limit_of(loop: Loop) -> tuple[float, float]:
+    """Least gain at which the loop swings [1/m], and the frequency of it [rad/s]: where the response first passes -1 as the gain grows.
+
+    Both are infinite for a loop that never does; the gain is 0 for one that swings without any.
+    """
+    alone = _swings_alone(loop)
+    if alone is not None:
+        return 0.0, alone
+    omega = _grid(loop)
+    return _limit(loop, omega, loop.response(omega))
+
+
+def is_stable(loop: Loop, K_p: float, K_ms: float | None = None) -> bool:
+    """Whether the closed loop dies out, or at least stays (a winch that sticks keeps what it has), by its poles; a continuous loop with
+    delay, and one with more than `MOST_HELD` cycles of it, by its gain limit K_ms."""
+    if isinstance(loop, SampledLoop) and loop.n <= MOST_HELD:
+        return bool(np.max(np.abs(loop.closed_poles(K_p))) < 1.0 + ROUNDING)
+    if isinstance(loop, ContinuousLoop) and loop.delay == 0.0:
+        poles = loop.closed_poles(K_p)
+        return bool(np.max(poles.real) < ROUNDING * np.max(np.abs(poles)))
+    return K_p < (gain_limit_of(loop)[0] if K_ms is None else K_ms)
+
+
+def strongest_gain(
+    crane: Crane,
+    *,
+    alpha_m: float | None = None,
+    delay: float = 0.0,
+    gain_margin: float = GAIN_MARGIN,
+    phase_margin: float = PHASE_MARGIN,
+    sensitivity: float = SENSITIVITY_PEAK,
+) -> float:
+    """Largest position gain K_p [1/m] that keeps all three margins, with the crane's PLC and any delay in the loop up to the one given.
+
+    Parameters: alpha_m displacement of the motors [-], default the least that any mode may use, where the limit is lowest; delay [s] of
+    the whole way around (encoder, bus, computing), not that of the motion unit, which is outside the loop; gain_margin above 1 [-],
+    phase_margin [rad] between 0 and 90 degrees, sensitivity peak M_s above 1 [-] that are kept.
+
+    Model: the published position loop on the outermost layer (paper E eqs 14 to 20), sampled exactly with the PLC's cycle. There the gain
+    limit is lowest: on inner layers wire per motor turn and inertia are less.
+    The loop meets its limit on the resonance of the oil, which a delay turns away from -1: with a delay of a fraction of its period the
+    limit is higher. A gain that counts on a delay fails where the delay is shorter, hence all delays up to the given one are kept.
+    Valid for a winch that B_v damps. Slow and loaded, at small displacement (NS, HS), friction falls with speed and takes the margin away
+    (`stillhook.analysis.loop_stability.stability.full_stability`); under SSC the motors are full there.
+    Errors: StillhookError for numbers outside these ranges.
+    Differs from print: paper E gives K_p = 0.16 1/m without saying how far it is from the limit.
+    """
+    _check_wanted(delay, gain_margin, phase_margin, sensitivity)
+    alpha = crane.active.motor.alpha_min if alpha_m is None else alpha_m
+    loop = sampled(position_loop(crane, alpha), crane.control.t_cycle, delay + crane.control.computing)
+    return strongest_up_to(loop, gain_margin, phase_margin, sensitivity)
+
+
+def strongest_up_to(
+    loop: SampledLoop, gain_margin: float = GAIN_MARGIN, phase_margin: float = PHASE_MARGIN, sensitivity: float = SENSITIVITY_PEAK
+) -> float:
+    """Largest gain that keeps the margins with the loop's delay and with every shorter one, cycle by cycle [1/m]; see `strongest_gain`."""
+    cycles = np.unique(np.linspace(0, loop.n, min(loop.n, DELAYS) + 1).astype(int))
+    bare = replace(loop, n=0, Gamma_0=loop.Gamma_0 + loop.Gamma_1, Gamma_1=np.zeros_like(loop.Gamma_1))
+    held = [bare, *(replace(loop, n=int(n)) for n in cycles)] if np.any(loop.Gamma_1) else [replace(loop, n=int(n)) for n in cycles]
+    return min(strongest(each, gain_margin, phase_margin, sensitivity) for each in held)
+
+
+def strongest(
+    loop: Loop, gain_margin: float = GAIN_MARGIN, phase_margin: float = PHASE_MARGIN, sensitivity: float = SENSITIVITY_PEAK
+) -> float:
+    """Largest gain of any loop that keeps the three margins [1/m]; see `strongest_gain`.
+
+    As the gain grows from 0, each frequency breaks a margin at a gain of its own; the least of those is the answer. It is 0 for a loop
+    that swings without feedback.
+    """
+    if _swings_alone(loop) is not None:
+        return 0.0
+    omega = _grid(loop)
+    L = loop.response(omega)
+    K_gain = _limit(loop, omega, L)[0] / gain_margin
+    K_phase = _least(loop, omega, L, lambda l: _phase_breaks(l, phase_margin))
+    K_edge = min(_on_ray(loop, omega, L, phase_margin), _on_ray(loop, omega, L, -phase_margin))
+    K_peak = _least(loop, omega, L, lambda l: _sensitivity_breaks(l, sensitivity))
+    return float(min(K_gain, K_phase, K_edge, K_peak))
+
+
+def _on_ray(loop: Loop, omega: FloatArray, L: ComplexArray, beyond: float) -> float:
+    """Least gain at which the response crosses the unit circle at the angle `beyond` past -180 degrees."""
+    size, _ = _farthest(loop, omega, L, complex(-np.exp(-1j * beyond)))
+    return 1.0 / size if size else math.inf
+
+
+def _check_wanted(delay: float, gain_margin: float, phase_margin: float, sensitivity: float) -> None:
+    if not 0.0 <= delay < 10.0:
+        raise StillhookError(f"delay = {delay:g} s: allowed is 0 up to 10 s.")
+    if not gain_margin > 1.0:
+        raise StillhookError(f"gain_margin = {gain_margin:g}: a stable loop has more than 1. Give a number above 1.")
+    if not 0.0 < phase_margin < math.pi / 2.0:
+        raise StillhookError(f"phase_margin = {phase_margin:g} rad: give one above 0 and below pi/2.")
+    if not sensitivity > 1.0:
+        raise StillhookError(f"sensitivity = {sensitivity:g}: the peak of a loop is above 1. Give a number above 1.")
+
+
+def _grid(loop: Loop) -> FloatArray:
+    """Frequencies at which crossovers are sought [rad/s]."""
+    modes = loop.modes()
+    swinging = modes[np.abs(modes) > 1e-6]
+    late = [math.pi / loop.delay] if isinstance(loop, ContinuousLoop) and loop.delay > 0.0 else []
+    size = np.concatenate([np.abs(swinging), late])
+    top = min(HIGHEST * float(size.max()), loop.nyquist * (1.0 - 1e-9))
+    coarse = np.geomspace(LOWEST * float(size.min()), top, POINTS)
+    near = [abs(p.imag) + abs(p.real) * AROUND for p in swinging if abs(p.imag) > abs(p.real)]
+    omega = np.unique(np.concatenate([coarse, *near]))
+    return np.asarray(omega[(omega >= coarse[0]) & (omega <= top)], dtype=np.float64)
+
+
+def _down_to_crossover(loop: Loop, omega: FloatArray, K_p: float) -> FloatArray:
+    """The grid, and below it what an integrator with little gain needs to reach its crossover."""
+    size = K_p * abs(_at(loop, float(omega[0])))
+    if not 0.0 < size < 1.0:
+        return omega
+    return np.concatenate([np.geomspace(0.5 * size * omega[0], omega[0], POINTS // 10, endpoint=False), omega])
+
+
+def _swings_alone(loop: Loop) -> float | None:
+    """Frequency of the mode of the cut loop that grows fastest [rad/s], None where none grows."""
+    modes = loop.modes()
+    fastest = modes[int(np.argmax(modes.real))]
+    return float(abs(fastest.imag)) if fastest.real > GROWS else None
+
+
+def _roots(loop: Loop, omega: FloatArray, values: FloatArray, f: Callable[[complex], float]) -> list[float]:
+    """Frequencies at which f(L) passes zero; values f on the grid."""
+    at = np.nonzero(np.signbit(values[:-1]) != np.signbit(values[1:]))[0]
+
+    def g(w: float) -> float:
+        return float(f(_at(loop, w)))
+
+    return [float(brentq(g, omega[i], omega[i + 1], xtol=1e-13, rtol=1e-14)) for i in at if math.isfinite(values[i] + values[i + 1])]
+
+
+def _limit(loop: Loop, omega: FloatArray, L: ComplexArray) -> tuple[float, float]:
+    """Gain and frequency at which the response first reaches -1."""
+    size, w = _farthest(loop, omega, L, -1.0)
+    return (1.0 / size, w) if size else (math.inf, math.inf)
+
+
+def _farthest(loop: Loop, omega: FloatArray, L: ComplexArray, turn: complex) -> tuple[float, float]:
+    """Where the response, turned, passes the positive real axis farthest out: distance and frequency; 0 where it never does.
+
+    A delay makes thousands of crossings, nearly all of them small: they are taken from the largest on.
+    """
+    turned = L * turn
+    brackets = np.nonzero(
+        (np.signbit(turned.imag[:-1]) != np.signbit(turned.imag[1:])) & (np.maximum(turned.real[:-1], turned.real[1:]) > 0.0)
+    )[0]
+    reach = np.maximum(np.abs(L[brackets]), np.abs(L[brackets + 1]))
+    best, at = 0.0, math.inf
+    for k in np.argsort(-reach):
+        if NEIGHBOURS * reach[k] < best:
+            break
+        i = brackets[k]
+        w = float(brentq(lambda w: (_at(loop, w) * turn).imag, omega[i], omega[i + 1], xtol=1e-13, rtol=1e-14))
+        size = (_at(loop, w) * turn).real
+        if size > best:
+            best, at = size, w
+    return best, at
+
+
+def _at(loop: Loop, omega: float) -> complex:
+    return complex(loop.response(np.array([omega]))[0])
+
+
+def _phase(loop: Loop, crossovers: list[float], stable: bool) -> tuple[float, float, float]:
+    """Phase margin, its crossover, delay margin."""
+    if not crossovers:
+        return math.inf, math.nan, math.inf
+    w = np.array(crossovers)
+    beyond = np.angle(-loop.response(w))  # phase beyond -180 degrees, within half a turn
+    i = int(np.argmin(np.abs(beyond)))
+    if not stable:
+        return -abs(float(beyond[i])), float(w[i]), -abs(float(beyond[i])) / float(w[i])
+    return abs(float(beyond[i])), float(w[i]), float(np.min(np.mod(beyond, 2.0 * math.pi) / w))
+
+
+def _peak(loop: Loop, K_p: float, omega: FloatArray, L: ComplexArray) -> tuple[float, float]:
+    """Largest |1/(1 + L)| and its frequency."""
+    i = int(np.argmin(np.abs(1.0 + L)))
+    w = _nearest_least(omega, i, lambda w: abs(1.0 + K_p * _at(loop, w)))
+    return 1.0 / abs(1.0 + K_p * _at(loop, w)), w
+
+
+def _least(loop: Loop, omega: FloatArray, L: ComplexArray, f: Callable[[ComplexArray], FloatArray]) -> float:
+    """Least value of f(L) over frequency."""
+    values = np.asarray(f(L))
+    i = int(np.argmin(values))
+    if not math.isfinite(float(values[i])):
+        return math.inf
+    high = 10.0 * float(values[i])  # in place of infinite
+    w = _nearest_least(omega, i, lambda w: min(float(f(loop.response(np.array([w])))[0]), high))
+    return min(float(values[i]), float(f(loop.response(np.array([w])))[0]))
+
+
+def _nearest_least(omega: FloatArray, i: int, f: Callable[[float], float]) -> float:
+    """The least of f between the neighbours of the grid's least."""
+    bounds = (omega[max(i - 1, 0)], omega[min(i + 1, len(omega) - 1)])
+    found = minimize_scalar(f, bounds=bounds, method="bounded", options={"xatol": 1e-12 * float(omega[i])})
+    return float(found.x) if found.fun <= f(float(omega[i])) else float(omega[i])
+
+
+def _phase_breaks(L: ComplexArray, phase_margin: float) -> FloatArray:
+    """Gain that puts each frequency on the unit circle where that breaks the phase margin, else infinite."""
+    inside = np.abs(np.angle(-L)) < phase_margin
+    return np.where(inside, 1.0 / np.abs(L), np.inf)
+
+
+def _sensitivity_breaks(L: ComplexArray, M_s: float) -> FloatArray:
+    """Least gain with |1 + K L| = 1/M_s at each frequency, infinite where there is none."""
+    size, real = np.abs(L) ** 2, L.real
+    inside = real**2 - size * (1.0 - M_s**-2)
+    hit = (real < 0.0) & (inside >= 0.0)
+    return np.where(hit, (-real - np.sqrt(np.maximum(inside, 0.0))) / size, np.inf)

@@ -1,0 +1,1 @@
+"""Linear and reduced models of the winch."""

@@ -1,0 +1,286 @@
+"""The whole plant as a linear system at any operating point, by differences of its own equations, alone and closed by the PLC.
+
+The equations are those that a run integrates (`stillhook.winches`), with the rate of the bristle beside them: stuck it is a spring, sliding
+it gives the slope of the Stribeck curve. Nothing of the published reduced model is in here; the two are compared in
+docs/validation/paper-e-stability.md.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from stillhook.analysis.loop_stability.models.loops import ContinuousLoop, SampledLoop, balanced, hold_matrices, whole_cycles
+from stillhook.analysis.steady.operating_point import OperatingPoint
+from stillhook.base.arrays import FloatArray
+from stillhook.control.plc import Memory
+from stillhook.engine.pack.winch import MODE_CODE, NO_LIMIT, plc_record
+from stillhook.errors import StillhookError
+from stillhook.physics.friction import bristle_rate
+from stillhook.physics.hydraulics.accumulator import accumulator_pressure
+from stillhook.physics.hydraulics.swash import Servo
+from stillhook.spec.crane import Crane
+from stillhook.spec.scenario import Mode
+from stillhook.winches import active_passive
+from stillhook.winches.records import Tick, Tip
+
+if TYPE_CHECKING:
+    import control
+
+
+STEP = {
+    "alpha": 1e-6, "alpha_dot": 1e-4, "p": 100.0, "V_o": 1e-7, "omega_m": 1e-4, "s_w": 1e-6, "z": 1e-7, "s_load": 1e-6, "v_load": 1e-5,
+    "u": 1e-6, "s_tip": 1e-6, "v_tip": 1e-5, "F": 10.0,
+}  # fmt: skip
+"""Half widths of the central differences, SI, by kind of variable: about 1e-6 of what a lift moves, where truncation and rounding are both
+below 1e-6 of the derivative (tested at a quarter and at four times the step)."""
+SMOOTH = 1e-3
+"""Largest relative difference of a derivative from that at a quarter of the step; above it the point sits on a kink of the plant."""
+FREE = 100.0
+"""Strokes of the displacement controls while differences are taken: an active motor at its stop then still has both sides [-]."""
+OUTPUTS = ("s_hoisted", "v_w", "omega_m", "alpha_p", "alpha_m", "p_a", "p_b", "dp_m", "F_w", "v_load")
+TIP = ("s_tip", "v_tip")
+
+
+@dataclass(frozen=True)
+class Linear:
+    """The plant about an operating point: A, B, C, D with the names of states, inputs and outputs (SI).
+
+    States are those of the plant's State; inputs the commands u_p, u_m (and u_pp, u_pm) and the tip's s_tip, v_tip; outputs `OUTPUTS`,
+    s_hoisted = -s_w. kinks: derivatives that are not the same on both sides ("p_b by alpha_p"), taken as the mean of both.
+    """
+
+    A: FloatArray
+    B: FloatArray
+    C: FloatArray
+    D: FloatArray
+    states: tuple[str, ...]
+    inputs: tuple[str, ...]
+    kinks: tuple[str, ...]
+
+    @property
+    def outputs(self) -> tuple[str, ...]:
+        """Names of the outputs."""
+        return OUTPUTS
+
+    def system(self) -> control.StateSpace:
+        """As a system of python-control."""
+        import control  # heavy: only where a system is wanted
+
+        return control.ss(self.A, self.B, self.C, self.D, states=self.states, inputs=self.inputs, outputs=OUTPUTS, name="plant")
+
+    def modes(self) -> tuple[PlantMode, ...]:
+        """Eigenvalues of the plant with the states that take part, the slowest first."""
+        return modes(self.A, self.states)
+
+
+class PlantMode(NamedTuple):
+    """pole [1/s], that with the positive imaginary part of a pair; omega_0 its magnitude [rad/s]; zeta damping ratio [-]; states that take
+    part with the weight of each, the largest first (participation factors, which add up to 1)."""
+
+    pole: complex
+    omega_0: float
+    zeta: float
+    states: tuple[tuple[str, float], ...]
+
+    def share(self, *names: str) -> float:
+        """Weight of some states together [-]."""
+        return sum(weight for name, weight in self.states if name in names)
+
+
+def linearise(point: OperatingPoint) -> Linear:
+    """A, B, C, D of the plant at an operating point, by central differences; the drum's layer and lever stand still, as within a PLC cycle.
+
+    The point need not be one of steady operation: any state of the plant will do (`at_state`).
+    Valid for motions so small that no valve opens or closes, no stop is met, and a sliding winch goes on sliding: near standstill, where
+    the bristle may stick, that is a few micrometres of wire.
+    Errors: StillhookError where the pumps are beyond their stop: nothing follows them there.
+    """
+    if not point.reachable:
+        raise StillhookError(f"the pumps would have to stand at {point.alpha_p:.3g}: beyond their stop nothing is linear. Go slower.")
+    p, u_0 = _free_stops(point.params), point.command
+    commands = tuple(n for n in u_0._fields if n.startswith("u_"))
+    states, inputs = point.state._fields, (*commands, *TIP)
+
+    def values(xu: FloatArray) -> FloatArray:
+        x = type(point.state)(*(float(v) for v in xu[: len(states)]))
+        rest = dict(zip(inputs, (float(v) for v in xu[len(states) :]), strict=True))
+        tip = Tip(rest.pop("s_tip"), rest.pop("v_tip"))
+        return np.array(_rates_and_outputs(point.plant, x, u_0._replace(**rest), point.geometry, tip, p))
+
+    start = np.array([*point.state, *(getattr(u_0, n) for n in commands), point.tip.s, point.tip.v])
+    J, rough = jacobian(values, start, [_step(n) for n in (*states, *inputs)])
+    n = len(states)
+    names = [*(f"d{s}/dt" for s in states), *OUTPUTS]
+    kinks = tuple(f"{names[i]} by {(*states, *inputs)[j]}" for i, j in rough)
+    return Linear(J[:n, :n], J[:n, n:], J[n:, :n], J[n:, n:], states, inputs, kinks)
+
+
+def at_state(point: OperatingPoint, **changes: float) -> OperatingPoint:
+    """The point with some fields of its state changed, such as pressures that both stand above boost; it is then no steady one.
+
+    Errors: StillhookError for a field that the state does not have.
+    """
+    if unknown := set(changes) - set(point.state._fields):
+        raise StillhookError(f"{', '.join(sorted(unknown))}: not a state. The plant has {', '.join(point.state._fields)}.")
+    return point._replace(state=point.state._replace(**changes))
+
+
+def _rates_and_outputs(plant: Any, x: Any, u: Any, geo: Any, tip: Tip, p: Any) -> list[float]:
+    c = plant.circuit(x, u, geo, tip, p)
+    rates = plant.rates(c, x, u, geo, p)._replace(z=bristle_rate(x.omega_m, x.z, c.g, c.held, p.hoist.bristle))
+    seen = [-x.s_w, c.q.v_w, x.omega_m, c.alpha_p, c.alpha_m, x.p_a, x.p_b, x.p_a - x.p_b, c.q.F_w, x.v_load]
+    return [*rates, *seen]
+
+
+def _free_stops(p: Any) -> Any:
+    """Params whose displacement controls have no stops."""
+
+    def free(servo: Servo) -> Servo:
+        return servo._replace(lo=-FREE, hi=FREE, rate=NO_LIMIT)
+
+    p = p._replace(active=p.active._replace(pump_servo=free(p.active.pump_servo), motor_servo=free(p.active.motor_servo)))
+    if not hasattr(p, "passive"):
+        return p
+    return p._replace(passive=p.passive._replace(pump_servo=free(p.passive.pump_servo), motor_servo=free(p.passive.motor_servo)))
+
+
+def _step(name: str) -> float:
+    """Half width of the difference for a variable."""
+    if name in STEP:
+        return STEP[name]
+    kind = "p" if name.startswith("p_") else "u" if name.startswith("u_") else "alpha_dot" if name.endswith("_dot") else "alpha"
+    return STEP[kind]
+
+
+def jacobian(f: Callable[[FloatArray], FloatArray], x: FloatArray, steps: list[float]) -> tuple[FloatArray, list[tuple[int, int]]]:
+    """Central differences of f at x, and the elements (row, column) that differ from those at a quarter of the step by more than `SMOOTH`,
+    or on both sides of the point: there the function has a kink."""
+    J, rough = np.empty((len(f(x)), len(x))), []
+    here = f(x)
+    for j, h in enumerate(steps):
+        up, down = f(_moved(x, j, h)), f(_moved(x, j, -h))
+        near_up, near_down = f(_moved(x, j, h / 4.0)), f(_moved(x, j, -h / 4.0))
+        J[:, j], near = (up - down) / (2.0 * h), (near_up - near_down) / (h / 2.0)
+        sides = np.abs((near_up - here) - (here - near_down)) / (h / 4.0)
+        noise = 1e-13 * np.abs(here) / h
+        size = np.abs(J[:, j]) + 1e-9 * np.max(np.abs(J[:, j])) + noise / SMOOTH
+        rough += [(int(i), j) for i in np.nonzero(np.maximum(np.abs(near - J[:, j]), sides / 2.0) > SMOOTH * size)[0]]
+    return J, rough
+
+
+def _moved(x: FloatArray, j: int, h: float) -> FloatArray:
+    y = x.copy()
+    y[j] += h
+    return y
+
+
+def modes(A: FloatArray, names: tuple[str, ...]) -> tuple[PlantMode, ...]:
+    """Eigenvalues with damping and participation factors; of a pair the one with the positive imaginary part."""
+    poles, right = np.linalg.eig(A)
+    weight = np.abs(right * np.linalg.pinv(right).T)
+    weight /= weight.sum(axis=0)
+    found = []
+    for i in np.argsort(np.abs(poles)):
+        p = complex(poles[i])
+        if p.imag < 0.0:
+            continue
+        order = np.argsort(-weight[:, i])
+        size = abs(p)
+        shares = tuple((names[k], float(weight[k, i])) for k in order)
+        found.append(PlantMode(p, size, -p.real / size if size else math.nan, shares))
+    return tuple(found)
+
+
+def plant_loop(linear: Linear) -> ContinuousLoop:
+    """The position loop of the whole plant at K_p = 1, without PLC, motors and passive circuit standing at their commands (as paper E)."""
+    B = linear.B[:, linear.inputs.index("u_p")]
+    return balanced(linear.A, B, linear.C[OUTPUTS.index("s_hoisted")])
+
+
+def plc_loop(crane: Crane, point: OperatingPoint, *, mode: Mode | str = Mode.SSC, delay: float = 0.0) -> SampledLoop:
+    """The position loop of the whole plant as the crane's PLC closes it, at K_p = 1: all other loops closed and held for a cycle too.
+
+    These are the motors' law through measured alpha_m and load cell, the feedforward of alpha_m to the pumps, and the passive circuit's
+    torque control and make-up. delay [s] is that of the position feedback alone; the PLC's computing time is added to it.
+    """
+    linear = linearise(point)
+    T = crane.control.t_cycle
+    n, rest = whole_cycles(delay + crane.control.computing, T)
+    u_p = linear.inputs.index("u_p")
+    commands = [i for i, name in enumerate(linear.inputs) if name not in TIP]
+    Phi, Gamma = hold_matrices(linear.A, linear.B[:, commands], T)
+    held = Gamma[:, commands.index(u_p)]
+    early = held if rest == 0.0 else hold_matrices(linear.A, linear.B[:, [u_p]], T - rest)[1][:, 0]
+    K, M = _control_slopes(crane, point, Mode(mode))
+    size = len(linear.states)
+    whole = np.zeros((size + len(REMEMBERED), size + len(REMEMBERED)))
+    whole[:size] = np.hstack([Phi, np.zeros((size, len(REMEMBERED)))]) + Gamma @ K
+    whole[size:] = M
+    pad = np.zeros(len(REMEMBERED))
+    out = np.concatenate([linear.C[OUTPUTS.index("s_hoisted")], pad])
+    return SampledLoop(whole, np.concatenate([early, pad]), np.concatenate([held - early, pad]), out, T, n)
+
+
+REMEMBERED = ("F", "p_mean", "u_m")
+"""What the PLC carries from cycle to cycle: filtered load cell, mean accumulator pressure, the motors' last command."""
+
+
+def _control_slopes(crane: Crane, point: OperatingPoint, mode: Mode) -> tuple[FloatArray, FloatArray]:
+    """Commands and memory of a cycle by state and memory before it, K_p = 0: rows as the commands, and as `REMEMBERED`."""
+    plc = plc_record(crane)
+    p = _free_stops(point.params)._replace(plc=plc._replace(gains=plc.gains._replace(K_p=0.0)))
+    tick = _tick(point, mode)
+    memory = Memory(MODE_CODE[mode], 0.0, point.F_w, _p_gas(point), 0.0, point.u_m, 0.0, 0.0, point.u_m, 0.0, 0.0, 1.0)
+    commands = tuple(n for n in point.command._fields if n.startswith("u_"))
+    states = point.state._fields
+
+    def cycle(xm: FloatArray) -> FloatArray:
+        x = type(point.state)(*(float(v) for v in xm[: len(states)]))
+        m = memory._replace(**dict(zip(REMEMBERED, (float(v) for v in xm[len(states) :]), strict=True)))
+        u, m, _ = point.plant.control(x, m, tick, point.tip, point.geometry, p)
+        return np.array([*(getattr(u, c) for c in commands), *(getattr(m, r) for r in REMEMBERED)])
+
+    start = np.array([*point.state, *(getattr(memory, r) for r in REMEMBERED)])
+    steps = [*(_step(n) for n in states), STEP["F"], STEP["p"], STEP["u"]]
+    J, _ = jacobian(cycle, start, steps)
+    return J[: len(commands)], J[len(commands) :]
+
+
+def _p_gas(point: OperatingPoint) -> float:
+    """Accumulator pressure that the PLC has seen [Pa], 0 without a passive circuit: that of the gas, which differs from the motors' by the
+    piston's resistance. With any other the point is none at which the make-up stands."""
+    return float(accumulator_pressure(point.state.V_o, point.params.passive.accumulator)) if point.plant is active_passive else 0.0
+
+
+def _tick(point: OperatingPoint, mode: Mode) -> Tick:
+    """What comes from outside while the tip moves at its constant speed."""
+    s, v = point.tip.s, point.tip.v
+    return Tick(s, v, 0.0, s, v, 0.0, 0.0, 0.0, MODE_CODE[mode], 1.0, 1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
+
+
+def settled_displacement(crane: Crane, point_at: Callable[[float], OperatingPoint], mode: Mode | str) -> OperatingPoint:
+    """The operating point at which a mode's own law holds the motors where they are.
+
+    point_at gives the point at a displacement [-]. Errors: as point_at.
+    """
+    code = Mode(mode)
+    lo, hi = crane.active.motor.alpha_min, 1.0
+
+    def wish(alpha_m: float) -> float:
+        point = point_at(alpha_m)
+        memory = Memory(MODE_CODE[code], 0.0, point.F_w, _p_gas(point), 0.0, alpha_m, 0.0, 0.0, alpha_m, 0.0, 0.0, 1.0)
+        u, _, _ = point.plant.control(point.state, memory, _tick(point, code), point.tip, point.geometry, point.params)
+        return float(u.u_m)
+
+    if wish(hi) >= hi:
+        return point_at(hi)
+    if wish(lo) <= lo:
+        return point_at(lo)
+    from scipy.optimize import brentq
+
+    return point_at(float(brentq(lambda a: a - wish(a), lo, hi, xtol=1e-12, rtol=1e-13)))

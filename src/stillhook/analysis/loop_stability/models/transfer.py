@@ -1,0 +1,247 @@
+"""The published linear models as systems of python-control: active circuit, position loop, whole controller about a steady tip speed.
+
+Source: Moslatt 2020 paper C eqs 1 to 9 and paper E eqs 12 to 21, corrected. One line holds its pressure, B_v stands for all friction (never
+beside the friction models), one conductance for all leakage, and the drum turns on its published outer diameter. Hoisting is positive.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stillhook.analysis.steady.layers import layer_row
+from stillhook.analysis.steady.steady_state import steady
+from stillhook.base.arrays import FloatArray
+from stillhook.engine.pack.winch import gains
+from stillhook.errors import StillhookError
+from stillhook.kernels.winch_type import plant_of
+from stillhook.physics.hydraulics.line import capacitance
+from stillhook.spec.crane import Crane, ServoVariant
+from stillhook.spec.scenario import Mode
+
+if TYPE_CHECKING:
+    import control
+
+
+CIRCUIT = ("dp", "omega_m")
+LOOP = ("alpha_p", "alpha_p_dot", *CIRCUIT, "s_hoisted")
+WHOLE = ("alpha_m", "alpha_m_dot", *LOOP[:4], "e_c")
+"""Names of states: those of `stillhook.variables`, their rates [1/s], s_hoisted = -s_w [m], dp = p_a - p_b [Pa]."""
+
+
+class About(NamedTuple):
+    """Steady operation that the whole model is linearised about: v_tip [m/s]; alpha_m [-]; u_ff feedforward [-], omega_m [rad/s],
+    dp = p_a - p_b [Pa]; slope of the motors' command by |u_ff| [-], 0 where SSC does not move them."""
+
+    v_tip: float
+    alpha_m: float
+    u_ff: float
+    omega_m: float
+    dp: float
+    slope: float
+
+
+def lever(crane: Crane, K_wire: float = 1.0) -> float:
+    """Wire per motor angle on the published outer diameter over K_wire [m/rad]."""
+    return crane.drum.d_max / (2.0 * crane.i_hD * K_wire)
+
+
+def on_layer(crane: Crane, layer: int) -> tuple[Crane, float]:
+    """The crane with the inertia of a drum whose outermost full layer is `layer`, and K_wire there.
+
+    Errors: StillhookError for a layer that the drum does not have.
+    """
+    if not (isinstance(layer, int) and 1 <= layer <= crane.drum.layers):
+        raise StillhookError(f'layer = {layer}: "{crane.name}" has layers 1 to {crane.drum.layers}. Give one of them.')
+    row = layer_row(crane, layer)
+    inertia = crane.inertia.model_copy(update={"J_m_eff": float(row["J_m"])})
+    return crane.model_copy(update={"inertia": inertia}), float(row["K_wire"])
+
+
+def circuit_matrices(crane: Crane, alpha_m: float = 1.0) -> tuple[FloatArray, FloatArray]:
+    r"""Active circuit: A (2, 2) and B (2, 1); states dp [Pa], omega_m [rad/s]; input alpha_p [-].
+
+    .. math:: C_h \dot{\Delta p} = D_p \omega_p \alpha_p - C_1 \Delta p - D_m \omega_m, \qquad J \dot\omega_m = D_m \Delta p - B_v \omega_m
+
+    Source: Moslatt 2020 paper C eqs 1 to 4 with C_h = V_1 / beta; load and Coulomb friction are disturbances and left out.
+    Differs from print: C eq. 8 makes the damping B_v/J + C_1 beta/J of these equations; it is B_v/J + C_1 beta/V_1.
+    """
+    plant_of(crane)
+    if not 0.0 < alpha_m <= 1.0:
+        raise StillhookError(f"alpha_m = {alpha_m:g}: the displacement over its maximum lies above 0 and up to 1.")
+    a, J, B_v = crane.active, crane.inertia.J_m_eff, crane.control.B_v
+    C_h, D_m = capacitance(a.line.V, a.line.bulk_modulus), a.motor.D_total * alpha_m
+    A = np.array([[-a.C_leak / C_h, -D_m / C_h], [D_m / J, -B_v / J]])
+    return A, np.array([[a.pump.D_total * a.pump.omega_p / C_h], [0.0]])
+
+
+def loop_matrices(crane: Crane, alpha_m: float = 1.0, *, K_wire: float = 1.0) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Position loop at K_p = 1, cut at the gain: A (5, 5), B (5,), C (5,); states `LOOP`, input u_p [-], output wire hoisted [m].
+
+    Source: Moslatt 2020 paper E eqs 14, 15, 17 to 20 with the motors standing still.
+    """
+    servo = crane.active.pump.servo
+    A, B = np.zeros((5, 5)), np.zeros(5)
+    circuit, from_pump = circuit_matrices(crane, alpha_m)
+    A[0, 1], A[1, 0], A[1, 1], B[1] = 1.0, -(servo.omega_n**2), -2.0 * servo.zeta * servo.omega_n, servo.omega_n**2
+    A[2:4, 2:4], A[2:4, 0:1] = circuit, from_pump
+    A[4, 3] = lever(crane, K_wire)
+    return A, B, np.array([0.0, 0.0, 0.0, 0.0, 1.0])
+
+
+def circuit(crane: Crane, alpha_m: float = 1.0) -> control.StateSpace:
+    """The active circuit as a python-control system: states dp, omega_m; input alpha_p; outputs omega_m, dp. See `circuit_matrices`."""
+    import control  # heavy: only where a system is wanted
+
+    A, B = circuit_matrices(crane, alpha_m)
+    C = np.array([[0.0, 1.0], [1.0, 0.0]])
+    return control.ss(A, B, C, 0.0, states=CIRCUIT, inputs=["alpha_p"], outputs=["omega_m", "dp"], name="circuit")
+
+
+def pump_servo(crane: Crane) -> control.TransferFunction:
+    """Pump displacement by its command (Moslatt 2020 C eq. 10, E eq. 17)."""
+    import control
+
+    servo = crane.active.pump.servo
+    num, den = [servo.omega_n**2], [1.0, 2.0 * servo.zeta * servo.omega_n, servo.omega_n**2]
+    return control.tf(num, den, inputs=["u_p"], outputs=["alpha_p"], name="pump_servo")
+
+
+def open_loop(crane: Crane, alpha_m: float = 1.0, *, K_wire: float = 1.0) -> control.StateSpace:
+    """The position loop at K_p = 1, cut at the gain: input u_p, output s_hoisted. See `loop_matrices`."""
+    import control
+
+    A, B, C = loop_matrices(crane, alpha_m, K_wire=K_wire)
+    return control.ss(A, B[:, None], C[None, :], 0.0, states=LOOP, inputs=["u_p"], outputs=["s_hoisted"], name="position_loop")
+
+
+def closed_loop_polynomial(crane: Crane, alpha_m: float = 1.0, *, K_wire: float = 1.0) -> tuple[FloatArray, FloatArray]:
+    """Numerator and denominator of the cut loop, highest power first: 1 + K_p num/den = 0 gives the poles.
+
+    Multiplied out from the transfer functions of circuit, servo and integration, for Routh's table.
+    """
+    a, J, B_v, servo = crane.active, crane.inertia.J_m_eff, crane.control.B_v, crane.active.pump.servo
+    circuit_matrices(crane, alpha_m)  # refuses a displacement outside its range
+    C_h, D_m = capacitance(a.line.V, a.line.bulk_modulus), a.motor.D_total * alpha_m
+    hydraulic = np.polyadd(np.polymul([J, B_v], [C_h, a.C_leak]), [D_m * D_m])
+    pump = np.array([1.0, 2.0 * servo.zeta * servo.omega_n, servo.omega_n**2])
+    den = np.polymul(np.polymul(hydraulic, pump), [1.0, 0.0])
+    num = np.array([servo.omega_n**2 * a.pump.D_total * a.pump.omega_p * D_m * lever(crane, K_wire)])
+    return num / den[0], den / den[0]
+
+
+def about(crane: Crane, v_tip: float, *, mode: Mode | str = Mode.SSC, K_wire: float = 1.0) -> About:
+    """Steady operation at a constant tip speed [m/s, up positive], which the winch follows exactly.
+
+    Errors: StillhookError where the pumps cannot follow: a linear model about a full pump has no feedback.
+    """
+    s = steady(crane, -v_tip, mode, K_wire=K_wire)
+    if s.saturated:
+        raise StillhookError(f"v_tip = {v_tip:g} m/s: the pumps are full at {abs(s.v_w):.3g} m/s in mode {Mode(mode)}. Give a slower tip.")
+    u_ff = -gains(crane).K_1 * v_tip * K_wire * s.alpha_m
+    D_m = crane.active.motor.D_total * s.alpha_m
+    return About(v_tip, s.alpha_m, u_ff, s.omega_m, crane.control.B_v * s.omega_m / D_m, motor_slope(crane, mode, s.alpha_m, u_ff))
+
+
+def motor_slope(crane: Crane, mode: Mode | str, alpha_m: float, u_ff: float) -> float:
+    """Slope of the motors' command by |u_ff| where the load cell asks for nothing [-]; 0 outside u_thr < |u_ff| < 1 and in classic modes.
+
+    Source: Moslatt 2020 paper E eq. 12, and the derivative of C eq. 13 for the cubic law.
+    Differs from print: E eq. 12 takes the magnitude of a Laplace variable; it is sign(u_ff) U_ff about the steady u_ff.
+    """
+    u_thr, span = crane.control.u_thr, 1.0 - crane.active.motor.alpha_min
+    if Mode(mode) not in (Mode.SSC, Mode.SSC_CUBIC) or not u_thr < abs(u_ff) < 1.0:
+        return 0.0
+    s = (abs(u_ff) - u_thr) / (1.0 - u_thr)
+    steeper = 6.0 * s * (1.0 - s) if Mode(mode) is Mode.SSC_CUBIC else 1.0
+    return -steeper * span / (1.0 - u_thr)
+
+
+def whole_matrices(
+    crane: Crane, at: About, *, K_wire: float = 1.0, K_p: float | None = None
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    r"""The whole controller and circuit about steady operation: A (7, 7), B (7, 2), C (4, 7), D (4, 2).
+
+    States `WHOLE`; inputs v_tip [m/s] and a_tip [m/s^2], up positive; outputs v_w, e_c, u_ff, alpha_m.
+
+    .. math:: U_{ff} = -K_{wire}\left[K_1 v_{tip}^{ss} A_m + \alpha_m^{ss} (K_1 V_{tip} + K_2 A_{tip})\right], \qquad
+              U_m = k\,\mathrm{sign}(u_{ff}^{ss})\,U_{ff}
+
+    with k the slope of the motors' law. The motors follow the tip alone, so A is block triangular: its poles are those of the motors' own
+    loop and those of the position loop at the steady displacement. Motors whose displacement is measured; for others see `command_pole`.
+    Source: Moslatt 2020 paper E eqs 12 to 20.
+    Differs from print: signs (hoisting positive); sign(u_ff) for |U_ff|; the acceleration feedforward K_2 stays, because an a_tip of zero
+    in the steady state does not make its variation zero (it changes the zeros of G_v, not its poles).
+    """
+    ahc, motor = gains(crane), crane.active.motor
+    K_p = ahc.K_p if K_p is None else K_p
+    A, B = np.zeros((7, 7)), np.zeros((7, 2))
+    loop, from_u_p, _ = loop_matrices(crane, at.alpha_m, K_wire=K_wire)
+    A[2:6, 2:6] = loop[:4, :4]
+    by_alpha_m = -ahc.K_1 * at.v_tip * K_wire
+    by_tip = -at.alpha_m * K_wire * np.array([ahc.K_1, ahc.K_2])
+    w_2, side = motor.servo.omega_n**2, math.copysign(1.0, at.u_ff)
+    A[0, 1], A[1, 0], A[1, 1] = 1.0, w_2 * (at.slope * side * by_alpha_m - 1.0), -2.0 * motor.servo.zeta * motor.servo.omega_n
+    B[1] = w_2 * at.slope * side * by_tip
+    A[3, 0], B[3] = from_u_p[1] * by_alpha_m, from_u_p[1] * by_tip
+    A[3, 6] = -from_u_p[1] * K_p
+    C_h = capacitance(crane.active.line.V, crane.active.line.bulk_modulus)
+    A[4, 0] = -motor.D_total * at.omega_m / C_h
+    A[5, 0] = motor.D_total * at.dp / crane.inertia.J_m_eff
+    A[6, 5], B[6, 0] = lever(crane, K_wire), 1.0
+    C, D = np.zeros((4, 7)), np.zeros((4, 2))
+    C[0, 5], C[1, 6], C[2, 0], C[3, 0] = lever(crane, K_wire), 1.0, by_alpha_m, 1.0
+    D[2] = by_tip
+    return A, B, C, D
+
+
+def whole(
+    crane: Crane, v_tip: float = 0.0, *, mode: Mode | str = Mode.SSC, K_wire: float = 1.0, K_p: float | None = None
+) -> control.StateSpace:
+    """The whole closed loop about a steady tip speed as a python-control system: inputs v_tip, a_tip; outputs v_w, e_c, u_ff, alpha_m.
+
+    Parameters: v_tip steady speed of the tip, up positive [m/s]; mode; K_wire; K_p [1/m], default the crane's. See `whole_matrices`.
+    """
+    import control
+
+    A, B, C, D = whole_matrices(crane, about(crane, v_tip, mode=mode, K_wire=K_wire), K_wire=K_wire, K_p=K_p)
+    outputs = ["v_w", "e_c", "u_ff", "alpha_m"]
+    return control.ss(A, B, C, D, states=WHOLE, inputs=["v_tip", "a_tip"], outputs=outputs, name="whole")
+
+
+def speed_response(crane: Crane, v_tip: float = 0.0, *, mode: Mode | str = Mode.SSC, K_wire: float = 1.0) -> control.StateSpace:
+    """G_v(s) = V_w / V_tip about a steady tip speed (paper E eq. 21), with a_tip = dv_tip/dt; -1 is perfect compensation.
+
+    The derivative of the input is taken into the state, x - B_a v_tip, which leaves the system proper.
+    """
+    import control
+
+    A, B, C, D = whole_matrices(crane, about(crane, v_tip, mode=mode, K_wire=K_wire), K_wire=K_wire)
+    by_v, by_a = B[:, :1], B[:, 1:]
+    states = [f"{name}_less_tip" if by_a[i, 0] else name for i, name in enumerate(WHOLE)]
+    direct = C[:1] @ by_a + D[:1, :1]
+    return control.ss(A, by_v + A @ by_a, C[:1], direct, states=states, inputs=["v_tip"], outputs=["v_w"], name="G_v")
+
+
+def motor_poles(crane: Crane, v_tip: float, *, mode: Mode | str = Mode.SSC, K_wire: float = 1.0) -> NDArray[np.complex128]:
+    """The two poles of the motors' own loop, closed through the measured alpha_m in the feedforward [1/s].
+
+    The faster the tip, the stiffer: omega^2 = omega_nm^2 (1 + |k| K_1 K_wire |v_tip|), with the same decay zeta_nm omega_nm.
+    """
+    A = whole_matrices(crane, about(crane, v_tip, mode=mode, K_wire=K_wire), K_wire=K_wire)[0]
+    return np.linalg.eigvals(A[:2, :2]).astype(np.complex128)
+
+
+def command_pole(crane: Crane, at: About, *, K_wire: float = 1.0) -> float:
+    """Pole in the z-plane of SSC on motors without displacement feedback: each command follows from the last one, with this factor [-].
+
+    There the PLC reckons with its last command: u_m(k) = 1 - k_red(K_1 |v_tip| K_wire u_m(k - 1)) .... Beyond -1, which is at
+    K_1 |v_tip| K_wire (1 - alpha_min) > 1 - u_thr, the command jumps from stop to stop every cycle. 0 where the displacement is measured.
+    Source: the PLC of `stillhook.control.plc`; the thesis names the variant (paper E section 5.1.1) and not this.
+    """
+    if crane.active.motor.variant is not ServoVariant.OPEN_LOOP:
+        return 0.0
+    return at.slope * gains(crane).K_1 * abs(at.v_tip) * K_wire

@@ -1,0 +1,1 @@
+"""Maps of a winch over load and speed."""

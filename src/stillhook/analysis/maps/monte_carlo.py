@@ -1,0 +1,173 @@
+"""An operability map as Monte Carlo: in every cell bands over what is uncertain, and the chance that a controller is applicable."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stillhook._version import __version__
+from stillhook.analysis.applicability import cause_of
+from stillhook.analysis.controllers import Controller
+from stillhook.analysis.maps.operability import CLASSIC_AND_NEW, Cells, cells_of
+from stillhook.analysis.maps.result import CLASSIC
+from stillhook.analysis.uncertainty.bands import INSIDE, chance
+from stillhook.analysis.uncertainty.factors_file import Draws, Uncertainty, draws
+from stillhook.analysis.uncertainty.monte_carlo import AT_ONCE, SAMPLER, base_drawings, part_of, run_drawn
+from stillhook.analysis.uncertainty.samples import Drawing
+from stillhook.base.arrays import FloatArray
+from stillhook.base.progress import Progress
+from stillhook.engine.scenario.batch import NUMBERS
+from stillhook.kernels.build import results_hash
+from stillhook.library import crane_toml
+from stillhook.spec.crane import Crane
+from stillhook.variables import attributes
+
+if TYPE_CHECKING:
+    import xarray
+
+
+SHOWN = ("e_c_pp", "eta_c", "p_max", "alpha_m_min")
+"""Numbers whose bands the map holds."""
+COMPARED = ("e_c_pp", "p_max")
+"""Numbers whose change against the best classic controller it holds; suffix `_change`."""
+QUANTILES = (0.5 * (1.0 - INSIDE), 0.5, 0.5 * (1.0 + INSIDE))
+INTERVAL = ("low", "share", "high")
+"""A chance and the ends of its 95 % interval (Wilson)."""
+
+
+def monte_carlo_map(
+    crane: Crane,
+    controllers: Sequence[str | Path | Controller] = CLASSIC_AND_NEW,
+    uncertainty: Uncertainty | None = None,
+    *,
+    n: int = 64,
+    seed: int = 0,
+    step: str | None = None,
+    threads: int = 2,
+    store: str | Path | None = None,
+    client: Any = None,
+    progress: Progress | None = None,
+    **grid: Any,
+) -> xarray.Dataset:
+    """Every cell of a map under n draws of what is uncertain; all cells and controllers see the same draws.
+
+    Parameters
+    ----------
+    crane, controllers, grid: as in `stillhook.analysis.maps.operability.operability_map` (loads, speeds, period, motion, s_w, layers,
+    periods, duration, warm_up). uncertainty, n, seed: as in `stillhook.analysis.uncertainty.monte_carlo`. step, threads, store, client,
+    progress: as in `stillhook.engine.scenario.batch.summaries`.
+
+    Returns
+    -------
+    Dataset over (controller, load, speed, layer, period), the last two dropped where the map has them not: the numbers of `SHOWN` over
+    "quantile" (5, 50, 95 %), their change against the best classic controller (the one of NS and HS that is applicable more often, then
+    the lower in median error; draw by draw, over the draws in which both are applicable), `applicable_chance` over "interval",
+    `failed` draws. A draw that lost its numbers is in no band and not applicable. Cells are run a few at a time, and only bands are
+    kept, so memory does not grow with n times the cells.
+
+    Errors: as of `operability_map` and `monte_carlo`, before anything runs.
+    """
+    cells = cells_of(crane, controllers, **grid)
+    known = (uncertainty or Uncertainty.default()).on(*zip(cells.cranes, cells.cases, strict=True))
+    table = draws(known, n, seed)
+    drawings = base_drawings(cells.cranes, cells.cases, known, table)
+    found = _Found(cells, n)
+    places, at_once = found.places(), max(AT_ONCE // (n * len(cells.controllers)), 1)
+    how = {"step": step, "threads": threads, "store": store, "client": client}
+    for k in range(0, len(places), at_once):
+        some = places[k : k + at_once]
+        told = part_of(progress, k / len(places), len(some) / len(places))
+        rows, status, _ = run_drawn([drawings[i] for place in some for i in place], table.values, progress=told, **how)
+        for j, place in enumerate(some):
+            part = slice(j * len(place), (j + 1) * len(place))
+            found.take(place, rows[part], status[part], crane.SWL)
+    return _dataset(crane, cells, found, table, known, seed, drawings)
+
+
+class _Found:
+    """Bands and chances of every cell, flat over (controller, cell)."""
+
+    def __init__(self, cells: Cells, n: int) -> None:
+        self.cells, self.n, total = cells, n, len(cells.cases)
+        self.values = {name: np.full((total, len(QUANTILES)), np.nan) for name in SHOWN}
+        self.changes = {name: np.full((total, len(QUANTILES)), np.nan) for name in COMPARED}
+        self.chances = np.zeros((total, len(INTERVAL)))
+        self.failed = np.zeros(total, dtype=np.int64)
+
+    def places(self) -> list[list[int]]:
+        """For every cell the places of its controllers."""
+        per = len(self.cells.cases) // len(self.cells.controllers)
+        return [[c * per + i for c in range(len(self.cells.controllers))] for i in range(per)]
+
+    def take(self, place: list[int], rows: FloatArray, status: list[list[str]], SWL: float) -> None:
+        """The draws of one cell, all controllers: rows shape (controller, draw, NUMBERS)."""
+        usable = np.array([self._usable(i, rows[c], status[c], SWL) for c, i in enumerate(place)])
+        best = self._best_classic(rows, usable)
+        for c, i in enumerate(place):
+            for name in SHOWN:
+                self.values[name][i] = _quantiles(rows[c, :, NUMBERS.index(name)])
+            there = chance(usable[c])
+            self.chances[i] = there.low, there.share, there.high
+            self.failed[i] = sum(s == "diverged" for s in status[c])
+            for name in COMPARED if best is not None else ():
+                k = NUMBERS.index(name)
+                both = usable[c] & usable[best]
+                self.changes[name][i] = _quantiles(rows[c, both, k] / rows[best, both, k] - 1.0)
+
+    def _usable(self, i: int, rows: FloatArray, status: list[str], SWL: float) -> NDArray[np.bool_]:
+        case = self.cells.cases[i]
+        told = [dict(zip(NUMBERS, row, strict=True)) | {"status": s} for row, s in zip(rows.tolist(), status, strict=True)]
+        return np.array([not cause_of(s, case.mode, case.load / SWL) for s in told])
+
+    def _best_classic(self, rows: FloatArray, usable: NDArray[np.bool_]) -> int | None:
+        """The classic controller that an operator would choose in this cell, knowing the chances and not the draw."""
+        error = rows[:, :, NUMBERS.index("e_c_pp")]
+        there = [c for c, x in enumerate(self.cells.controllers) if x.mode in CLASSIC and np.isfinite(error[c]).any()]
+        return min(there, key=lambda c: (-int(usable[c].sum()), float(np.nanmedian(error[c]))), default=None)
+
+
+def _quantiles(values: FloatArray) -> FloatArray:
+    there = values[np.isfinite(values)]
+    return np.quantile(there, QUANTILES) if len(there) else np.full(len(QUANTILES), np.nan)
+
+
+def _dataset(
+    crane: Crane, cells: Cells, found: _Found, table: Draws, known: Uncertainty, seed: int, drawings: Sequence[Drawing]
+) -> xarray.Dataset:
+    import xarray  # heavy
+
+    axes, labels = cells.axes, [c.name for c in cells.controllers]
+    shape, dims = (len(labels), *axes.shape), ("controller", "load", "speed", "layer", "period")
+    columns: dict[str, Any] = {}
+    for name, flat in (*found.values.items(), *((f"{n}_change", x) for n, x in found.changes.items())):
+        columns[name] = ((*dims, "quantile"), flat.reshape(*shape, -1), attributes(name))
+    columns["applicable_chance"] = ((*dims, "interval"), found.chances.reshape(*shape, -1), attributes("applicable_chance"))
+    columns["failed"] = (dims, found.failed.reshape(shape), attributes("failed"))
+    columns["factor_value"] = (("draw", "factor"), table.values, attributes("factor_value"))
+    coords: dict[str, Any] = {"controller": labels, "quantile": list(QUANTILES), "interval": list(INTERVAL), "factor": list(table.columns)}
+    coords["load"] = ("load", list(axes.loads), {"units": "kg", "long_name": "payload on the hook"})
+    coords["speed"] = ("speed", list(axes.speeds), {"units": "m/s", "long_name": "peak speed of the tip"})
+    coords["s_w"] = ("layer", list(axes.s_w), {"units": "m", "long_name": "wire paid out at the start"})
+    if axes.layers != (None,):
+        coords["layer"] = ("layer", list(axes.layers), {"long_name": "layer of wire in use, counted from the bare drum"})
+    if axes.periods != (None,):
+        coords["period"] = ("period", list(axes.periods), {"units": "s", "long_name": "period of the wave"})
+    data = xarray.Dataset(columns, coords=coords)
+    data = data.squeeze([d for d, axis in (("layer", axes.layers), ("period", axes.periods)) if axis == (None,)])
+    bases = [drawings[i].crane for i in found.places()[0]]
+    data.attrs = {
+        "title": f"Stillhook map of {crane.name} under {len(table.values)} draws of {len(known.factors)} factors",
+        "crane": crane_toml(crane),
+        "controllers": json.dumps({label: crane_toml(base) for label, base in zip(labels, bases, strict=True)}),
+        "factors": json.dumps(known.to_dict()),
+        "seed": seed,
+        "sampler": SAMPLER,
+        "stillhook_version": __version__,
+        "stillhook_code": results_hash(),
+    }
+    return data

@@ -1,0 +1,199 @@
+"""Operability maps: error, pressure and limits of several controllers over load and speed, and where each cannot be used, and why."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from stillhook.analysis.applicability import cause_of
+from stillhook.analysis.axes import LOADS, PERIOD, SPEEDS, Axes, Texts, axes_of
+from stillhook.analysis.controllers import Controller, controller
+from stillhook.analysis.maps.result import Map, as_dataset
+from stillhook.base.progress import Progress
+from stillhook.engine.scenario.batch import summaries
+from stillhook.engine.scenario.checks import notes_of
+from stillhook.errors import ScenarioError, SpecError
+from stillhook.sea.motion.motion import Motion, Sine
+from stillhook.sea.motion.scale import scaled_to, speed_peak
+from stillhook.spec.crane import Crane
+from stillhook.spec.scenario import Mode, Scenario
+from stillhook.units import came, parse, show
+
+if TYPE_CHECKING:
+    pass
+
+CLASSIC_AND_NEW = ("ns", "hs", "ssc")
+DURATION, WARM_UP = "30 s", "10 s"
+"""Paper E neglects the first 10 s and counts 20 s (section 4.1, figure 6)."""
+RAMP = 10.0
+"""Time in which the tip's motion grows to full size [s], or the warm-up where that is shorter."""
+NUMBERS = ("e_c_pp", "eta_c", "p_max", "p_a_max", "alpha_m_min", "alpha_p_max", "u_p_max", "saturation_time", "relief_time", "validated")
+"""What a map holds of every cell's run, in the names of `stillhook.variables.SUMMARY`."""
+
+
+def map_of(
+    crane: Crane,
+    controllers: Sequence[str | Path | Controller] = CLASSIC_AND_NEW,
+    *,
+    loads: Texts = LOADS,
+    speeds: Texts = SPEEDS,
+    period: str = PERIOD,
+    motion: Motion | None = None,
+    s_w: str | None = None,
+    layers: int | Sequence[int] | None = None,
+    periods: Texts | None = None,
+    duration: str = DURATION,
+    warm_up: str = WARM_UP,
+    step: str | None = None,
+    threads: int = 2,
+    store: str | Path | None = None,
+    client: Any = None,
+    progress: Progress | None = None,
+) -> Map:
+    """One run for every controller, load and speed (and layer, and period), statistics alone.
+
+    Parameters
+    ----------
+    controllers: names, paths of TOML files (`stillhook.analysis.controllers`) or Controller objects.
+    loads, speeds, periods: texts with units; several with commas between them, or a range "10 m/min to 120 m/min by 10 m/min". Loads may be
+    parts of the SWL, "20 % to 100 % by 10 %". speeds are peak speeds of the tip. s_w, layers: see `axes_of`.
+    period: of the sine that is the motion by default. motion: another motion, made larger or smaller in every cell until its highest speed
+    between warm_up and duration is the cell's; its times stay. Paper E's velocity profile (figure 6) is not printed as numbers.
+    duration, warm_up: length of each run, and its start that does not count; the peak-to-peak error is that of the part that counts, at
+    most of 30 s. The tip's motion grows over the first 10 s, or over the warm-up where that is shorter.
+    step, threads, store, client, progress: as in `stillhook.engine.scenario.batch.summaries`.
+
+    Errors: ScenarioError, UnitError, SpecError, MotionError, one line each, before anything runs.
+    Source: Moslatt 2020 paper E section 4.
+    """
+    axes, chosen, cranes, cases = cells_of(
+        crane, controllers, loads=loads, speeds=speeds, period=period, motion=motion, s_w=s_w, layers=layers, periods=periods,
+        duration=duration, warm_up=warm_up,
+    )  # fmt: skip
+    answers = summaries(cranes, cases, step=step, threads=threads, store=store, client=client, progress=progress)
+    shape = (len(chosen), *axes.shape)
+    modes = [c.mode for c in chosen for _ in range(math.prod(axes.shape))]
+    causes = [cause_of(s, m, k.load / crane.SWL) for s, m, k in zip(answers, modes, cases, strict=True)]
+    return Map(
+        crane=crane,
+        labels=tuple(c.name for c in chosen),
+        modes=tuple(c.mode for c in chosen),
+        axes=axes,
+        values={name: np.array([s[name] for s in answers], dtype=np.float64).reshape(shape) for name in NUMBERS},
+        status=np.array([s["status"] for s in answers], dtype=object).reshape(shape),
+        cause=np.array(causes, dtype=object).reshape(shape),
+        better="e_c_pp",
+        about={
+            "speed_is": "peak speed of the tip",
+            "motion": _words(motion, period, periods is not None),
+            "duration": cases[0].duration,
+            "warm_up": cases[0].warm_up,
+            "notes": notes_of(cranes, cases),
+        },
+    ).with_best_classic()
+
+
+operability_map = as_dataset(
+    map_of,
+    "operability_map",
+    """Error, pressure and limits of controllers over load and peak speed of the tip; see `map_of`, whose result this is as a Dataset.
+
+    Returns a Dataset with dimensions ("controller", "load", "speed"[, "layer"][, "period"]): the numbers of `NUMBERS`, `status`,
+    `applicable` and `cause`; beside the controllers that were asked for, "best classic" (cell by cell the applicable one of NS and HS with
+    the lower error), and `e_c_pp_change`, `p_max_change` against it.
+    """,
+)
+
+
+class Cells(NamedTuple):
+    """Axes and controllers of a map, and crane and scenario of every cell: controller by controller, the last axis fastest."""
+
+    axes: Axes
+    controllers: list[Controller]
+    cranes: list[Crane]
+    cases: list[Scenario]
+
+
+def cells_of(
+    crane: Crane,
+    controllers: Sequence[str | Path | Controller] = CLASSIC_AND_NEW,
+    *,
+    loads: Texts = LOADS,
+    speeds: Texts = SPEEDS,
+    period: str = PERIOD,
+    motion: Motion | None = None,
+    s_w: str | None = None,
+    layers: int | Sequence[int] | None = None,
+    periods: Texts | None = None,
+    duration: str = DURATION,
+    warm_up: str = WARM_UP,
+) -> Cells:
+    """What a map runs; parameters and errors as in `map_of`."""
+    axes = axes_of(crane, loads, speeds, s_w=s_w, layers=layers, periods=periods)
+    chosen = controllers_of(controllers)
+    base = Scenario(load="0 t", s_w="0 m", duration=duration, warm_up=warm_up)
+    waves = _waves(base, axes, period, periods is not None, motion)
+    return Cells(axes, chosen, *_runs(crane, chosen, axes, base, waves))
+
+
+def controllers_of(given: Sequence[str | Path | Controller]) -> list[Controller]:
+    """Controllers from names, paths and objects, each once. Errors: SpecError, one line."""
+    if isinstance(given, str) or not isinstance(given, Sequence):
+        raise SpecError(f'controllers = {came(given)}: give a list, such as ("ns", "hs", "ssc").')
+    found = [controller(c) for c in given]
+    if not found:
+        raise SpecError('controllers: empty. Name at least one, such as ("ns", "hs", "ssc").')
+    labels = [c.name for c in found]
+    if twice := next((n for n in labels if labels.count(n) > 1), None):
+        raise SpecError(f'controllers: "{twice}" is named twice. Name each controller once; rename the file of one of them.')
+    return found
+
+
+def _waves(base: Scenario, axes: Axes, period: str, over_periods: bool, motion: Motion | None) -> dict[tuple[float, float | None], Motion]:
+    """The tip's motion for every speed and period."""
+    if motion is not None:
+        if over_periods:
+            raise ScenarioError("motion and periods: a motion has its own periods. Give one of them.")
+        if motion.duration is not None and motion.duration < base.duration:
+            raise ScenarioError(f"motion: {motion.duration:g} s of record do not fill runs of {base.duration:g} s. Shorten the duration.")
+        largest = speed_peak(motion, base.warm_up, base.duration)
+        unit = scaled_to(motion, 1.0, base.warm_up, base.duration) if largest > 0.0 else motion
+        return {(v, None): scaled_to(unit, v, base.warm_up, base.duration) for v in axes.speeds}
+    waves: dict[tuple[float, float | None], Motion] = {}
+    counted = base.duration - base.warm_up
+    for T in axes.periods:
+        wave = parse(period, "time", "period") if T is None else T
+        if not wave > 0.0:
+            raise ScenarioError(f"period {show(wave, 'time')}: a wave takes time. Give a period above 0.")
+        if wave > counted:
+            raise ScenarioError(
+                f"period {show(wave, 'time')}: a whole wave must lie in the {counted:g} s that count (duration less warm-up). "
+                "Run longer, or choose a shorter wave."
+            )
+        waves |= {(v, T): Sine.from_si(v * wave / (2.0 * math.pi), wave, where=f"speed {show(v, 'speed')}") for v in axes.speeds}
+    return waves
+
+
+def _runs(
+    crane: Crane, chosen: Sequence[Controller], axes: Axes, base: Scenario, waves: dict[tuple[float, float | None], Motion]
+) -> tuple[list[Crane], list[Scenario]]:
+    """Crane and scenario of every cell, controller by controller."""
+    cranes, cases = [], []
+    base = base.model_copy(update={"ramp": min(RAMP, base.warm_up)})
+    for c in chosen:
+        machine = c.on(crane)
+        for load, v, s_w, T in axes.cells():
+            cranes.append(machine)
+            cases.append(base.model_copy(update={"load": load, "s_w": s_w, "tip": waves[v, T], "mode": Mode(c.mode)}))
+    return cranes, cases
+
+
+def _words(motion: Motion | None, period: str, over_periods: bool) -> str:
+    """The motion of a map in words."""
+    if motion is not None:
+        return f"{motion.describe()}, scaled to the peak speed"
+    return "sine" if over_periods else f"sine of {show(parse(period, 'time', 'period'), 'time')}"

@@ -1,0 +1,196 @@
+"""What a map found, as plain arrays: best classic controller, changes against it, shares, and a Dataset when one is wanted."""
+
+from __future__ import annotations
+
+import functools
+import json
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, NamedTuple, ParamSpec
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stillhook._version import __version__
+from stillhook.analysis.axes import Axes
+from stillhook.base.arrays import FloatArray
+from stillhook.engine.validity import twin_line
+from stillhook.kernels.build import kernel_hash
+from stillhook.library import crane_toml
+from stillhook.spec.crane import Crane
+from stillhook.spec.plausible import implausible_values
+from stillhook.spec.scenario import Mode
+from stillhook.variables import BY_NAME
+
+if TYPE_CHECKING:
+    import xarray
+
+
+class Shown(NamedTuple):
+    """How a value of a map is shown: in words with its unit, factor from SI to that unit, decimals."""
+
+    words: str
+    factor: float
+    digits: int
+
+
+BEST_CLASSIC = "best classic"
+CLASSIC = (Mode.NS, Mode.HS)
+"""The two settings of the classic controller (level 3) between which an operator chooses."""
+COMPARED = ("e_c_pp", "p_max", "settling_time")
+"""Of which the change against the best classic controller is given, where a map has them; suffix `_change`."""
+SHOWN: Mapping[str, Shown] = {
+    "e_c_pp": Shown("control error peak-to-peak [mm]", 1e3, 0),
+    "eta_c": Shown("compensation efficiency [%]", 1e2, 1),
+    "p_max": Shown("peak pressure [bar]", 1e-5, 0),
+    "alpha_m_min": Shown("least motor displacement [%]", 1e2, 0),
+    "settling_time": Shown("settling time [s]", 1.0, 2),
+    "alpha_m_end": Shown("motor displacement after the step [%]", 1e2, 0),
+}
+"""Values that tables and pictures show, in the order of the pictures."""
+
+
+@dataclass(frozen=True)
+class Map:
+    """Arrays of shape (controller, load, speed, layer, period), SI, with one layer or period where the map does not go over them.
+
+    labels, modes of the controllers; values by name; status as in a summary; cause why the controller is not applicable, "" where it is;
+    better the value by which the best classic controller is chosen, the lower the better; about how the map was made.
+    """
+
+    crane: Crane
+    labels: tuple[str, ...]
+    modes: tuple[Mode | None, ...]
+    axes: Axes
+    values: Mapping[str, FloatArray]
+    status: NDArray[Any]
+    cause: NDArray[Any]
+    better: str
+    about: Mapping[str, Any]
+
+    @property
+    def applicable(self) -> NDArray[np.bool_]:
+        """Where each controller can be used."""
+        return np.asarray(self.cause == "", dtype=np.bool_)
+
+    def with_best_classic(self) -> Map:
+        """The map with one more controller, "best classic": cell by cell the applicable one of NS and HS with the lower value of `better`,
+        and where neither is applicable the lower of both, with its cause. The same map where neither was asked for."""
+        rows = [i for i, mode in enumerate(self.modes) if mode in CLASSIC]
+        if not rows:
+            return self
+        usable = self.applicable[rows]
+        rank = np.where(np.isnan(self.values[self.better][rows]), np.inf, self.values[self.better][rows])
+        worst = np.where(usable, rank, np.inf)
+        choice = np.where(usable.any(axis=0), worst.argmin(axis=0), rank.argmin(axis=0))[None]
+
+        def joined(a: NDArray[Any]) -> NDArray[Any]:
+            return np.concatenate([a, np.take_along_axis(a[rows], choice, axis=0)])
+
+        return replace(
+            self,
+            labels=(*self.labels, BEST_CLASSIC),
+            modes=(*self.modes, None),
+            values={name: joined(a) for name, a in self.values.items()},
+            status=joined(self.status),
+            cause=joined(self.cause),
+        )
+
+    def change(self, name: str) -> FloatArray | None:
+        """Value over that of the best classic controller, less 1 [-]; NaN where one of the two is not applicable. None without one."""
+        if BEST_CLASSIC not in self.labels:
+            return None
+        i, usable, a = self.labels.index(BEST_CLASSIC), self.applicable, self.values[name]
+        with np.errstate(invalid="ignore", divide="ignore"):
+            part = a / a[i] - 1.0
+        return np.where(usable & usable[i] & (a[i] > 0.0), part, np.nan)
+
+    def changes(self) -> dict[str, FloatArray]:
+        """Every change there is, by the name of its value."""
+        return {name: found for name in COMPARED if name in self.values and (found := self.change(name)) is not None}
+
+    def summary(self) -> dict[str, dict[str, Any]]:
+        """Controller -> share of the map in which it is applicable, cells by cause, and the median change against the best classic one."""
+        out: dict[str, dict[str, Any]] = {}
+        changes = self.changes()
+        for i, label in enumerate(self.labels):
+            cause = self.cause[i].ravel()
+            names, counts = np.unique(cause[cause != ""].astype(str), return_counts=True)
+            found: dict[str, Any] = {
+                "applicable_share": float(np.mean(self.applicable[i])),
+                "causes": {str(n): int(k) for n, k in zip(names, counts, strict=True)},
+            }
+            for name, a in changes.items() if label != BEST_CLASSIC else ():
+                found[f"{name}_change_median"] = float(np.nanmedian(a[i])) if np.isfinite(a[i]).any() else float("nan")
+            out[label] = found
+        return out
+
+    def record(self) -> dict[str, Any]:
+        """Everything as plain data in SI, for JSON: nested lists over load, speed, and layer and period where the map has them."""
+        cells: dict[str, Any] = {}
+        changes = self.changes()
+        for i, label in enumerate(self.labels):
+            columns = {**{n: a[i] for n, a in self.values.items()}, **{f"{n}_change": a[i] for n, a in changes.items()}}
+            columns |= {"applicable": self.applicable[i], "cause": self.cause[i], "status": self.status[i]}
+            cells[label] = {name: self._without_empty(a).tolist() for name, a in columns.items()}
+        axes: dict[str, Any] = {"load": list(self.axes.loads), "speed": list(self.axes.speeds), "s_w": list(self.axes.s_w)}
+        if self.axes.layers != (None,):
+            axes["layer"] = list(self.axes.layers)
+        if self.axes.periods != (None,):
+            axes["period"] = list(self.axes.periods)
+        who = {"crane": self.crane.name, "twin": twin_line(self.crane), "notes": list(implausible_values(self.crane))}
+        return {**who, **self.about, **axes, "controllers": cells, "summary": self.summary()}
+
+    def _without_empty(self, a: NDArray[Any], before: int = 0) -> NDArray[Any]:
+        """The array without the dimensions that the map does not go over; `before` dimensions stand before load and speed."""
+        gone = [k for k, axis in ((2, self.axes.layers), (3, self.axes.periods)) if axis == (None,)]
+        return a.squeeze(axis=tuple(before + k for k in gone))
+
+    def dataset(self) -> xarray.Dataset:
+        """The map as a labelled Dataset; names, units and meaning from `stillhook.variables`."""
+        import xarray  # heavy: not wanted for a table
+
+        layered, waved = self.axes.layers != (None,), self.axes.periods != (None,)
+        dims = ("controller", "load", "speed", *(("layer",) if layered else ()), *(("period",) if waved else ()))
+        columns = {**self.values, **{f"{n}_change": a for n, a in self.changes().items()}, "applicable": self.applicable}
+        columns |= {"cause": self.cause.astype(str), "status": self.status.astype(str)}
+        coords: dict[str, Any] = {"controller": list(self.labels)}
+        coords["load"] = ("load", list(self.axes.loads), {"units": "kg", "long_name": "payload on the hook"})
+        coords["speed"] = ("speed", list(self.axes.speeds), {"units": "m/s", "long_name": str(self.about["speed_is"])})
+        wire = {"units": "m", "long_name": "wire paid out at the start"}
+        coords["s_w"] = ("layer", list(self.axes.s_w), wire) if layered else ((), self.axes.s_w[0], wire)
+        if layered:
+            coords["layer"] = ("layer", list(self.axes.layers), {"long_name": "layer of wire in use, counted from the bare drum"})
+        if waved:
+            coords["period"] = ("period", list(self.axes.periods), {"units": "s", "long_name": "period of the wave"})
+        data = xarray.Dataset({n: (dims, self._without_empty(a, 1), _attrs(n)) for n, a in columns.items()}, coords=coords)
+        data.attrs = {
+            "title": f"Stillhook map of {self.crane.name}",
+            "crane": crane_toml(self.crane),
+            "twin": twin_line(self.crane),
+            "notes": "; ".join(implausible_values(self.crane)),
+            "about": json.dumps(dict(self.about)),
+            "stillhook_version": __version__,
+            "stillhook_kernel": kernel_hash(),
+        }
+        return data
+
+
+def _attrs(name: str) -> dict[str, str]:
+    v = BY_NAME[name]
+    return {k: str(x) for k, x in (("units", v.unit), ("long_name", v.meaning), ("source", v.source)) if x}
+
+
+Asked = ParamSpec("Asked")
+
+
+def as_dataset(run: Callable[Asked, Map], name: str, doc: str) -> Callable[Asked, xarray.Dataset]:
+    """The same call with its map as a Dataset; name and doc of the new function."""
+
+    @functools.wraps(run)
+    def called(*args: Asked.args, **kwargs: Asked.kwargs) -> xarray.Dataset:
+        return run(*args, **kwargs).dataset()
+
+    called.__name__ = called.__qualname__ = name
+    called.__doc__ = doc
+    return called

@@ -1,0 +1,269 @@
+"""Settling time after a step of wire speed, over load and speed, and where the motors then stand (paper E figures 9 to 11)."""
+
+from __future__ import annotations
+
+import pickle
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from stillhook.analysis.applicability import cause_of
+from stillhook.analysis.axes import LOADS, SPEEDS, Axes, Texts, axes_of
+from stillhook.analysis.controllers import Controller
+from stillhook.analysis.maps.operability import CLASSIC_AND_NEW, controllers_of
+from stillhook.analysis.maps.result import Map, as_dataset
+from stillhook.analysis.steady.layers import layer_row
+from stillhook.base.arrays import FloatArray
+from stillhook.base.progress import Progress
+from stillhook.engine.arguments import SERIES_STEP, check_threads, steps_per_cycle
+from stillhook.engine.scenario.batch import spread
+from stillhook.engine.scenario.checks import notes_of
+from stillhook.engine.scenario.run import Ending, Result, run_cases
+from stillhook.engine.scenario.summary import summarise
+from stillhook.errors import ScenarioError
+from stillhook.kernels.build import results_hash
+from stillhook.kernels.lanes import VL
+from stillhook.spec.crane import Crane
+from stillhook.spec.scenario import Operator, Scenario
+from stillhook.units import parse, show
+from stillhook.winches.records import Signals
+
+if TYPE_CHECKING:
+    pass
+
+STEP = "5 m/min"
+BAND = 0.02
+"""Step of the wire speed, and how near to the new speed is settled, over the step. Source: paper E section 4.3 (0.1 m/min)."""
+RAMP, HOLD, AFTER = 8.0, 22.0, 15.0
+"""Time in which the operator's speed grows to that before the step, time for which it is then held, and time after the step [s]. The
+slowest mode is the position loop's, 1 / (K_p v_w) = 3 to 5 s at the printed gain: 22 s bring what the ramp left behind below the band."""
+PIECES = 16
+"""Straight pieces of the ramp, which follow a smoothstep: its corners are then a hundredth of those of a straight ramp."""
+LAST = 2.0
+"""End of the test over which a swing is told from a slow approach, and full pumps from pumps that were full for a moment [s]."""
+BLOCKS_EACH = 2
+"""Blocks of sixteen for each thread whose series are in memory at once: some 20 MB each."""
+NUMBERS = ("settling_time", "overshoot", "alpha_m_end", "u_p_end")
+_V_W, _U_P, _ALPHA_M = (Signals._fields.index(n) for n in ("v_w", "u_p", "alpha_m"))
+
+
+class Response(NamedTuple):
+    """What a step did: settling_time [s], NaN where it never settles; overshoot over the step [-]; alpha_m_end motors and u_p_end pump
+    command at the end [-]; status as in a summary; cause why the controller is not applicable, "" where it is."""
+
+    settling_time: float
+    overshoot: float
+    alpha_m_end: float
+    u_p_end: float
+    status: str
+    cause: str
+
+
+def settling_of(
+    crane: Crane,
+    controllers: Sequence[str | Path | Controller] = CLASSIC_AND_NEW,
+    *,
+    loads: Texts = LOADS,
+    speeds: Texts = SPEEDS,
+    wire_step: str = STEP,
+    lowering: bool = False,
+    s_w: str | None = None,
+    layers: int | Sequence[int] | None = None,
+    step: str | None = None,
+    threads: int = 2,
+    client: Any = None,
+    progress: Progress | None = None,
+) -> Map:
+    """A step of the wire's speed at every load and speed, in heave compensation with the tip at rest.
+
+    The operator's speed grows smoothly to that of the cell, is held until the winch is steady, and steps up by `wire_step`; v_w has settled
+    when it stays within 2 % of the step of the new speed. The gas pressure is held, so that the accumulator never runs empty, and the step
+    is made in the middle of the layer (or with s_w of wire out), far enough from its ends.
+
+    The operator's acceleration is not fed forward: u_ff takes v_op alone, so K_2 plays no part and the pumps' own lag is in the answer.
+
+    Parameters: controllers, loads, speeds (before the step), layers, s_w as in `map_of`; wire_step such as "5 m/min"; lowering: pay out
+    instead of hoisting; step: integration step, default 2 ms; threads; client a dask.distributed Client that shares the work.
+    Memory is bounded: the series of a few blocks of sixteen are held at a time.
+
+    Errors: ScenarioError, UnitError, SpecError, one line each; ScenarioError where the wire of a layer is too short for the test.
+    Source: Moslatt 2020 paper E section 4.3, figures 9 to 11; neither the direction nor the time before the step is printed.
+    """
+    check_threads(threads)
+    axes = axes_of(crane, loads, speeds, s_w=s_w, layers=layers)
+    chosen = controllers_of(controllers)
+    dv = parse(wire_step, "speed", "wire_step")
+    if dv <= 0.0:
+        raise ScenarioError(f'wire_step = "{wire_step}": the speed steps up. Give more than 0.')
+    _check_room(crane, axes, dv, s_w is None)
+    cranes, cases = _runs(crane, chosen, axes, dv, lowering)
+    n_sub = steps_per_cycle(cranes[0], step, SERIES_STEP)
+    shares = [_Share(cranes[k : k + VL], cases[k : k + VL], dv, n_sub) for k in range(0, len(cases), VL)]
+    answers = list(_landed(shares, threads, client, progress or _nobody))
+    shape = (len(chosen), *axes.shape)
+    return Map(
+        crane=crane,
+        labels=tuple(c.name for c in chosen),
+        modes=tuple(c.mode for c in chosen),
+        axes=axes,
+        values={name: np.array([getattr(a, name) for a in answers], dtype=np.float64).reshape(shape) for name in NUMBERS},
+        status=np.array([a.status for a in answers], dtype=object).reshape(shape),
+        cause=np.array([a.cause for a in answers], dtype=object).reshape(shape),
+        better="settling_time",
+        about={
+            "speed_is": "wire speed before the step",
+            "wire_step": dv,
+            "lowering": lowering,
+            "duration": RAMP + HOLD + AFTER,
+            "notes": notes_of(cranes, cases),
+        },
+    ).with_best_classic()
+
+
+settling_map = as_dataset(
+    settling_of,
+    "settling_map",
+    """Settling time and displacement after a step of wire speed; see `settling_of`, whose result this is as a Dataset.
+
+    Returns a Dataset with dimensions ("controller", "load", "speed"[, "layer"]): the numbers of `NUMBERS`, `status`, `applicable`, `cause`,
+    and `settling_time_change` against the best classic controller (the applicable one of NS and HS that settles first).
+    """,
+)
+
+
+def _nobody(share: float) -> None:
+    """Nobody wants to know how far it is."""
+
+
+def _check_room(crane: Crane, axes: Axes, dv: float, in_middle: bool) -> None:
+    """The test stays on one layer, so that no change of gear disturbs it."""
+    v = axes.speeds[-1]
+    before, after = v * (0.5 * RAMP + HOLD), (v + dv) * AFTER
+    if not in_middle:
+        return
+    for layer in axes.layers:
+        n = crane.drum.layers if layer is None else layer
+        half = 0.5 * float(layer_row(crane, n)["wire_length"])
+        if max(before, after) > half:
+            raise ScenarioError(
+                f"speed {show(v, 'speed')}: the test takes {show(before, 'length')} of wire before the step, and layer {n} of "
+                f'"{crane.name}" has {show(half, "length")} on either side of its middle. Lower the speed.'
+            )
+
+
+def operator_of(v: float, dv: float, lowering: bool) -> Operator:
+    """The joystick of one test: a smooth ramp to v, held, then v + dv [m/s]; hoisting unless lowering."""
+    sign = -1.0 if lowering else 1.0
+    x = [i / PIECES for i in range(PIECES + 1)]
+    rise = [(RAMP * i, v * i * i * (3.0 - 2.0 * i)) for i in x]
+    points = [*rise, (RAMP + HOLD, v), (RAMP + HOLD, v + dv), (RAMP + HOLD + AFTER, v + dv)]
+    return Operator(profile=tuple((f"{t!r} s", f"{sign * u!r} m/s") for t, u in points))
+
+
+def _runs(crane: Crane, chosen: Sequence[Controller], axes: Axes, dv: float, lowering: bool) -> tuple[list[Crane], list[Scenario]]:
+    """Crane and scenario of every cell, controller by controller."""
+    joysticks = {v: operator_of(v, dv, lowering) for v in axes.speeds}
+    length = RAMP + HOLD + AFTER
+    base = Scenario(load="0 t", s_w="0 m", duration=f"{length!r} s", warm_up=f"{RAMP + HOLD!r} s", gas_held=crane.passive is not None)
+    cranes, cases = [], []
+    for c in chosen:
+        machine = c.on(crane)
+        for load, v, s_w, _ in axes.cells():
+            path = v * (0.5 * RAMP + HOLD)
+            start = s_w - path if lowering else s_w + path
+            cranes.append(machine)
+            cases.append(base.model_copy(update={"load": load, "s_w": start, "operator": joysticks[v], "mode": c.mode}))
+    return cranes, cases
+
+
+class _Share(NamedTuple):
+    """Cases that fill one block of lanes, the step of their speed [m/s] and the steps in a PLC cycle."""
+
+    cranes: list[Crane]
+    cases: list[Scenario]
+    dv: float
+    n_sub: int
+
+
+def _landed(shares: Sequence[_Share], threads: int, client: Any, told: Progress) -> Iterator[Response]:
+    """Responses in order; blocks on this machine's threads, or as tasks of a cluster."""
+    if client is not None:
+        found: dict[int, list[Response]] = {}
+        for i, answer in spread(range(len(shares)), lambda i: shares[i], respond_packed, client):
+            found[i] = answer.responses
+            told(len(found) / len(shares))
+        yield from (r for i in range(len(shares)) for r in found[i])
+        return
+    at_once = BLOCKS_EACH * threads
+    for k in range(0, len(shares), at_once):
+        part = shares[k : k + at_once]
+        told(k / len(shares))
+        cranes, cases = [w for s in part for w in s.cranes], [c for s in part for c in s.cases]
+        yield from respond(_Share(cranes, cases, part[0].dv, part[0].n_sub), threads)
+    told(1.0)
+
+
+def respond(share: _Share, threads: int = 1) -> list[Response]:
+    """Run tests and read their responses."""
+    results = run_cases(share.cranes, share.cases, n_sub=share.n_sub, lanes=VL, every=1, threads=threads)
+    times = _settling_times([(c, r) for c, r in zip(share.cases, results, strict=True)], share.dv)
+    return [
+        _response(crane, case, result, float(t), share.dv)
+        for crane, case, result, t in zip(share.cranes, share.cases, results, times, strict=True)
+    ]
+
+
+class Responses(NamedTuple):
+    """What a task of a cluster gives back, and the code that made it."""
+
+    responses: list[Response]
+    made_by: str
+
+
+def respond_packed(share: bytes) -> Responses:
+    """`respond` on a pickled share."""
+    return Responses(respond(pickle.loads(share)), results_hash())
+
+
+def _risen(case: Scenario, result: Result) -> FloatArray:
+    """Wire speed beyond that before the step, in the step's direction, from the step on [m/s]."""
+    assert result.series is not None
+    (_, v), (at, _) = case.operator.profile[-3], case.operator.profile[-2]
+    rows = result.series[round(at / result.dt) :]
+    return np.asarray((rows[:, _V_W] - v) * (1.0 if v >= 0.0 else -1.0), dtype=np.float64)
+
+
+def _settling_times(runs: Sequence[tuple[Scenario, Result]], dv: float) -> FloatArray:
+    """Settling time of every run [s], by `stillhook.metrics.settling_time`."""
+    import xarray  # heavy: other maps print without it
+
+    from stillhook.metrics import settled_after
+
+    v = np.array([_risen(case, result) for case, result in runs])
+    run = xarray.Dataset({"v_w": (("case", "time"), v)}, coords={"time": np.arange(v.shape[1]) * runs[0][1].dt})
+    return np.asarray(settled_after(run, start=0.0, target=dv, step=dv, band=BAND).values, dtype=np.float64)
+
+
+def _response(crane: Crane, case: Scenario, result: Result, t: float, dv: float) -> Response:
+    """One test's response, with the cause where there is no good one."""
+    summary, v = summarise(crane, case, result), _risen(case, result)
+    assert result.series is not None
+    end = result.series[-1]
+    broken = result.ending is Ending.DIVERGED
+    settled = float("nan") if broken or not np.isfinite(v).all() else t
+    cause = cause_of(summary, case.mode, case.load / crane.SWL) or ("" if np.isfinite(settled) else _why_not(v, dv, result.dt, end[_U_P]))
+    return Response(settled, float(np.max(v)) / dv - 1.0, float(end[_ALPHA_M]), abs(float(end[_U_P])), summary["status"], cause)
+
+
+def _why_not(v: FloatArray, dv: float, dt: float, u_p: float) -> str:
+    """Why a run without a limit passed never settles."""
+    last, band = v[-round(LAST / dt) :], BAND * dv
+    if abs(u_p) >= 1.0:
+        return "pumps saturated"
+    if abs(v[0]) > band:
+        return "not steady before the step"
+    if float(np.ptp(last)) > 2.0 * band:
+        return "keeps swinging"
+    return f"slower than {AFTER:g} s"

@@ -1,0 +1,1 @@
+"""How fast a winch can follow at each load."""

@@ -1,0 +1,333 @@
+"""How fast a winch can follow at each load and layer, under each controller, and what stops it; settings against wire speed."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from stillhook._version import __version__
+from stillhook.analysis.applicability import HS_SHARE
+from stillhook.analysis.axes import Texts, quantities
+from stillhook.analysis.controllers import Controller, controller
+from stillhook.analysis.steady.layers import layer_row
+from stillhook.analysis.steady.limits import RESERVE, Direction, Limit, Station, Top
+from stillhook.analysis.steady.steady_state import steady
+from stillhook.base.progress import Progress
+from stillhook.control.ssc import displacement_calc_min
+from stillhook.engine.pack.winch import plc_record, wire_speed_max
+from stillhook.engine.scenario.checks import notes_of
+from stillhook.errors import StillhookError
+from stillhook.library import crane_toml
+from stillhook.spec.crane import Crane
+from stillhook.spec.plausible import implausible_values
+from stillhook.spec.scenario import Mode, Scenario
+from stillhook.units import parse
+from stillhook.variables import BY_NAME
+
+if TYPE_CHECKING:
+    import xarray
+
+PHYSICAL = "physical"
+"""Label of what the machine can do whatever the controller."""
+STANDARD = ("ns", "hs", "ssc", "ssc-cubic")
+LOADS = tuple(n / 20 for n in range(21))
+"""Default loads over the SWL."""
+SPEEDS = 121
+"""Default number of wire speeds of setting curves."""
+CELL = ("mode", "layer", "load", "direction")
+Which = Sequence[Mode | str | Controller]
+
+
+class Cell(NamedTuple):
+    """One place of the envelope: indices of mode, layer, load and direction, the station and its highest speed."""
+
+    at: tuple[int, int, int, int]
+    station: Station
+    top: Top
+
+
+def envelope(
+    crane: Crane,
+    *,
+    layers: Sequence[int] | None = None,
+    loads: Texts | None = None,
+    modes: Which = STANDARD,
+    reserve: float = RESERVE,
+    hs_share: float = HS_SHARE,
+    progress: Progress | None = None,
+) -> xarray.Dataset:
+    r"""The load-speed operating range: highest wire speed of every controller, and of the machine whatever the controller.
+
+    At a constant wire speed, compensating, with leakage and friction of the whole plant, a winch is stopped by the first of: full
+    pumps; relief valves opening; less torque in reserve than the rule asks for; active or passive motors turning faster than their
+    displacement allows (the limit rises from n_max_full to n_max as the displacement falls). Gears and drum have no limit of their own
+    in a crane file: the makers put theirs into the motors' smallest displacement (Moslatt 2020 eq. 2.11). NS may carry the SWL, HS
+    hs_share of it. Without a mode ("physical") the motors stand at the best displacement of all.
+
+    Parameters: layers counted from the bare drum, None the outermost alone; loads payloads as for a map, ["90 t", "120 t"]
+    or "0 % to 100 % by 20 %" of the SWL, None 0 to the SWL in steps of 5 %;
+    modes names, `Mode` or `Controller`; reserve part of the static load that the active motors can deliver on top of what they hold
+    [-]; progress called with the share done.
+
+    Returns: Dataset over ("mode", "layer", "load", "direction") in SI. v_w_top [m/s] without sign, NaN where the mode may not be used,
+    and binds, the limit that stops it; alpha_m_top, alpha_p_top [-], dp_m_top [Pa], omega_m_top [rad/s] there; v_w_limit over "limit" as
+    well: the speed that each limit alone allows (inf: it never binds, NaN: it allows none); by layer and load alpha_least (D_m_min of
+    SSC), alpha_reserve, alpha_pm_hold [-], and the hyperbolas of constant power v_w_power (the reserve at relief pressure) and
+    v_w_power_rule (the same force at the pressure at which alpha_swl holds it) [m/s]; load_most(mode) [kg]; attribute notes: what the
+    winch type means at the heaviest load, and implausible numbers.
+    Errors: UnitError for a load without its unit; StillhookError for an unknown layer, a load above the SWL, a mode named twice or manual
+    mode.
+    Source: Moslatt 2020 paper C figure 4 and section "Considered system".
+    Differs from print: paper C's rectangles end at one speed for all loads; here leakage and friction grow with the load.
+    """
+    kg = [f * crane.SWL for f in LOADS] if loads is None else quantities(loads, "mass", "loads", whole=crane.SWL)
+    return envelope_at(crane, kg, layers=layers, modes=modes, reserve=reserve, hs_share=hs_share, progress=progress)
+
+
+def envelope_at(
+    crane: Crane,
+    loads: Sequence[float],
+    *,
+    layers: Sequence[int] | None = None,
+    modes: Which = STANDARD,
+    reserve: float = RESERVE,
+    hs_share: float = HS_SHARE,
+    progress: Progress | None = None,
+) -> xarray.Dataset:
+    """The same at loads in kg; see `envelope`."""
+    _check_share("reserve", reserve)
+    _check_share("hs_share", hs_share)
+    which, numbers = _controllers(modes), _layers(crane, layers)
+    kg = list(loads)
+    cranes = [*(c.on(crane) for c in which), crane]
+    shape = (len(cranes), len(numbers), len(kg), len(Direction))
+    cells = _cells(crane, cranes, [c.mode for c in which], numbers, kg, reserve, hs_share)
+    columns = _columns(shape)
+    columns["load_most"] = np.array([hs_share * crane.SWL if c.mode is Mode.HS else crane.SWL for c in which] + [crane.SWL])
+    for done, cell in enumerate(cells):
+        _store(columns, cell)
+        if progress is not None:
+            progress((done + 1) / math.prod(shape))
+    attrs = {"crane": crane_toml(crane), "stillhook": __version__, "reserve": reserve, "hs_share": hs_share}
+    attrs["notes"] = "; ".join((*implausible_values(crane), *_notes(crane, cranes[:-1], which, numbers, kg, hs_share)))
+    return _dataset(columns, [*(c.name for c in which), PHYSICAL], numbers, kg, attrs)
+
+
+def _notes(
+    crane: Crane, cranes: Sequence[Crane], which: Sequence[Controller], layers: Sequence[int], loads: Sequence[float], hs_share: float
+) -> list[str]:
+    """What the winch type means at the heaviest load that each controller may be used with, on the outermost of the layers."""
+    s_w = wire_out_on(crane, max(layers))
+    cases, machines = [], []
+    for machine, c in zip(cranes, which, strict=True):
+        most = (hs_share if c.mode is Mode.HS else 1.0) * crane.SWL * (1.0 + 1e-9)
+        carried = [load for load in loads if load <= most]
+        if carried:
+            machines.append(machine)
+            cases.append(Scenario(load=f"{max(carried)!r} kg", s_w=f"{s_w!r} m", mode=c.mode))
+    return notes_of(machines, cases)
+
+
+def setting_curves(
+    crane: Crane,
+    *,
+    modes: Which = STANDARD,
+    v_w: Texts | None = None,
+    load: str = "0 t",
+    layer: int | None = None,
+    direction: Direction | str = Direction.HOISTING,
+) -> xarray.Dataset:
+    """Steady pump and motor setting against wire speed, of the ideal machine of the published figures and of the whole plant.
+
+    Parameters: v_w wire speeds without sign, ["40 m/min", "80 m/min"] or "0 m/s to 2 m/s by 0.1 m/s", None from 0 to a little
+    above the speed of full pumps and the smallest displacement;
+    load payload "100 t"; layer counted from the bare drum, None the outermost (the ideal machine then turns the published outer diameter).
+    Returns: Dataset over ("mode", "v_w"): alpha_m_ideal, alpha_p_ideal [-], alpha_m, alpha_p [-] and dp_m [Pa] of the plant, all as
+    magnitudes; alpha_p above 1 cannot be reached. v_w_cross, v_w_cross_ideal over ("mode", "classic") [m/s]: the speed at which a mode's
+    motors come down to those of NS or HS, NaN where they never do.
+    Errors: as `envelope`. Source: Moslatt 2020 figure 2.17, paper E figure 4 (ideal).
+    """
+    which, way, mass = _controllers(modes), Direction(direction), parse(load, "mass", "load")
+    number = _layers(crane, None if layer is None else [layer])[0]
+    stations = [Station(c.on(crane), mass, wire_out_on(crane, number), way) for c in which]
+    K_wire = 1.0 if layer is None else stations[0].ratio
+    fastest = 1.1 * wire_speed_max(crane, min(s.crane.active.motor.alpha_min for s in stations)) / K_wire
+    speeds = np.linspace(0.0, fastest, SPEEDS) if v_w is None else np.array(quantities(v_w, "speed", "v_w"))
+    ideal = [[_ideal(s.crane, c.mode, v, mass, K_wire) for v in speeds] for c, s in zip(which, stations, strict=True)]
+    laws = [s.displacement(c.mode) for c, s in zip(which, stations, strict=True)]
+    points = [[s.at(v, law(v)) for v in speeds] for s, law in zip(stations, laws, strict=True)]
+    curve = ("mode", "v_w")
+    fields: dict[str, Any] = {
+        "alpha_m_ideal": (curve, [[a for a, _ in row] for row in ideal]),
+        "alpha_p_ideal": (curve, [[u for _, u in row] for row in ideal]),
+        "alpha_m": (curve, [[o.alpha_m for o in row] for row in points]),
+        "alpha_p": (curve, [[way.sign * o.alpha_p for o in row] for row in points]),
+        "dp_m": (curve, [[way.sign * o.dp_m for o in row] for row in points]),
+    }
+    crossings = _crossings(crane, which, stations, mass, K_wire, fastest)
+    attrs = {"crane": crane_toml(crane), "stillhook": __version__, "layer": number, "load": mass, "direction": way.value}
+    coords = {"mode": [c.name for c in which], "v_w": speeds, "classic": [Mode.NS.value, Mode.HS.value]}
+    return _labelled(fields | crossings, coords, attrs)
+
+
+def gain(data: xarray.Dataset, mode: str, over: str) -> xarray.DataArray:
+    """Part by which one mode's highest speed is above another's; NaN where either may not be used."""
+    v = data["v_w_top"]
+    return v.sel(mode=mode) / v.sel(mode=over) - 1.0
+
+
+def wire_out_on(crane: Crane, layer: int) -> float:
+    """Wire paid out with the middle of a layer's wire leaving the drum [m]."""
+    row = layer_row(crane, layer)
+    return float(row["wire_out"]) + 0.5 * float(row["wire_length"])
+
+
+def _ideal(crane: Crane, mode: Mode, v: float, load: float, K_wire: float) -> tuple[float, float]:
+    """Motors and pumps of the ideal machine [-]; the pumps beyond 1 where they cannot."""
+    s = steady(crane, v, mode, load, K_wire=K_wire)
+    return s.alpha_m, v * K_wire / wire_speed_max(crane, s.alpha_m)
+
+
+def _crossings(
+    crane: Crane, which: Sequence[Controller], stations: Sequence[Station], load: float, K_wire: float, fastest: float
+) -> dict[str, Any]:
+    """Speeds at which a mode's motors come down to the classic ones, for the plant and for the ideal machine."""
+    cross, ideal = [], []
+    for c, s in zip(which, stations, strict=True):
+        base = Station(crane, load, s.winch.s_w, Direction.HOISTING)
+        classic = (Mode.NS, Mode.HS)
+        cross.append([_meeting(s.displacement(c.mode), base.displacement(m)(0.0), fastest) for m in classic])
+        still = [steady(crane, 0.0, m, load, K_wire=K_wire).alpha_m for m in classic]
+        ideal.append([_meeting(_ideal_motors(s.crane, c.mode, load, K_wire), a, fastest) for a in still])
+    return {"v_w_cross": (("mode", "classic"), cross), "v_w_cross_ideal": (("mode", "classic"), ideal)}
+
+
+def _ideal_motors(crane: Crane, mode: Mode, load: float, K_wire: float) -> Callable[[float], float]:
+    return lambda v: steady(crane, v, mode, load, K_wire=K_wire).alpha_m
+
+
+def _meeting(alpha_m: Callable[[float], float], classic: float, fastest: float) -> float:
+    """Speed at which a falling displacement first reaches a fixed one [m/s]; NaN where it starts there or never comes down to it."""
+    from scipy.optimize import brentq
+
+    if alpha_m(0.0) <= classic or alpha_m(fastest) > classic + ALPHA_SAME:
+        return math.nan
+    return float(brentq(lambda v: alpha_m(v) - classic - ALPHA_SAME, 0.0, fastest, xtol=1e-10))
+
+
+ALPHA_SAME = 1e-12
+"""Displacements that count as one [-]: a law that only touches the classic displacement comes down to it too."""
+
+
+def _controllers(modes: Which) -> list[Controller]:
+    if isinstance(modes, str):
+        raise StillhookError(f'modes = "{modes}": give a list, such as ["ns", "hs", "ssc"].')
+    found = [controller(m) for m in modes]
+    names = [c.name for c in found]
+    if not found:
+        raise StillhookError("modes: empty. Give at least one, such as ns,hs,ssc.")
+    if twice := next((n for n in names if names.count(n) > 1 or n == PHYSICAL), None):
+        raise StillhookError(f'modes: "{twice}" is named twice, or is the name of what the machine can do. Name each mode once.')
+    return found
+
+
+def _layers(crane: Crane, layers: Sequence[int] | None) -> list[int]:
+    numbers = [crane.drum.layers] if layers is None else list(layers)
+    for n in numbers or [0]:
+        if not 1 <= n <= crane.drum.layers:
+            raise StillhookError(f'layer {n}: "{crane.name}" has layers 1 to {crane.drum.layers}. Give one of them.')
+    return numbers
+
+
+def _check_share(name: str, value: float) -> None:
+    if not 0.0 <= value <= 1.0:
+        raise StillhookError(f"{name} = {value:g}: a part of the load, from 0 to 1. Give a value in between.")
+
+
+def _cells(
+    crane: Crane,
+    cranes: Sequence[Crane],
+    modes: Sequence[Mode],
+    layers: Sequence[int],
+    loads: Sequence[float],
+    reserve: float,
+    share: float,
+) -> Iterator[Cell]:
+    """Every place of the envelope; the last crane is the machine without a controller."""
+    for j, layer in enumerate(layers):
+        s_w = wire_out_on(crane, layer)
+        for k, load in enumerate(loads):
+            for n, way in enumerate(Direction):
+                for i, each in enumerate(cranes):
+                    s = Station(each, load, s_w, way, reserve)
+                    top = s.top_of_mode(modes[i], hs_share=share) if i < len(modes) else s.top_of_machine()
+                    yield Cell((i, j, k, n), s, top)
+
+
+def _columns(shape: tuple[int, int, int, int]) -> dict[str, Any]:
+    names = ("v_w_top", "alpha_m_top", "alpha_p_top", "dp_m_top", "omega_m_top")
+    by_load = ("alpha_least", "alpha_reserve", "alpha_pm_hold", "v_w_power", "v_w_power_rule")
+    return {
+        **{n: np.full(shape, math.nan) for n in names},
+        "binds": np.full(shape, "", dtype=object),
+        "v_w_limit": np.full((*shape, len(Limit)), math.nan),
+        **{n: np.full(shape[1:3], math.nan) for n in by_load},
+    }
+
+
+def _store(columns: Mapping[str, Any], cell: Cell) -> None:
+    """One place's numbers; those that hang on layer and load alone are written with the machine's own cell."""
+    s, top, at = cell.station, cell.top, cell.at
+    columns["v_w_top"][at], columns["binds"][at] = top.v_w, top.binds.value
+    for n, limit in enumerate(Limit):
+        columns["v_w_limit"][(*at, n)] = top.limits.get(limit, math.nan if limit is top.binds else math.inf)
+    if top.point is not None:
+        o, sign = top.point, s.sign
+        found = {"alpha_m_top": o.alpha_m, "alpha_p_top": sign * o.alpha_p, "dp_m_top": sign * o.dp_m, "omega_m_top": sign * o.omega_m}
+        for name, value in found.items():
+            columns[name][at] = value
+    plc, d = plc_record(s.crane), s.winch.geometry.d
+    rule = float(displacement_calc_min(s.F_w, s.ratio, plc.motors))
+    flat = {
+        "alpha_least": s.alpha_least,
+        "alpha_reserve": s.alpha_reserve,
+        "alpha_pm_hold": s.alpha_pm,
+        "v_w_power": _full_pumps(s.crane, s.alpha_reserve, d),
+        "v_w_power_rule": _full_pumps(s.crane, rule, d),
+    }
+    for name, value in flat.items():
+        columns[name][at[1:3]] = value
+
+
+def _full_pumps(crane: Crane, alpha_m: float, d: float) -> float:
+    return wire_speed_max(crane, alpha_m, d) if alpha_m > 0.0 else math.inf
+
+
+def _dataset(
+    columns: Mapping[str, Any], modes: list[str], layers: list[int], loads: list[float], attrs: Mapping[str, Any]
+) -> xarray.Dataset:
+    dims = {1: ("mode",), 2: ("layer", "load"), 4: CELL, 5: (*CELL, "limit")}
+    fields = {n: (dims[values.ndim], values.astype(str) if n == "binds" else values) for n, values in columns.items()}
+    coords = {
+        "mode": modes,
+        "layer": layers,
+        "load": loads,
+        "direction": [d.value for d in Direction],
+        "limit": [limit.value for limit in Limit],
+    }
+    return _labelled(fields, coords, attrs)
+
+
+def _labelled(fields: Mapping[str, Any], coords: Mapping[str, Any], attrs: Mapping[str, Any]) -> xarray.Dataset:
+    """Dataset with unit and meaning of every variable from `stillhook.variables`."""
+    import xarray
+
+    data = xarray.Dataset(dict(fields), coords=dict(coords), attrs=dict(attrs))
+    for name in data.variables:
+        row = BY_NAME.get(str(name))
+        if row is not None:
+            data[name].attrs = {"units": row.unit, "long_name": row.meaning}
+    return data

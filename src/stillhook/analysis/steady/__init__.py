@@ -1,0 +1,1 @@
+"""Steady operation of the whole plant, and what limits it."""

@@ -1,0 +1,122 @@
+"""Where pumps and motors stand at a constant wire speed: no leakage, no friction, the published outer drum diameter."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import NamedTuple
+
+from scipy.optimize import brentq
+
+from stillhook.control.plc import Plc, Sensed, motor_demand
+from stillhook.control.ssc import displacement_min
+from stillhook.engine.pack.winch import MODE_CODE, gains, plc_record, wire_speed_max
+from stillhook.errors import StillhookError
+from stillhook.kernels.winch_type import plant_of
+from stillhook.physics.scalar import G
+from stillhook.spec.crane import Crane
+from stillhook.spec.scenario import Mode
+
+
+class Steady(NamedTuple):
+    """Operation at constant speed: alpha_m motors [-]; u_p pumps, hoisting positive, held in [-1, 1] [-]; omega_m [rad/s] and v_w [m/s]
+    as reached; saturated: the pumps are full and the speed that was asked for is not reached."""
+
+    alpha_m: float
+    u_p: float
+    omega_m: float
+    v_w: float
+    saturated: bool
+
+
+def steady(crane: Crane, v_w: float, mode: Mode | str, load: float | None = None, *, K_wire: float = 1.0) -> Steady:
+    r"""Displacements at constant wire speed.
+
+    The pumps give what the motors take, u_p = v_w alpha_m K_wire / v_w(1, 1); the motors stand where the mode wants them for
+    the feedforward u_ff = K_1 v_w alpha_m K_wire, which holds alpha_m itself. Linear SSC has a closed form,
+
+    .. math:: \alpha_m = \frac{(1 - u_{thr}) + (1 - \alpha_{min}) u_{thr}}{(1 - u_{thr}) + (1 - \alpha_{min}) K_1 v_w K_{wire}}
+              \quad \text{within}\ [\alpha_{min}, 1]
+
+    and the cubic one is solved.
+
+    Parameters: v_w wire speed, hoisting positive [m/s]; mode; load payload without hook [kg], None: the load cell asks for nothing,
+    as in the published figures; K_wire largest drum diameter over that in use [-].
+    Errors: StillhookError for a number outside its range, or no number.
+    Source: Moslatt 2020 eqs 2.9 to 2.11 and figure 2.17 (paper E eqs 1 to 4 and figure 4).
+    Valid: ideal machine without leakage, which takes a few per cent of the pumps; K_1 of the crane, which is the ideal one unless its
+    file gives another. Then u_p is still what the motors take: the position loop makes up the difference.
+    """
+    plant_of(crane)
+    F = 0.0 if load is None else (load + crane.hook_mass) * G
+    if not (math.isfinite(v_w) and math.isfinite(F) and F >= 0.0):
+        raise StillhookError(f"v_w = {v_w:g} m/s, load = {load} kg: give a finite speed, and a load that is not negative.")
+    if not 1.0 <= K_wire < math.inf:
+        raise StillhookError(f"K_wire = {K_wire:g}: the largest drum diameter over the present one is at least 1.")
+    x = gains(crane).K_1 * abs(v_w) * K_wire
+    alpha_m = _alpha_linear(crane, x, F, K_wire) if Mode(mode) in (Mode.SSC, Mode.MANUAL) else _alpha(crane, Mode(mode), x, F, K_wire)
+    v_full = wire_speed_max(crane, alpha_m) / K_wire
+    u_p = v_w / v_full
+    held = max(-1.0, min(u_p, 1.0))
+    reached = held * v_full
+    return Steady(alpha_m, held, reached * 2.0 * crane.i_hD * K_wire / crane.drum.d_max, reached, abs(u_p) > 1.0)
+
+
+def speed_limit(crane: Crane, mode: Mode | str, load: float | None = None, *, K_wire: float = 1.0) -> float:
+    """Highest wire speed of a mode with the pumps full [m/s]. Parameters, source and validity as `steady`."""
+    fastest = wire_speed_max(crane, crane.active.motor.alpha_min)
+    return steady(crane, 2.0 * fastest, mode, load, K_wire=K_wire).v_w
+
+
+def reduction_lead(crane: Crane, v_peak: float, period: float, *, K_wire: float = 1.0) -> float:
+    """Time from the start of the motors' reduction to the fastest moment of a sine [s]: what the motors have to stroke in.
+
+    Parameters: v_peak highest speed of the tip [m/s]; period [s]. Zero where the motion never calls for a reduction.
+    Source: Moslatt 2020 paper E section 5.1.1: 1.1 s at 110 m/min on the outermost layer (its period is not printed; 6 s gives it).
+    Valid without K_2, whose share of the feedforward is left out as in the paper.
+    """
+    if not (v_peak > 0.0 and 0.0 < period < math.inf):
+        raise StillhookError(f"v_peak = {v_peak:g} m/s, period = {period:g} s: give numbers above 0.")
+    start = crane.control.u_thr / (gains(crane).K_1 * K_wire * v_peak)
+    return period * math.acos(min(start, 1.0)) / (2.0 * math.pi)
+
+
+def motor_law(crane: Crane, mode: Mode, F: float = 0.0, K_wire: float = 1.0, *, plc: Plc | None = None) -> Callable[[float], float]:
+    """What the PLC asks of the motors as a function of the feedforward u_ff [-], with F on the load cell [N]: the PLC's own law.
+
+    Published numbers put the outermost layer on the printed outer diameter: NS and HS settings hold at K_wire = 1. plc: settings of
+    the plant, for which they hold on the centre of its outermost wire.
+    """
+    plc = _published_plc(crane) if plc is None else plc
+    y = Sensed(0.0, 0.0, 0.0, 0.0, 0.0, MODE_CODE[mode], 1.0, 0.0, F, 1.0, K_wire, 0.0, 0.0)
+
+    def law(u_ff: float) -> float:
+        return float(motor_demand(y, u_ff, F, plc))
+
+    return law
+
+
+def _published_plc(crane: Crane) -> Plc:
+    plc = plc_record(crane)
+    return plc._replace(motors=plc.motors._replace(K_outer=1.0))
+
+
+def _alpha_linear(crane: Crane, x: float, F: float, K_wire: float) -> float:
+    """Closed form of the linear SSC; x = K_1 |v_w| K_wire, the feedforward at full displacement."""
+    u_thr = crane.control.u_thr
+    alpha_min = float(displacement_min(F, K_wire, _published_plc(crane).motors))
+    rest, span = 1.0 - u_thr, 1.0 - alpha_min
+    return min(max((rest + span * u_thr) / (rest + span * x), alpha_min), 1.0)
+
+
+def _alpha(crane: Crane, mode: Mode, x: float, F: float, K_wire: float) -> float:
+    return settled(motor_law(crane, mode, F, K_wire), x)
+
+
+def settled(law: Callable[[float], float], x: float) -> float:
+    """Displacement at which law and feedforward x alpha_m agree [-]; x = K_1 |v_w| K_wire. The law falls, so there is one such point."""
+
+    def gap(alpha_m: float) -> float:
+        return alpha_m - law(x * alpha_m)
+
+    return 1.0 if gap(1.0) <= 0.0 else float(brentq(gap, 0.0, 1.0, xtol=1e-14, rtol=1e-14))

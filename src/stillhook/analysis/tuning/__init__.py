@@ -1,0 +1,1 @@
+"""Controllers at their best under limits."""

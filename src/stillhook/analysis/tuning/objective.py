@@ -1,0 +1,211 @@
+"""What a tuning wants and what it must keep: scenarios, hold-out waves, objectives, limits."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from enum import StrEnum
+from itertools import pairwise
+
+import numpy as np
+
+from stillhook.analysis.loop_stability.margins import GAIN_MARGIN, PHASE_MARGIN, SENSITIVITY_PEAK
+from stillhook.analysis.steady.steady_state import speed_limit
+from stillhook.errors import StillhookError
+from stillhook.sea.motion.motion import Motion, Sine, Sum
+from stillhook.spec.crane import Crane
+from stillhook.spec.scenario import Mode, Scenario, Sensors
+from stillhook.units import came, parse, show
+
+LOADS, SPEEDS, PERIODS = ("20 %", "60 %"), ("20 m/min", "50 m/min", "75 m/min"), ("8 s", "12 s")
+"""Scenarios of a tuning unless others are given: loads as parts of the SWL, peak speeds of the tip, wave periods."""
+FASTEST = 0.9
+"""Highest of those speeds over that which NS reaches with full pumps: on a slower winch all three shrink to it, so that leakage and
+acceleration leave something to tune."""
+WARM_UP, COUNTED = 20.0, 32.0
+"""Start of every run that is left out, and what counts [s]: a little more than the window of the peak-to-peak error."""
+HOLD_OUT_PERIODS, PARTS, HOLD_OUT_COUNTED = (6.5, 15.0), 6, 120.0
+"""Hold-out waves: so many sines of these periods [s], none of them a tuning's, in random phase; their runs are longer."""
+
+
+class Objective(StrEnum):
+    """What is made small: mean or largest control error, highest pressure, or half the mean error and half the pressure (as parts of
+    those of the start)."""
+
+    ERROR = "error"
+    WORST = "worst-error"
+    PRESSURE = "pressure"
+    BALANCED = "balanced"
+
+
+WEIGHTS: Mapping[Objective, tuple[float, float, float]] = {
+    Objective.ERROR: (1.0, 0.0, 0.0),
+    Objective.WORST: (0.0, 1.0, 0.0),
+    Objective.PRESSURE: (0.0, 0.0, 1.0),
+    Objective.BALANCED: (0.5, 0.0, 0.5),
+}
+"""Weights of mean error, largest error and highest pressure in the score."""
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What tuned settings must keep: highest pressure p_max [Pa]; gain margin [-], phase margin [rad] and sensitivity peak [-] of the
+    position loop with its PLC, in the published loop at the least displacement on the outermost layer and in the whole plant where the
+    mode is slow, from the empty hook to the heaviest payload that it carries, `load` at most [kg], on the scenarios' wires
+    (`stillhook.analysis.loop_stability.governing`); v_w_capacity speed with the pumps full, for every load [m/s] (None: that of the start,
+    "speed capacity kept"). Always kept: no saturation, no relief valve open, no motor overspeed, no cavitation, no slack wire, in any
+    scenario; and in the fast runs beside them nothing that the start does not do there either."""
+
+    p_max: float = math.inf
+    gain_margin: float = GAIN_MARGIN
+    phase_margin: float = PHASE_MARGIN
+    sensitivity_peak: float = SENSITIVITY_PEAK
+    v_w_capacity: float | None = None
+    load: float = math.inf
+
+    @property
+    def margins(self) -> tuple[float, float, float]:
+        """Gain margin [-], phase margin [rad] and sensitivity peak [-]."""
+        return self.gain_margin, self.phase_margin, self.sensitivity_peak
+
+
+_KINDS = {
+    "p_max": ("pressure", "<="),
+    "gain_margin": ("", ">="),
+    "phase_margin": ("angle", ">="),
+    "sensitivity_peak": ("", "<="),
+    "v_w_capacity": ("speed", ">="),
+    "load": ("mass", "<="),
+}
+_LIMIT = re.compile(r"\s*(\w+)\s*(<=|>=)\s*(.+?)\s*")
+
+
+def parse_limits(texts: Iterable[str]) -> Limits:
+    """Limits from texts such as "p_max <= 300 bar", "gain_margin >= 2.5", "v_w_capacity >= 100 m/min".
+
+    Errors: StillhookError, UnitError of one line.
+    """
+    limits, named = Limits(), set[str]()
+    for text in texts:
+        found = _LIMIT.fullmatch(text)
+        allowed = ", ".join(f"{n} {sign} ..." for n, (_, sign) in _KINDS.items())
+        if not found or found[1] not in _KINDS or found[2] != _KINDS[found[1]][1]:
+            raise StillhookError(f"limit {came(text)}: write one of {allowed}.")
+        name, (kind, _) = found[1], _KINDS[found[1]]
+        if name in named:
+            raise StillhookError(f"limit {came(text)}: {name} has a limit already. Write each limit once.")
+        named.add(name)
+        value = parse(found[3], kind, f"limit {name}") if kind else _plain(found[3], name)
+        limits = replace(limits, **{name: value})
+    return limits
+
+
+def _plain(text: str, name: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not value > 1.0 or math.isinf(value):
+        raise StillhookError(f"limit {name} = {came(text)}: give a number above 1.")
+    return value
+
+
+def usual_speeds(crane: Crane) -> tuple[str, ...]:
+    """Peak speeds for this winch: `SPEEDS`, or less of each on one whose NS cannot follow the highest of them. In whole m/min."""
+    fastest = max(parse(v, "speed", "speeds") for v in SPEEDS)
+    part = min(1.0, FASTEST * speed_limit(crane, Mode.NS) / fastest)
+    return tuple(f"{60.0 * part * parse(v, 'speed', 'speeds'):.0f} m/min" for v in SPEEDS)
+
+
+def scenarios(
+    crane: Crane,
+    mode: Mode = Mode.SSC,
+    *,
+    loads: Sequence[str] = LOADS,
+    speeds: Sequence[str] | None = None,
+    periods: Sequence[str] = PERIODS,
+    s_w: str = "100 m",
+    delay: float = 0.0,
+) -> list[Scenario]:
+    """Every load with every peak speed (default `usual_speeds`) and period, as sines. Loads are masses or parts of the SWL ("60 %").
+
+    Errors: StillhookError, UnitError for a text that is none of these.
+    """
+    masses = [_mass(crane, load) for load in loads]
+    pairs = [(parse(v, "speed", "speeds"), parse(T, "time", "periods")) for v in _speeds(crane, speeds) for T in periods]
+    if not masses or not pairs:
+        raise StillhookError("scenarios: give at least one load, one speed and one period.")
+    tips = [peak_sine(v, T) for v, T in pairs]
+    return [_case(m, s_w, tip, mode, COUNTED, delay) for m in masses for tip in tips]
+
+
+def hold_out(
+    crane: Crane,
+    mode: Mode = Mode.SSC,
+    *,
+    loads: Sequence[str] = LOADS,
+    speeds: Sequence[str] | None = None,
+    s_w: str = "100 m",
+    delay: float = 0.0,
+    seed: int = 0,
+) -> list[Scenario]:
+    """What the tuning never saw: irregular waves of `PARTS` sines in random phase with the same peak speeds, loads between those given.
+
+    `seed` draws periods and phases. The runs count two minutes.
+    """
+    rng = np.random.default_rng([seed, PARTS])
+    masses = sorted(_mass(crane, load) for load in loads)
+    between = [0.5 * (a + b) for a, b in pairwise(masses)] or masses
+    out = []
+    for load in [*between, masses[-1]]:
+        for v in _speeds(crane, speeds):
+            tip = _irregular(parse(v, "speed", "speeds"), rng)
+            out.append(_case(load, s_w, tip, mode, HOLD_OUT_COUNTED, delay))
+    return out
+
+
+def _speeds(crane: Crane, given: Sequence[str] | None) -> Sequence[str]:
+    return usual_speeds(crane) if given is None else given
+
+
+def _mass(crane: Crane, text: str) -> float:
+    if text.strip().endswith("%"):
+        try:
+            part = float(text.strip().removesuffix("%")) / 100.0
+        except ValueError:
+            part = math.nan
+        if not 0.0 <= part <= 1.0:
+            raise StillhookError(f'loads: "{text}": give a mass such as "100 t", or 0 to 100 % of the SWL.')
+        return part * crane.SWL
+    mass = parse(text, "mass", "loads")
+    if mass < 0.0:
+        raise StillhookError(f"loads: {came(text)}: below 0. Give 0 or more.")
+    return mass
+
+
+def peak_sine(v: float, T: float) -> Motion:
+    if not v > 0.0:
+        raise StillhookError(f"speeds: {show(v, 'speed')}: give a peak speed above 0.")
+    return Sine.from_si(v * T / (2.0 * math.pi), T, where="scenarios")
+
+
+def _irregular(v: float, rng: np.random.Generator) -> Motion:
+    """Sines of like speed in random phase, so large that the tip's highest speed over the run is v."""
+    periods = rng.uniform(*HOLD_OUT_PERIODS, size=PARTS)
+    phases = rng.uniform(0.0, 2.0 * math.pi, size=PARTS)
+
+    def motion(v_each: float) -> Motion:
+        return Sum([Sine.from_si(v_each * T / (2.0 * math.pi), T, p) for T, p in zip(periods, phases, strict=True)])
+
+    t = np.arange(0.0, WARM_UP + HOLD_OUT_COUNTED, 0.01)
+    return motion(v / float(np.max(np.abs(motion(1.0).sample(t)[1]))))
+
+
+def _case(load: float, s_w: str, tip: Motion, mode: Mode, counted: float, delay: float) -> Scenario:
+    case = Scenario(
+        load="0 t", s_w=s_w, tip=tip, mode=mode, warm_up=f"{WARM_UP} s", duration=f"{WARM_UP + counted} s",
+        sensors=Sensors(delay=f"{delay!r} s"),
+    )  # fmt: skip
+    return case.model_copy(update={"load": load})

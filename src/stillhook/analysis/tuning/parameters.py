@@ -1,0 +1,179 @@
+"""Which settings of a controller may be tuned, between which ends, and how they get into a crane and back into a file."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+from stillhook.analysis.controllers import Controller
+from stillhook.analysis.loop_stability.models.eigenfrequency import gain_limit
+from stillhook.engine.pack.winch import gains, wire_speed_max
+from stillhook.errors import StillhookError
+from stillhook.library.toml.tree import nearest
+from stillhook.spec.crane import Crane
+from stillhook.spec.scenario import Mode, mode_of
+from stillhook.units import show
+from stillhook.variables import BY_NAME
+
+FEEDFORWARD = ("K_1", "K_2", "K_p", "t_lead")
+MOTORS: Mapping[Mode, tuple[str, ...]] = {
+    Mode.NS: ("alpha_ns",),
+    Mode.HS: ("alpha_hs",),
+    Mode.SSC: ("u_thr", "alpha_min", "alpha_swl"),
+    Mode.SSC_CUBIC: ("u_thr", "alpha_min", "alpha_swl"),
+    Mode.LEVEL_1: (),
+    Mode.LEVEL_2: (),
+}
+"""Settings of the pumps, which all controllers share, and of each motor law."""
+K_1_RANGE = (0.95, 1.10)
+"""Search range of K_1 over the ideal one [-]: leakage takes 1 to 4 % of the speed, print has 0.82."""
+K_2_LEAD = 0.15
+"""Longest lead K_2 / K_1 that is searched [s]: two and a half times the lag of the published pumps."""
+K_P_RANGE = (0.005, 0.5)
+"""Search range of K_p over its limit of marginal stability at full displacement [-]; the margins end it before its upper end, and for a
+slow loaded winch at small displacement near its lower one."""
+LEAD_BEYOND = 0.1
+"""Lead beyond the delay of the motion signal that is searched [s]."""
+U_THR_RANGE = (0.1, 0.98)
+SAME = 1e-5
+"""Part by which a setting may differ from what it was and still be left out of a file [-]: half of its last digit."""
+ALPHA_MOST = 0.98
+"""Largest least displacement of SSC: at 1 it would be a fixed motor."""
+
+
+class Setting(NamedTuple):
+    """One setting that may be tuned: name, and the ends of its search [SI]."""
+
+    name: str
+    low: float
+    high: float
+
+
+def tunable(mode: Mode | str) -> tuple[str, ...]:
+    """Names of the settings that a motor law knows. Errors: StillhookError for a mode without a motor law, or an unknown one."""
+    law = mode_of(mode)
+    if law not in MOTORS:
+        raise StillhookError(f'"{law}" has no settings to tune. Choose {", ".join(MOTORS)}.')
+    return (*FEEDFORWARD, *MOTORS[law])
+
+
+def space(crane: Crane, mode: Mode, free: Sequence[str] = (), *, delay: float = 0.0) -> tuple[Setting, ...]:
+    """The settings to tune with the ends of their search; all that the motor law knows unless `free` names some.
+
+    alpha_min, the absolute minimum that protects winch components whose limits no crane file holds, may be raised, never lowered.
+    Errors: StillhookError for a setting that this law does not know, or one named twice.
+    """
+    known = tunable(mode)
+    for name in free:
+        if name not in known:
+            raise StillhookError(f'free: "{name}" is no setting of {mode.value}, which has {", ".join(known)}{nearest(name, known)}')
+        if list(free).count(name) > 1:
+            raise StillhookError(f'free: "{name}" is named twice. Name each setting once.')
+    K_1, K_p_ms = 1.0 / wire_speed_max(crane), gain_limit(crane).K_p_ms
+    motor, c = crane.active.motor, crane.control
+    ends = {
+        "K_1": (K_1_RANGE[0] * K_1, K_1_RANGE[1] * K_1),
+        "K_2": (0.0, K_2_LEAD * K_1),
+        "K_p": (K_P_RANGE[0] * K_p_ms, K_P_RANGE[1] * K_p_ms),
+        "t_lead": (0.0, delay + LEAD_BEYOND),
+        "u_thr": U_THR_RANGE,
+        "alpha_min": (motor.alpha_min, max(ALPHA_MOST, motor.alpha_min)),
+        "alpha_swl": (motor.alpha_min, 1.0),
+        "alpha_ns": (c.alpha_hs, 1.0),
+        "alpha_hs": (motor.alpha_min, c.alpha_ns),
+    }
+    start = present(crane)
+    wanted = free or known
+    return tuple(Setting(n, min(ends[n][0], start[n]), max(ends[n][1], start[n])) for n in wanted if ends[n][1] > ends[n][0])
+
+
+def present(crane: Crane) -> dict[str, float]:
+    """Every tunable setting as the PLC runs with it, derived ones worked out [SI]."""
+    g, c = gains(crane), crane.control
+    alpha_swl = c.alpha_ns if c.alpha_swl is None else c.alpha_swl
+    return {
+        "K_1": g.K_1,
+        "K_2": g.K_2,
+        "K_p": g.K_p,
+        "t_lead": c.t_lead or 0.0,
+        "u_thr": c.u_thr,
+        "alpha_min": crane.active.motor.alpha_min,
+        "alpha_swl": alpha_swl,
+        "alpha_ns": c.alpha_ns,
+        "alpha_hs": c.alpha_hs,
+    }
+
+
+def with_settings(crane: Crane, values: Mapping[str, float]) -> Crane:
+    """The crane with these settings, as numbers in SI: a hundred times faster than by a crane file.
+
+    A raised alpha_min takes the fixed displacements of NS and HS with it where they would lie below; SSC does not use them.
+    Errors: StillhookError for a number that no crane file could hold.
+    """
+    for name, value in values.items():
+        if not (math.isfinite(value) and 0.0 <= value and (value <= 1.0 or name in FEEDFORWARD)):
+            raise StillhookError(f"{name} = {value!r}: outside what a crane file can hold.")
+    control = dict(values)
+    alpha_min = control.pop("alpha_min", None)
+    if alpha_min is None:
+        return crane.model_copy(update={"control": crane.control.model_copy(update=control)})
+    control |= _raised(crane, alpha_min, control)
+    motor = crane.active.motor.model_copy(update={"alpha_min": alpha_min})
+    active = crane.active.model_copy(update={"motor": motor})
+    return crane.model_copy(update={"control": crane.control.model_copy(update=control), "active": active})
+
+
+def _raised(crane: Crane, alpha_min: float, control: Mapping[str, float]) -> dict[str, float]:
+    """Fixed displacements that a raised alpha_min takes with it; alpha_swl stays what it was where it followed alpha_ns."""
+    c, out = crane.control, {}
+    if alpha_min > c.alpha_hs:
+        out["alpha_hs"] = alpha_min
+    if alpha_min > c.alpha_ns:
+        out["alpha_ns"] = alpha_min
+        if c.alpha_swl is None and "alpha_swl" not in control:
+            out["alpha_swl"] = c.alpha_ns
+    return out
+
+
+def tuned_controller(crane: Crane, start: Controller, values: Mapping[str, float], name: str) -> Controller:
+    """A controller with these settings on top of those of `start`, in the form of a file: what differs, with five digits and units.
+
+    K_p is rounded down, alpha_min up, so that margins that were kept stay kept.
+    """
+    plain = start.on(crane)
+    old_values = present(plain)
+    numbers = {n: rounded(n, v) for n, v in values.items() if not math.isclose(v, old_values[n], rel_tol=SAME)}
+    if "alpha_min" in numbers:
+        numbers |= _raised(plain, numbers["alpha_min"], numbers)
+    old = start.changes_on(crane)
+    control, motor = dict(old.get("control", {})), dict(old.get("active", {}).get("motor", {}))
+    for n, v in numbers.items():
+        (motor if n == "alpha_min" else control)[n] = text_of(n, v)
+    changes: dict[str, Any] = {"control": control} | ({"active": {"motor": motor}} if motor else {})
+    return Controller(name, start.mode, changes)
+
+
+def rounded(name: str, value: float) -> float:
+    """A setting with five significant digits, on the safe side where the margins hang on it."""
+    if value == 0.0:
+        return 0.0
+    scale = 10.0 ** (4 - math.floor(math.log10(abs(value))))
+    shift = {"K_p": math.floor, "alpha_min": math.ceil}.get(name, round)
+    return float(f"{shift(value * scale) / scale:.5g}")
+
+
+def text_of(name: str, value: float) -> str | float:
+    """A setting as a crane file has it."""
+    kind = BY_NAME[name].kind
+    return show(value, kind, 6) if kind else value
+
+
+def of_vector(settings: Sequence[Setting], x: Sequence[float]) -> dict[str, float]:
+    """Settings from a point of the unit cube; its ends stay ends."""
+    return {s.name: min(max(s.low + float(u) * (s.high - s.low), s.low), s.high) for s, u in zip(settings, x, strict=True)}
+
+
+def to_vector(settings: Sequence[Setting], values: Mapping[str, float]) -> list[float]:
+    """The point of the unit cube that settings lie at."""
+    return [(values[s.name] - s.low) / (s.high - s.low) for s in settings]

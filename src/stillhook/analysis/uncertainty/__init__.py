@@ -1,0 +1,1 @@
+"""What is not known about a winch, carried into its results."""

@@ -1,0 +1,289 @@
+"""The closed table of what is uncertain about a winch, how wide, and what each factor does to crane and scenario."""
+
+from __future__ import annotations
+
+import math
+import operator
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from stillhook.analysis.uncertainty.distribution import Distribution, Law
+from stillhook.engine.pack.winch import load_record
+from stillhook.engine.scenario.checks import case_friction, friction_parts, layer_diameter_at, loss_notes
+from stillhook.spec.crane import Crane, ServoVariant, Wire, beside_wire
+from stillhook.spec.scenario import Scenario
+
+CASE = "case."
+"""Begin of the paths that lie in the scenario; all others lie in the crane."""
+LONGEST_DELAY = 10.0
+"""Largest delay of the tip's signals that a scenario takes [s]."""
+LEAST_RATIO = 1e-3
+"""Low end of a positive number over its high end, where the file says nought [-]."""
+NORMAL_95 = 1.959964
+"""Deviations of a normal distribution that hold 95 % on either side of its mean."""
+RESPONSE = (0.7, 1.0, 3.5)
+"""Time that a motor takes to swivel [s]: shortest, that of 5 rad/s, longest. Source: Moslatt 2020 paper F section 2.2, paper C."""
+
+
+class Target(NamedTuple):
+    """A number that a factor changes: dotted path, and the share of it that follows the factor.
+
+    The number becomes `base (1 + share (factor - 1))`; share None: it is the factor's value itself.
+    """
+
+    path: str
+    share: Callable[[Crane], float] | None
+
+
+def passive_outside_fit(crane: Crane, case: Scenario) -> bool:
+    """Whether the passive motors carry this load where their loss was not fitted."""
+    d = layer_diameter_at(crane, case.s_w)
+    return any(p.circuit == "passive" and p.beyond for p in friction_parts(crane, load_record(crane, case).W, d, 0.0, 1.0))
+
+
+def motors_outside_fit(crane: Crane, case: Scenario) -> bool:
+    """Whether losses of motors that work outside their fit are a considerable part of this run's friction."""
+    return bool(loss_notes(case_friction(crane, case)))
+
+
+def _all(crane: Crane) -> float:
+    return 1.0
+
+
+def _scaled(*paths: str) -> tuple[Target, ...]:
+    return tuple(Target(path, _all) for path in paths)
+
+
+@dataclass(frozen=True)
+class Factor:
+    """One thing that is not known well.
+
+    kind of quantity ("": a pure number); default distribution with the reason of its width; whether it is among those drawn by default;
+    least, most what it may be [SI]; targets what it changes, those that a crane does not have left out; of: the distribution where a
+    crane file says how wide it is, in place of the default; outside: its ends where the default distribution does not hold at the working
+    point (`strained`).
+    """
+
+    name: str
+    meaning: str
+    targets: tuple[Target, ...]
+    default: Distribution
+    reason: str
+    drawn: bool = True
+    kind: str = ""
+    least: float = 0.0
+    most: float = math.inf
+    of: Callable[[Crane], Distribution] | None = None
+    outside: tuple[float, float] | None = None
+
+    def strained(self, crane: Crane, case: Scenario) -> bool:
+        """Whether its default distribution does not hold at the working point of this run, where `outside` does."""
+        return self.outside is not None and motors_outside_fit(crane, case)
+
+    def absent(self, crane: Crane, case: Scenario) -> str:
+        """Why it changes nothing here; "" where it does."""
+        if self.name == "motor_offset" and crane.active.motor.variant is ServoVariant.CLOSED_LOOP:
+            return f'the motors of "{crane.name}" are closed-loop. Set active.motor.variant, or leave it out.'
+        if crane.passive is None and all(t.path.startswith("passive.") for t in self.targets):
+            return f'"{crane.name}" has no passive circuit. Leave it out.'
+        if all(missing(crane, t.path) for t in self.targets):
+            return f'"{crane.name}" does not give {self.targets[0].path}. Give it, or leave it out.'
+        if self.name == PASSIVE_LOSS and not passive_outside_fit(crane, case):
+            return f'the passive motors of "{crane.name}" work where their loss was fitted. Leave it out.'
+        if self.name == "load" and case.load == 0.0:
+            return "nothing but the hook hangs on the wire. Leave it out."
+        return ""
+
+
+RATES = tuple(f"{circuit}.{unit}.servo.rate_max" for circuit in ("active", "passive") for unit in ("pump", "motor"))
+OPTIONAL = ("active.boost.Q_max", "control.compute_share", "hpu.P_max", "hpu.P_back", *RATES)
+"""Fields that a crane file may leave out, and that nothing stands for then."""
+
+
+def missing(crane: Crane, path: str) -> bool:
+    """Whether a crane leaves out a field, or its circuit."""
+    if path.startswith("passive.") and crane.passive is None:
+        return True
+    if path.startswith("hpu.") and crane.hpu is None:
+        return True
+    return path in OPTIONAL and operator.attrgetter(path)(crane) is None
+
+
+def damping_range(wire: Wire) -> tuple[float, float]:
+    """Low and high end of the wire's damping ratio [-]: as the file gives them, else a third of the ratio and three times it; the
+    ratio itself lies between them."""
+    low = wire.zeta / 3.0 if wire.zeta_low is None else wire.zeta_low
+    high = 3.0 * wire.zeta if wire.zeta_high is None else wire.zeta_high
+    return min(low, wire.zeta), max(high, wire.zeta)
+
+
+def between(low: float, high: float) -> Distribution:
+    """A positive number of which 95 % lie between two values."""
+    low = max(low, LEAST_RATIO * high)
+    return Distribution(Law.LOGNORMAL, (math.sqrt(low * high), (high / low) ** (0.5 / NORMAL_95)))
+
+
+PASSIVE_LOSS = "passive_motor_loss"
+LOSSES = ("X_1", "X_2", "X_3", "X_4", "X_5")
+DRY_AND_VISCOUS = ("Y_1", "Y_2", "Y_3", "Y_5", "Y_6")
+BOTH = ("active", "passive")
+MOTOR_LEAKS = tuple(f"{c}.motor.{C}" for c in BOTH for C in ("C_1", "C_2"))
+PUMP_LEAKS = tuple(f"{c}.pump.leak_scale" for c in BOTH)
+
+
+def _normal(deviation: float) -> Distribution:
+    return Distribution(Law.NORMAL, (1.0, deviation))
+
+
+def _lognormal(spread: float) -> Distribution:
+    return Distribution(Law.LOGNORMAL, (1.0, spread))
+
+
+def _triangular(low: float, high: float, peak: float = 1.0) -> Distribution:
+    return Distribution(Law.TRIANGULAR, (low, peak, high))
+
+
+_TABLE = (
+    Factor(
+        "friction",
+        "system friction of gears, bearings, sheaves and wire: Y_1, Y_2, Y_3, Y_5, Y_6 together",
+        _scaled(*(f"friction.system.{Y}" for Y in DRY_AND_VISCOUS)),
+        _lognormal(1.3),
+        "assumed; published sets of three cranes differ by up to a factor of 5 per motor at the same drum torque",
+    ),
+    Factor(
+        "motor_loss",
+        "torque loss of all motors: X_1 to X_5 together",
+        _scaled(*(f"{c}.motor.loss.{X}" for c in BOTH for X in LOSSES)),
+        _normal(0.1),
+        "paper D: friction of motors in place lies within 10 % of its average over displacements; 0.5 to 1.5 outside the fit is assumed",
+        outside=(0.5, 1.5),
+    ),
+    Factor(
+        "leakage",
+        "leakage of all motors and pumps together",
+        _scaled(*MOTOR_LEAKS, *PUMP_LEAKS),
+        _lognormal(1.3),
+        "assumed: new to worn; cranes of the thesis have 0.28 to 0.42 L/min/bar",
+    ),
+    Factor("pump_leakage", "leakage of all pumps", _scaled(*PUMP_LEAKS), _lognormal(1.3), "assumed, as leakage", drawn=False),
+    Factor("motor_leakage", "leakage of all motors: C_1, C_2", _scaled(*MOTOR_LEAKS), _lognormal(1.3), "assumed, as leakage", drawn=False),
+    Factor(
+        "inertia",
+        "J_m_eff with a full drum; motors, gears and drum share the difference, the wire keeps its mass",
+        (
+            *(Target(path, beside_wire) for path in (*(f"{c}.motor.J" for c in BOTH), "inertia.J_gear", "inertia.J_drum")),
+            Target("inertia.J_m_eff", _all),
+        ),
+        _normal(0.05),
+        "assumed: published with two digits, its parts are ours",
+    ),
+    Factor(
+        "bulk_modulus",
+        "effective bulk modulus of the oil in all lines",
+        _scaled(*(f"{c}.line.bulk_modulus" for c in BOTH)),
+        _triangular(0.6, 1.1),
+        "assumed: 17 500 bar is near the top for oil in pipes; air and hoses lower it",
+    ),
+    Factor("line_volume", "oil volume of the active lines", _scaled("active.line.V"), _triangular(0.8, 1.25), "assumed; 80 L in paper E"),
+    Factor(
+        "pump_servo",
+        "natural frequency of the pumps' displacement control; the PLC's K_2 stays as it is",
+        _scaled(*(f"{c}.pump.servo.omega_n" for c in BOTH)),
+        _triangular(0.85, 1.15),
+        "assumed; fitted to measurements with a good fit (paper F figure 6)",
+    ),
+    Factor(
+        "pump_zeta",
+        "damping ratio of the pumps' displacement control; the PLC's K_2 stays as it is",
+        _scaled(*(f"{c}.pump.servo.zeta" for c in BOTH)),
+        _triangular(0.8, 1.2),
+        "assumed, as pump_servo",
+    ),
+    Factor(
+        "motor_servo",
+        "natural frequency of the motors' displacement control",
+        _scaled(*(f"{c}.motor.servo.omega_n" for c in BOTH)),
+        _triangular(RESPONSE[1] / RESPONSE[2], RESPONSE[1] / RESPONSE[0]),
+        "published: responses of 0.7 to 3.5 s (papers C and F), 1 s at the 5 rad/s of the library",
+    ),
+    Factor(
+        "motor_offset",
+        "open loop: displacement of the active motors above its command, part of D_max",
+        (Target("active.motor.offset", None),),
+        Distribution(Law.UNIFORM, (0.05, 0.10)),
+        "published: up to 20 of 215 cm^3/rev (paper E section 5.1.1)",
+        most=0.99,
+    ),
+    Factor("boost", "boost pressure of the active circuit", _scaled("active.boost.p"), _triangular(0.9, 1.1), "assumed; 25 bar in paper E"),
+    Factor(
+        "gas_pressure",
+        "gas charge of the accumulator, and with it the set point of the passive pumps",
+        _scaled("passive.accumulator.gas.p_0"),
+        _normal(0.03),
+        "assumed: 10 K of gas temperature at the charge",
+    ),
+    Factor(
+        "delay",
+        "delay of the tip's motion signals",
+        (Target(f"{CASE}sensors.delay", None),),
+        Distribution(Law.UNIFORM, (0.0, 0.020)),
+        "assumed: at most a PLC cycle of 10 ms and a sample of a motion unit at 100 Hz",
+        kind="time",
+        most=LONGEST_DELAY,
+    ),
+    Factor(
+        "wire_damping",
+        "damping ratio of the load on the wire",
+        (Target("wire.zeta", None),),
+        Distribution(Law.LOGNORMAL, (0.0224, 2.146)),
+        "assumed: 95 % within the crane's wire.zeta_low to wire.zeta_high, in the library 0.005 to 0.1 about the 0.01 of deep lifts",
+        most=9.9,
+        of=lambda crane: between(*damping_range(crane.wire)),
+    ),
+    Factor(
+        "boost_flow",
+        "flow that the boost pumps give",
+        _scaled("active.boost.Q_max"),
+        _triangular(0.6, 1.5),
+        "assumed, as boost.Q_max is",
+    ),
+    Factor(
+        "hydraulic_power",
+        "power that the hydraulic power units give and take back",
+        _scaled("hpu.P_max", "hpu.P_back"),
+        _triangular(0.6, 1.3),
+        "assumed, as hpu is; units are often smaller than the pumps' corner power",
+    ),
+    Factor(
+        "swash_rate",
+        "highest rate of the pumps' and motors' displacement",
+        _scaled(*RATES),
+        _triangular(0.5, 2.0),
+        "assumed, as rate_max is",
+    ),
+    Factor(
+        "computing_delay",
+        "time from reading to writing in a PLC cycle, over the cycle",
+        (Target("control.compute_share", None),),
+        Distribution(Law.UNIFORM, (0.0, 1.0)),
+        "assumed: outputs are written at once, or as late as the end of the cycle",
+        most=1.0,
+    ),
+    Factor("wire_stiffness", "elastic modulus of the wire", _scaled("wire.E"), _normal(0.1), "assumed, as the wire's fill is"),
+    Factor("load", "mass of the payload", _scaled(f"{CASE}load"), _triangular(0.97, 1.03), "assumed: weighed to 3 %"),
+    Factor(
+        PASSIVE_LOSS,
+        "torque loss of passive motors that work outside the range of their fit, as with an empty hook at a few per cent of displacement; "
+        "beside motor_loss, which holds for all motors",
+        _scaled(*(f"passive.motor.loss.{X}" for X in LOSSES)),
+        _triangular(0.3, 2.0),
+        "assumed: paper A finds the accuracy drastically reduced below 120 cm^3/rev, and near zero stroke the pistons rub less, or stick",
+    ),
+)
+
+FACTORS: Mapping[str, Factor] = {f.name: f for f in _TABLE}
+"""Every factor by name, in the order in which tables show them."""
+EXCLUSIVE = (("leakage", "pump_leakage"), ("leakage", "motor_leakage"))
+"""Pairs that would count the same thing twice."""

@@ -1,0 +1,124 @@
+"""Pictures of many draws: bands of every case, exceedance curves, indices as bars."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from stillhook.analysis.uncertainty.bands import Limit, bands, exceedance
+from stillhook.analysis.uncertainty.sobol import MATTERS, Sensitivity
+from stillhook.report.plots.run import COLOURS, GREY
+from stillhook.units import in_display
+
+if TYPE_CHECKING:
+    import xarray
+    from matplotlib.figure import Figure
+
+SHOWN = {"e_c_pp": ("control error peak-to-peak [mm]", "diameter"), "p_max": ("peak pressure [bar]", "pressure")}
+"""Numbers that pictures show, their words and the kind in whose display unit they stand."""
+SHARE = 100.0
+
+
+def band_figure(run: xarray.Dataset, title: str = "") -> Figure:
+    """Every draw of every case as a point, its median and 5-95 % band, and the crane as it is described."""
+    from matplotlib.figure import Figure  # heavy: only where pictures are wanted
+
+    cases = [str(c) for c in run["case"].values]
+    at_values, found = json.loads(run.attrs["at_values"]), bands(run, list(SHOWN))
+    figure = Figure(figsize=(5.0 * len(SHOWN), 1.6 + 0.75 * len(cases)), layout="constrained")
+    for ax, (name, (words, kind)) in zip(figure.subplots(1, len(SHOWN), sharey=True), SHOWN.items(), strict=True):
+        for y, (case, colour) in enumerate(zip(cases, COLOURS * len(cases), strict=False)):
+            values = _shown(run[name].sel(case=case).values, kind)
+            spread = 0.16 * (np.argsort(np.argsort(run["factor_value"].values[:, 0])) / max(len(values) - 1, 1) - 0.5)
+            ax.plot(values, y + 0.22 + spread, ".", color=colour, alpha=0.45, ms=4, mew=0)
+            b = found[case][name]
+            low, median, high = (float(in_display(x, kind)) for x in (b.low, b.median, b.high))
+            ax.plot([low, high], [y - 0.08, y - 0.08], color=colour, lw=5, solid_capstyle="butt", label="5 to 95 %" if y == 0 else None)
+            ax.plot(median, y - 0.08, "|", color="white", ms=9, mew=2)
+            ax.plot(
+                _shown(np.array([at_values[case][name]]), kind), y - 0.28, "^", color=GREY, ms=6, label="as described" if y == 0 else None
+            )
+        ax.set_xlabel(words)
+        ax.set_yticks(range(len(cases)), [c.upper() if len(c) < 4 else c for c in cases])
+        ax.set_ylim(len(cases) - 0.5, -0.5)
+        ax.grid(axis="x", alpha=0.3)
+    ax.legend(fontsize="small", frameon=False, loc="best")
+    figure.suptitle(title, fontsize="medium")
+    return figure
+
+
+def exceedance_figure(run: xarray.Dataset, limits: Sequence[Limit] = (), title: str = "") -> Figure:
+    """Share of the draws above each value, one curve a case; limits as lines."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(5.0 * len(SHOWN), 3.8), layout="constrained")
+    for ax, (name, (words, kind)) in zip(figure.subplots(1, len(SHOWN), sharey=True), SHOWN.items(), strict=True):
+        for case, colour in zip((str(c) for c in run["case"].values), COLOURS * run.sizes["case"], strict=False):
+            values, share = exceedance(run[name].sel(case=case).values)
+            ax.step(_shown(values, kind), SHARE * share, where="post", color=colour, label=case.upper() if len(case) < 4 else case)
+        for limit in limits:
+            if limit.name == name:
+                ax.axvline(in_display(limit.value, kind), color=GREY, ls="--", lw=1)
+                ax.annotate("limit", (in_display(limit.value, kind), 100.0), xytext=(3, -9), textcoords="offset points", fontsize="small")
+        ax.set_xlabel(words)
+        ax.set_ylim(0.0, SHARE)
+        ax.grid(alpha=0.3)
+    figure.axes[0].set_ylabel("draws above it [%]")
+    figure.axes[0].legend(frameon=False, fontsize="small")
+    figure.suptitle(title, fontsize="medium")
+    return figure
+
+
+def index_figure(found: Sequence[Sensitivity], title: str = "", least: float = MATTERS) -> Figure:
+    """Indices as bars, one panel for each case and output: first order and, lighter, total order, with 95 % intervals.
+
+    Factors whose total index is below `least` in every panel are left out.
+    """
+    from matplotlib.figure import Figure
+
+    names = _worth(found, least)
+    cases, outputs = list(dict.fromkeys(s.case for s in found)), list(dict.fromkeys(s.output for s in found))
+    size = (4.2 * len(cases) + 1.0, len(outputs) * (0.34 * len(names) + 1.1) + 0.6)
+    figure = Figure(figsize=size, layout="constrained")
+    panels = figure.subplots(len(outputs), len(cases), sharex=True, sharey=True, squeeze=False)
+    for s in found:
+        ax = panels[outputs.index(s.output), cases.index(s.case)]
+        _bars(ax, s, names)
+        ax.set_title(f"{s.case}: {SHOWN[s.output][0].split(' [')[0] if s.output in SHOWN else s.output}", fontsize="small")
+    for ax in panels[-1]:
+        ax.set_xlabel("share of the variance [%]")
+    panels[0, -1].legend(fontsize="small", frameon=False, loc="lower right")
+    figure.suptitle(title, fontsize="medium")
+    return figure
+
+
+def _worth(found: Sequence[Sensitivity], least: float) -> list[str]:
+    """Factors to show, largest total index anywhere first; at least one."""
+    most: dict[str, float] = {}
+    for s in found:
+        for name, x in s.indices.items():
+            most[name] = max(most.get(name, 0.0), x.total)
+    ranked = sorted(most, key=lambda name: -most[name])
+    return [name for name in ranked if most[name] >= least] or ranked[:1]
+
+
+def _bars(ax: Any, s: Sensitivity, names: Sequence[str]) -> None:
+    for y, name in enumerate(names):
+        if (x := s.indices.get(name)) is None:
+            continue
+        first = y == 0
+        ax.barh(y, SHARE * x.total, height=0.7, color=COLOURS[5], alpha=0.5, label="with interactions (total)" if first else None)
+        ax.barh(y, SHARE * max(x.first, 0.0), height=0.4, color=COLOURS[0], label="alone (first order)" if first else None)
+        ax.plot([SHARE * x.first_low, SHARE * x.first_high], [y, y], color="black", lw=1, label="95 % of the first" if first else None)
+    ax.set_yticks(range(len(names)), names)
+    ax.set_ylim(len(names) - 0.5, -0.5)
+    ax.axvline(0.0, color=GREY, lw=0.8)
+    ax.set_xlim(-0.1 * SHARE, 1.1 * SHARE)
+    ax.grid(axis="x", alpha=0.3)
+
+
+def _shown(values: Any, kind: str) -> Any:
+    return np.array([in_display(float(x), kind) for x in values])

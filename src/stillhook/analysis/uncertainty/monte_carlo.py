@@ -1,0 +1,166 @@
+"""Every case under every draw of what is uncertain, in bounded memory and from a record that repeats it."""
+
+from __future__ import annotations
+
+import itertools
+import json
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from stillhook._version import __version__
+from stillhook.analysis.uncertainty.factors_file import Draws, Uncertainty, draws
+from stillhook.analysis.uncertainty.samples import Drawing, Pair
+from stillhook.base.arrays import FloatArray
+from stillhook.base.progress import Progress
+from stillhook.engine.arguments import STATISTICS_STEP, paired, steps_per_cycle
+from stillhook.engine.scenario.batch import NUMBERS, summaries
+from stillhook.engine.validity import twin_line
+from stillhook.errors import ScenarioError
+from stillhook.kernels.build import results_hash
+from stillhook.library import crane_toml
+from stillhook.library.crane_file.draws import crane_with
+from stillhook.spec.crane import Crane
+from stillhook.spec.scenario import Scenario
+from stillhook.units import came
+from stillhook.variables import attributes
+
+if TYPE_CHECKING:
+    import xarray
+
+
+AT_ONCE = 4096
+"""Runs that are made at once: their cranes take about 60 MB."""
+SAMPLER = "scrambled Sobol sequence (scipy.stats.qmc), one dimension for each factor of the table"
+
+
+def monte_carlo(
+    crane: Crane | Sequence[Crane],
+    case: Scenario | Sequence[Scenario],
+    uncertainty: Uncertainty | None = None,
+    *,
+    n: int = 256,
+    seed: int = 0,
+    labels: Sequence[str] | None = None,
+    step: str | None = None,
+    threads: int = 2,
+    store: str | Path | None = None,
+    client: Any = None,
+    progress: Progress | None = None,
+) -> xarray.Dataset:
+    """Every case under n draws of what is uncertain; all cases see the same draws, so that their differences are sharp.
+
+    Parameters
+    ----------
+    crane, case: one or several of either, in pairs, as in `stillhook.simulate`; two controllers are two cases (on two cranes where
+    their settings differ). uncertainty: default `Uncertainty.default`. n, seed: see `draws`. labels: names along "case".
+    step, threads, store, client, progress: as in `stillhook.engine.scenario.batch.summaries`.
+
+    Returns
+    -------
+    Dataset over (case, draw) with the summary of every run, and `factor_value` over (draw, factor) [SI]. A draw that lost its numbers
+    has status "diverged" and NaN; nothing is dropped. Attributes hold cranes, scenarios, factors and seed, from which `drawn_pair`
+    makes the crane of any draw; `at_values` is the run of every case with nothing drawn. A drawn crane is another one than that of a
+    certificate, so `validated` is 0 in every draw; whether the twin is validated for a case is that of `at_values`.
+
+    Errors: SpecError, ScenarioError of one line before anything runs, also where an end of a distribution is no crane.
+    """
+    cranes, cases = paired(crane, case)
+    names = case_labels(cases, labels)
+    known = (uncertainty or Uncertainty.default()).on(*zip(cranes, cases, strict=True))
+    table = draws(known, n, seed)
+    drawings = base_drawings(cranes, cases, known, table)
+    numbers, status, at_values = run_drawn(
+        drawings, table.values, step=step, threads=threads, store=store, client=client, progress=progress
+    )
+    data = _dataset(names, table, numbers, status)
+    bases = [d.crane for d in drawings]
+    one = all(c is bases[0] for c in bases)
+    data.attrs = {
+        "title": f"Stillhook: {len(cases)} case{'s' * (len(cases) > 1)} under {n} draws of {len(known.factors)} factors",
+        "crane": crane_toml(bases[0]) if one else json.dumps([crane_toml(c) for c in bases]),
+        "twin": twin_line(bases[0]),
+        "scenarios": json.dumps([c.to_dict() for c in cases]),
+        "factors": json.dumps(known.to_dict()),
+        "at_values": json.dumps(dict(zip(names, at_values, strict=True))),
+        "seed": seed,
+        "sampler": SAMPLER,
+        "stillhook_version": __version__,
+        "stillhook_code": results_hash(),
+        "step": cranes[0].control.t_cycle / steps_per_cycle(cranes[0], step, STATISTICS_STEP),
+    }
+    return data
+
+
+def case_labels(cases: Sequence[Scenario], labels: Sequence[str] | None) -> list[str]:
+    """Names along "case": those given, those of the cases, their modes, or numbers; whichever tell them apart."""
+    own = [[c.name for c in cases], [c.mode.value for c in cases], [str(i) for i in range(len(cases))]]
+    for names in [list(labels)] if labels is not None else own:
+        if len(names) == len(set(names)) == len(cases) and all(names):
+            return names
+    raise ScenarioError(f"labels = {came(labels)}: give {len(cases)} different names, one for each case.")
+
+
+def base_drawings(cranes: Sequence[Crane], cases: Sequence[Scenario], known: Uncertainty, table: Draws) -> list[Drawing]:
+    """What the draws do to every case; checked at the ends of the distributions, a crane once."""
+    based: dict[int, Crane] = {}
+    seen: set[int] = set()
+    out = []
+    for crane, case in zip(cranes, cases, strict=True):
+        if id(crane) not in based:
+            based[id(crane)] = crane_with(crane, *known.sets) if known.sets else crane
+        drawing = Drawing(based[id(crane)], case, table.columns)
+        drawing.check_ends(table.values, crane=id(crane) not in seen)
+        seen.add(id(crane))
+        out.append(drawing)
+    return out
+
+
+def run_drawn(
+    drawings: Sequence[Drawing], values: FloatArray, *, progress: Progress | None = None, **how: Any
+) -> tuple[FloatArray, list[list[str]], list[dict[str, Any]]]:
+    """Numbers of shape (case, draw, NUMBERS), status of every run, and the summary of every case with nothing drawn.
+
+    A few thousand runs at a time, so that memory stays bounded; how: keywords of `summaries`.
+    """
+    n, total = len(values), len(drawings) * (len(values) + 1)
+    work: Iterator[Pair] = itertools.chain(((d.crane, d.case) for d in drawings), *(d.pairs(values) for d in drawings))
+    found, status = np.empty((total, len(NUMBERS))), list[str]()
+    at_values: list[dict[str, Any]] = []
+    while pairs := list(itertools.islice(work, AT_ONCE)):
+        done = len(status)
+        told = part_of(progress, done / total, len(pairs) / total)
+        part = summaries([c for c, _ in pairs], [s for _, s in pairs], progress=told, **how)
+        found[done : done + len(part)] = [[s[name] for name in NUMBERS] for s in part]
+        status += [s["status"] for s in part]
+        at_values += part[: max(len(drawings) - done, 0)]
+    k = len(drawings)
+    rows = [status[k + i * n : k + (i + 1) * n] for i in range(k)]
+    return found[k:].reshape(k, n, len(NUMBERS)), rows, at_values
+
+
+def part_of(progress: Progress | None, begin: float, size: float) -> Progress | None:
+    """Progress of a part of a longer run."""
+    return None if progress is None else lambda share: progress(begin + share * size)
+
+
+def _dataset(names: Sequence[str], table: Draws, numbers: FloatArray, status: list[list[str]]) -> xarray.Dataset:
+    import xarray  # heavy
+
+    dims = ("case", "draw")
+    columns: dict[str, Any] = {"status": (dims, np.array(status, dtype=object), attributes("status"))}
+    columns |= {name: (dims, numbers[:, :, j], attributes(name)) for j, name in enumerate(NUMBERS)}
+    columns["factor_value"] = (("draw", "factor"), table.values, attributes("factor_value"))
+    return xarray.Dataset(columns, coords={"case": list(names), "draw": np.arange(len(table.values)), "factor": list(table.columns)})
+
+
+def drawn_pair(run: xarray.Dataset, case: str, i: int) -> Pair:
+    """Crane and scenario of draw i of a case, as a crane file has them, with where every number is from."""
+    from stillhook.formats.results import origin
+
+    cranes, cases = origin(run)
+    k = [str(c) for c in run["case"].values].index(case)
+    drawing = Drawing(cranes[k], cases[k], [str(f) for f in run["factor"].values])
+    return drawing.checked(run["factor_value"].values[i], f"draw {i} (seed {run.attrs['seed']})")

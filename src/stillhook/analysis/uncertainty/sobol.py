@@ -1,0 +1,221 @@
+"""Which of the uncertain factors the spread of a result comes from: variance-based indices of first and total order."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from stillhook.analysis.uncertainty.bands import NUMERIC
+from stillhook.analysis.uncertainty.distribution import Distribution, Law
+from stillhook.analysis.uncertainty.factors import FACTORS
+from stillhook.analysis.uncertainty.factors_file import MOST, Draws, Uncertainty, even, shaped
+from stillhook.analysis.uncertainty.monte_carlo import base_drawings, case_labels, run_drawn
+from stillhook.base.arrays import FloatArray
+from stillhook.base.progress import Progress
+from stillhook.engine.arguments import paired
+from stillhook.engine.scenario.batch import NUMBERS
+from stillhook.errors import SimulationError, SpecError
+from stillhook.library.toml.tree import nearest
+from stillhook.spec.crane import Crane
+from stillhook.spec.scenario import Scenario
+from stillhook.units import came
+
+CONFIDENCE = 0.95
+RESAMPLES = 200
+"""Bootstrap resamples: the ends of a 95 % interval then stand within about a tenth of its width."""
+SETTLED = 0.1
+"""Change of an index from half the draws to all of them that counts as converged [-]."""
+MATTERS = 0.05
+"""Total index from which a factor is named [-]: a twentieth of the variance."""
+LEAST = 16
+
+
+class Index(NamedTuple):
+    """Share of the variance of a result: by this factor alone (first), and with all its interactions (total), with 95 % intervals."""
+
+    first: float
+    first_low: float
+    first_high: float
+    total: float
+    total_low: float
+    total_high: float
+
+
+@dataclass(frozen=True)
+class Sensitivity:
+    """Indices of one number of one case: factor -> index, largest total first.
+
+    change: how far the indices are from settled, see `indices`; n rows of each of the two tables of draws; runs made for it.
+    mean, deviation of the number over the draws [SI]. Where the number does not vary there are no indices.
+    """
+
+    case: str
+    output: str
+    indices: dict[str, Index]
+    mean: float
+    deviation: float
+    change: float
+    n: int
+    runs: int
+
+    @property
+    def converged(self) -> bool:
+        """Whether half the draws give the same indices within `SETTLED`, and no first order is beyond its total one by more."""
+        return bool(self.change <= SETTLED)
+
+    def words(self) -> list[str]:
+        """The ranking, a sentence a factor."""
+        if not self.indices:
+            return [f"{self.case}: {self.output} does not vary"]
+        out = []
+        for name, x in self.indices.items():
+            if x.total < MATTERS:
+                break
+            more = f", {x.total:.0%} with what it does together with others" if x.total - x.first >= MATTERS else ""
+            out.append(f"{name}: {max(x.first, 0.0):.0%} of the variance ({x.first_low:.0%} to {x.first_high:.0%}){more}")
+        rest = [name for name, x in self.indices.items() if x.total < MATTERS]
+        if rest:
+            out.append(f"below {MATTERS:.0%} each: {', '.join(rest)}")
+        return out
+
+    def convergence(self) -> str:
+        """How far the indices can be trusted, in words."""
+        if not self.indices:
+            return ""
+        if self.converged:
+            return f"settled within {self.change:.2f}: half the draws give the same"
+        return f"not converged: indices are settled within {self.change:.2f} only; take more draws"
+
+
+class Design(NamedTuple):
+    """Saltelli's tables: A, B shape (n, columns), and A with one group of columns taken from B, shape (groups, n, columns)."""
+
+    A: FloatArray
+    B: FloatArray
+    AB: FloatArray
+
+    @property
+    def rows(self) -> FloatArray:
+        """All rows one below the other."""
+        return np.concatenate([self.A, self.B, *self.AB])
+
+
+def design(A: FloatArray, B: FloatArray, groups: Sequence[Sequence[int]]) -> Design:
+    """The tables for groups of columns; the columns of a group may depend on each other, groups may not."""
+    AB = np.repeat(A[None], len(groups), axis=0)
+    for i, columns in enumerate(groups):
+        AB[i][:, list(columns)] = B[:, list(columns)]
+    return Design(A, B, AB)
+
+
+def indices(f: FloatArray, d: int, n: int, seed: int = 0) -> tuple[list[Index], float]:
+    """Indices of every group from the values f at `Design.rows`, shape (n (d + 2),), and how far they are from settled: the largest change
+    of one from half the draws, or the excess of a first order over its total one, which can only be chance.
+
+    Saltelli 2010 for the first order, Jansen for the total one, by scipy.stats.sobol_indices; 95 % intervals by bootstrap.
+    """
+    from scipy.stats import bootstrap  # heavy
+
+    rows = f.reshape(d + 2, n)
+    first, total = _orders(rows)
+    half = np.stack(_orders(rows[:, : n // 2]))
+    change = max(float(np.max(np.abs(half - np.stack([first, total])))), float(np.max(first - total)))
+    found = bootstrap(
+        (np.arange(n),),
+        lambda i: np.concatenate(_orders(rows[:, i])),
+        n_resamples=RESAMPLES,
+        confidence_level=CONFIDENCE,
+        method="percentile",
+        vectorized=False,
+        rng=np.random.default_rng(seed),
+    ).confidence_interval
+    low, high = found.low.reshape(2, d), found.high.reshape(2, d)
+    columns = (first, low[0], high[0], total, low[1], high[1])
+    return [Index(*(float(c[i]) for c in columns)) for i in range(d)], change
+
+
+def _orders(rows: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """First and total order of every group; rows: f at A, at B, at every AB, shape (d + 2, n)."""
+    from scipy.stats import sobol_indices  # heavy
+
+    found = sobol_indices(func={"f_A": rows[None, 0], "f_B": rows[None, 1], "f_AB": rows[2:, None]}, n=rows.shape[1])
+    return np.reshape(found.first_order, -1), np.reshape(found.total_order, -1)  # scipy drops dimensions of one
+
+
+def sensitivity(
+    crane: Crane | Sequence[Crane],
+    case: Scenario | Sequence[Scenario],
+    uncertainty: Uncertainty | None = None,
+    *,
+    outputs: Sequence[str] = ("e_c_pp", "p_max"),
+    against: str | None = None,
+    n: int = 128,
+    seed: int = 0,
+    labels: Sequence[str] | None = None,
+    progress: Progress | None = None,
+    **how: Any,
+) -> list[Sensitivity]:
+    """From which factors the spread of a result comes, for every case and output.
+
+    Parameters
+    ----------
+    crane, case, uncertainty, labels: as in `stillhook.analysis.uncertainty.monte_carlo`. Factors with a fixed value have no index; the
+    parameters of a set count together. outputs: numbers of the summary. against: label of a case; the others' numbers over those of that
+    case are then analysed too ("ssc / hs"): what a difference hangs on. n: rows of the tables, a power of two; there are n (factors + 2)
+    runs a case. how: step, threads, store, client of `stillhook.engine.scenario.batch.summaries`.
+
+    Errors: SpecError, ScenarioError of one line; SimulationError where a run lost its numbers: indices of the rest would mislead.
+    """
+    _check(outputs, n)
+    cranes, cases = paired(crane, case)
+    names = case_labels(cases, labels)
+    if against is not None and against not in names:
+        raise SpecError(f"against = {came(against)}: no case; there are {', '.join(names)}.")
+    known = (uncertainty or Uncertainty.default()).on(*zip(cranes, cases, strict=True))
+    table, plan, varied = _tables(known, n, seed)
+    drawings = base_drawings(cranes, cases, known, table._replace(values=plan.rows))
+    numbers, status, _ = run_drawn(drawings, plan.rows, progress=progress, **how)
+    failed = sum(s == "diverged" for row in status for s in row)
+    if failed:
+        raise SimulationError(
+            f"{failed} of {numbers.shape[0] * numbers.shape[1]} runs lost their numbers, and indices of the rest would mislead. "
+            "Take a finer step, or narrower distributions."
+        )
+    found = {(c, o): numbers[i, :, NUMBERS.index(o)] for i, c in enumerate(names) for o in outputs}
+    if against is not None:
+        found |= {(f"{c} / {against}", o): found[c, o] / found[against, o] for c in names if c != against for o in outputs}
+    return [_one(c, o, f, varied, n, seed) for (c, o), f in found.items()]
+
+
+def _check(outputs: Sequence[str], n: int) -> None:
+    for name in outputs:
+        if name not in NUMERIC:
+            raise SpecError(f"output {came(name)}: no number of a summary{nearest(str(name), NUMERIC)}")
+    if type(n) is not int or not LEAST <= n <= MOST or n & (n - 1):
+        raise SpecError(f"n = {came(n)}: give a power of two from {LEAST}, such as 128.")
+
+
+def _tables(known: Uncertainty, n: int, seed: int) -> tuple[Draws, Design, list[str]]:
+    """Draws of the first table, the plan of all runs, and the factors that vary."""
+    d = len(FACTORS)
+    u = even(n, 2 * d, seed)
+    A, B = shaped(known, u[:, :d], (seed, 1)), shaped(known, u[:, d:], (seed, 2))
+    fixed = [name for name, x in known.factors.items() if isinstance(x, Distribution) and x.law is Law.FIXED]
+    varied = [name for name in known.factors if name not in fixed]
+    if not varied:
+        raise SpecError("factors: all are fixed, so nothing has an index. Give one a distribution.")
+    return A, design(A.values, B.values, [A.groups[name] for name in varied]), varied
+
+
+def _one(case: str, output: str, f: FloatArray, varied: Sequence[str], n: int, seed: int) -> Sensitivity:
+    """Indices of one number; none where it does not vary or is not there."""
+    deviation = float(np.std(f[: 2 * n]))
+    found: dict[str, Index] = {}
+    change = 0.0
+    if deviation > 0.0:
+        values, change = indices(f, len(varied), n, seed)
+        found = dict(sorted(zip(varied, values, strict=True), key=lambda pair: -pair[1].total))
+    return Sensitivity(case, output, found, float(np.mean(f[: 2 * n])), deviation, change, n, len(f))

@@ -1,0 +1,1 @@
+"""What every room uses: whole files, encodings, progress, types of arrays. Nothing of winches."""

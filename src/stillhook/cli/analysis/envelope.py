@@ -1,0 +1,196 @@
+"""`stillhook envelope`: how fast a winch can follow at each load, and what stops it."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from stillhook.cli.crane.cranes import Json
+from stillhook.report.terminal import human, print_json, print_table, print_twin, progress_bar, unit_of
+
+if TYPE_CHECKING:
+    import xarray
+
+    from stillhook.analysis.controllers import Controller
+    from stillhook.spec.crane import Crane
+
+OUT_FILES = ("range.png", "settings.png", "layers.png", "envelope.nc", "settings.nc", "envelope.json")
+SHARES = (0.0, 0.2, 0.4, 0.6, 0.8, 1.0)
+"""Loads that are told without --load, over the SWL."""
+CLASSIC = ("ns", "hs")
+LAYERS_SHARES = (0.6, 1.0)
+"""Loads of the picture by layer, over the SWL."""
+
+
+def register(app: typer.Typer) -> None:
+    app.command("envelope")(envelope)
+
+
+def envelope(
+    name: Annotated[str, typer.Argument(help="Library crane, or path of a crane file.", metavar="CRANE")],
+    layer: Annotated[int | None, typer.Option(help="Layer in use, counted from the bare drum; the outermost if left out.")] = None,
+    load: Annotated[
+        list[str] | None, typer.Option(help='Payload, such as "100 t"; may be repeated. Without it 0 to the SWL in steps of 20 %.')
+    ] = None,
+    modes: Annotated[str, typer.Option(help="ns, hs, ssc, ssc-cubic, level-1, level-2, or controller files, with commas.")] = "ns,hs,ssc",
+    out: Annotated[Path | None, typer.Option("--out", help="Folder for pictures, NetCDF and JSON; nothing is written without it.")] = None,
+    json: Json = False,
+) -> None:
+    """Highest steady wire speed of each mode by load, and the limit that stops it. Exit code 1 if no mode may be used at a load.
+
+    Pump flow, relief pressure, torque in reserve and motor speeds of the whole plant, while compensating (paper C figure 4).
+
+    Example: stillhook envelope nov-150t --load "90 t" --load "120 t" --modes ns,hs,ssc,ssc-cubic --out envelope
+    """
+    from stillhook.analysis.controllers import controllers
+    from stillhook.base.atomic import check_folder
+    from stillhook.library import load_crane
+    from stillhook.units import parse
+
+    which, crane = controllers(modes), load_crane(name)
+    loads = list(dict.fromkeys(parse(text, "mass", "--load") for text in load)) if load else [f * crane.SWL for f in SHARES]
+    if out is not None:
+        check_folder(out, OUT_FILES)
+    data = _computed(crane, which, loads, layer)
+    found = rows(data)
+    if json:
+        print_json(_answer(crane, data, found))
+    else:
+        _print(crane, data, found)
+    if out is not None:
+        _write(out, crane, which, layer, data, found)
+        if not json:
+            print(f"written to {out}: {', '.join(OUT_FILES)}")
+    if any(all(math.isnan(r["v_w_top"]) for r in found if r["load"] == x and r["mode"] != "physical") for x in loads):
+        raise typer.Exit(1)
+
+
+def rows(data: xarray.Dataset) -> list[dict[str, Any]]:
+    """One dictionary a load, layer and mode, of the slower direction, in SI."""
+    found = []
+    for k, load in enumerate(data["load"].values):
+        for j, layer in enumerate(data["layer"].values):
+            for i, mode in enumerate(data["mode"].values):
+                n = _slower(data["v_w_top"].values[i, j, k])
+                here = {
+                    v: data[v].values[i, j, k, n] for v in ("v_w_top", "binds", "alpha_m_top", "alpha_p_top", "dp_m_top", "omega_m_top")
+                }
+                numbers = {v: float(x) if v != "binds" else str(x) for v, x in here.items()}
+                place = {"load": float(load), "layer": int(layer), "mode": str(mode), "direction": str(data["direction"].values[n])}
+                found.append(place | numbers | _gains(data, float(load), int(layer), str(mode)))
+    return found
+
+
+def _slower(both: Any) -> int:
+    """Which direction is the slower one; one in which the mode may not be used counts first."""
+    return min(range(len(both)), key=lambda n: -1.0 if math.isnan(both[n]) else both[n])
+
+
+def _gains(data: xarray.Dataset, load: float, layer: int, mode: str) -> dict[str, float]:
+    """By how much a mode is faster than the classic ones that were asked for, in the slower direction each."""
+    known = [str(m) for m in data["mode"].values]
+    if mode in CLASSIC:
+        return {}
+    v = data["v_w_top"].sel(load=load, layer=layer).min("direction", skipna=False)
+    return {f"gain_over_{c}": float(v.sel(mode=mode) / v.sel(mode=c) - 1.0) for c in CLASSIC if c in known}
+
+
+def _computed(crane: Crane, which: list[Controller], loads: list[float], layer: int | None) -> xarray.Dataset:
+    from stillhook.analysis.operating_envelope.load_speed import envelope_at
+
+    with progress_bar(crane.name) as bar:
+        return envelope_at(crane, loads, modes=which, layers=None if layer is None else [layer], progress=bar)
+
+
+def _answer(crane: Crane, data: xarray.Dataset, found: list[dict[str, Any]]) -> dict[str, Any]:
+    """What --json prints and envelope.json holds."""
+    places = [
+        {"load": float(load), "layer": int(layer)} | {v: float(data[v].sel(load=load, layer=layer)) for v in _BY_LOAD}
+        for load in data["load"].values
+        for layer in data["layer"].values
+    ]
+    most = {str(m): float(x) for m, x in zip(data["mode"].values, data["load_most"].values, strict=True)}
+    from stillhook.engine.validity import twin_line
+
+    return {
+        "twin": twin_line(crane),
+        "reserve": data.attrs["reserve"],
+        "hs_share": data.attrs["hs_share"],
+        "load_most": most,
+        "loads": places,
+        "notes": _type_notes(data),
+        "rows": found,
+    }
+
+
+_BY_LOAD = ("alpha_least", "alpha_reserve", "alpha_pm_hold", "v_w_power", "v_w_power_rule")
+
+
+def _print(crane: Crane, data: xarray.Dataset, found: list[dict[str, Any]]) -> None:
+    gains = [g for g in ("gain_over_ns", "gain_over_hs") if any(g in r for r in found)]
+    head = [
+        "load",
+        "mode",
+        "what binds",
+        "speed",
+        "motors",
+        "pumps",
+        "pressure drop",
+        "motor speed",
+        *(f"over {g[-2:].upper()}" for g in gains),
+    ]
+    body, before = [], None
+    for r in found:
+        label = "machine, any controller" if r["mode"] == "physical" else r["mode"]
+        first = f"{human('load', r['load'], 4)} t" if r["load"] != before else ""
+        before = r["load"]
+        body.append([first, label, r["binds"], *(_text(n, r[n]) for n in _SHOWN), *(_percent(r.get(g, math.nan)) for g in gains)])
+    layer = int(data["layer"].values[0])
+    print_table(head, body, title=f"{crane.name}: highest steady wire speed, layer {layer} of {crane.drum.layers}", left=3)
+    print("Compensating, the slower of hoisting and lowering; leakage and friction included. -: the mode may not be used at this load.")
+    for note in _type_notes(data):
+        print(note)
+    print_twin(crane)
+
+
+def _type_notes(data: xarray.Dataset) -> list[str]:
+    """What the winch type means for these loads."""
+    return [note for note in str(data.attrs["notes"]).split("; ") if note]
+
+
+_SHOWN = ("v_w_top", "alpha_m_top", "alpha_p_top", "dp_m_top", "omega_m_top")
+
+
+def _text(name: str, value: float) -> str:
+    if math.isnan(value):
+        return "-"
+    unit = unit_of(name)
+    return f"{human(name, value, 4)} {unit}" if unit else f"{value:.1%}"
+
+
+def _percent(part: float) -> str:
+    return "" if math.isnan(part) else f"{part:+.1%}"
+
+
+def _write(out: Path, crane: Crane, which: list[Controller], layer: int | None, data: xarray.Dataset, found: list[dict[str, Any]]) -> None:
+    from stillhook.analysis.operating_envelope import figures
+    from stillhook.analysis.operating_envelope.load_speed import LOADS, envelope_at, setting_curves
+    from stillhook.base.atomic import whole_folder
+    from stillhook.formats.results import save_json, save_run
+    from stillhook.report.plots.run import save_figure
+
+    with progress_bar("pictures") as bar:
+        fine = envelope_at(crane, [f * crane.SWL for f in LOADS], modes=which, layers=None if layer is None else [layer], progress=bar)
+        loads, every = [f * crane.SWL for f in LAYERS_SHARES], range(1, crane.drum.layers + 1)
+        by_layer = envelope_at(crane, loads, modes=which, layers=every, progress=bar)
+    curves = setting_curves(crane, modes=which, layer=layer)
+    with whole_folder(out) as part:
+        save_figure(figures.load_speed_figure(fine), part / "range.png")
+        save_figure(figures.setting_figure(curves), part / "settings.png")
+        save_figure(figures.layer_figure(by_layer), part / "layers.png")
+        save_run(fine, part / "envelope.nc")
+        save_run(curves, part / "settings.nc")
+        save_json(_answer(crane, data, found), part / "envelope.json")

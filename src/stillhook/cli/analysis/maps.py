@@ -1,0 +1,203 @@
+"""`stillhook map`: error, pressure, settling time and motor displacement of controllers over load and speed."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from stillhook.cli.cluster import Scheduler, client_of
+from stillhook.cli.crane.cranes import Json
+from stillhook.report.terminal import print_implausible, print_json, print_table, print_twin, progress_bar, started
+
+if TYPE_CHECKING:
+    from stillhook.analysis.maps.result import Map
+    from stillhook.base.progress import Progress
+    from stillhook.spec.crane import Crane
+
+SETTLING = "settling"
+METRICS = {"e_c_pp": "e_c_pp", "eta_c": "eta_c", "p_max": "p_max", "alpha_m": "alpha_m_min", SETTLING: "settling_time"}
+"""Option -> value of a map."""
+SAID = {"e_c_pp": "error", "p_max": "peak pressure", "settling_time": "settling time"}
+FILES = ("map.nc", "map.json")
+RANGE = 'list, or "A to B by STEP"'
+
+
+def register(app: typer.Typer) -> None:
+    app.command("map")(show_map)
+
+
+def show_map(
+    crane: Annotated[str, typer.Argument(help="Library crane, or path of a crane file.", metavar="CRANE")] = "nov-250t",
+    controllers: Annotated[str, typer.Option(help="Names (ns, hs, ssc, ssc-cubic, strong-ssc, ...) or TOML files.")] = "ns,hs,ssc",
+    metric: Annotated[str, typer.Option(help=f"What the table shows: {', '.join(METRICS)}.")] = "e_c_pp",
+    loads: Annotated[str | None, typer.Option(help=f'Loads: {RANGE}. Default: "20 % to 100 % by 10 %" of the SWL.')] = None,
+    speeds: Annotated[str | None, typer.Option(help=f'Peak speeds: {RANGE}. Default: "10 m/min to 120 m/min by 10 m/min".')] = None,
+    period: Annotated[str | None, typer.Option(help="Period of the sine (default 12 s); several add a dimension.")] = None,
+    layer: Annotated[list[int] | None, typer.Option(help="Layer in use (default: outermost); repeat it for several.")] = None,
+    s_w: Annotated[str | None, typer.Option("--s-w", help="Wire paid out, instead of the middle of a layer.")] = None,
+    motion: Annotated[str | None, typer.Option(help='Another motion: "sine 2 m 13 s + sine 0.5 m 6 s", or a log.')] = None,
+    duration: Annotated[str | None, typer.Option(help="Length of each run (default 30 s).")] = None,
+    warm_up: Annotated[str | None, typer.Option("--warm-up", help="Start of each run that does not count (default 10 s).")] = None,
+    step: Annotated[str | None, typer.Option(help="Integration step (default 5 ms, for settling tests 2 ms).")] = None,
+    store: Annotated[Path | None, typer.Option(help="Folder that keeps results as they finish; a stopped map goes on from it.")] = None,
+    scheduler: Scheduler = None,
+    out: Annotated[Path | None, typer.Option("--out", help="Folder for NetCDF, pictures and JSON; nothing is written without it.")] = None,
+    json: Json = False,
+) -> None:
+    """Map of controllers over load and speed: error, pressure, and where each cannot be used, and why. Exit code 1 if none can be anywhere.
+
+    Example: stillhook map nov-250t --controllers ns,hs,ssc --metric p_max --out maps
+    """
+    from stillhook.errors import SpecError
+    from stillhook.library import load_crane
+    from stillhook.units import came
+
+    if metric not in METRICS:
+        raise SpecError(f"--metric {came(metric)}: not one of {', '.join(METRICS)}.")
+    asked = {"loads": loads, "speeds": speeds, "s_w": s_w, "layers": _layers(layer), "duration": duration, "warm_up": warm_up, "step": step}
+    given = {name: value for name, value in asked.items() if value is not None}
+    _check_out(out)
+    machine = load_crane(crane)
+    if metric == SETTLING:
+        others = {"period": period, "motion": motion, "duration": duration, "warm_up": warm_up, "store": store}
+        if unused := [f"--{n.replace('_', '-')}" for n, value in others.items() if value is not None]:
+            raise SpecError(f"{unused[0]}: a settling test has the tip at rest and its own times, and is not kept. Leave it out.")
+    else:
+        given |= _waves(motion, period)
+    with client_of(scheduler) as client, progress_bar(f"map of {machine.name}") as bar:
+        found = _run(machine, controllers, metric, given, store, client, started(machine, bar))
+    if json:
+        print_json(found.record())
+    else:
+        _print(found, metric)
+    if out is not None:
+        _write(found, out, quiet=json)
+    raise typer.Exit(0 if bool(found.applicable.any()) else 1)
+
+
+def _layers(given: list[int] | None) -> int | list[int] | None:
+    """One layer sets the wire; several add a dimension."""
+    return given[0] if given is not None and len(given) == 1 else given or None
+
+
+def _waves(motion: str | None, period: str | None) -> dict[str, Any]:
+    """Arguments of the map that say how the tip moves."""
+    from stillhook.errors import MotionError
+
+    if motion is None:
+        return {} if period is None else {"periods" if "," in period or " to " in period else "period": period}
+    if period is not None:
+        raise MotionError("--motion and --period: a motion has its own periods. Give one of them.")
+    from stillhook.cli.simulation.runs import motion_of
+
+    return {"motion": motion_of(motion)}
+
+
+def _run(crane: Crane, controllers: str, metric: str, given: dict[str, Any], store: Path | None, client: Any, told: Progress) -> Map:
+    from stillhook.analysis.controllers import controllers as named
+
+    if metric == SETTLING:
+        from stillhook.analysis.maps.settling import settling_of
+
+        return settling_of(crane, named(controllers), **given, client=client, progress=told)
+    from stillhook.analysis.maps.operability import map_of
+
+    return map_of(crane, named(controllers), **given, store=store, client=client, progress=told)
+
+
+def _print(found: Map, metric: str) -> None:
+    """A table for every controller, layer and period; then what the marks mean, and one line of summary."""
+    from stillhook.analysis.applicability import MARKS
+    from stillhook.analysis.maps.result import SHOWN
+    from stillhook.units import in_display, number, show
+
+    name = METRICS[metric]
+    words, factor, digits = SHOWN[name]
+    axes, used = found.axes, set()
+    print(f"{found.crane.name}: {words}; load on the hook down, {found.about['speed_is']} [m/min] across")
+    head = ["", *(number(in_display(v, "speed"), 4) for v in axes.speeds)]
+    for i, label in enumerate(found.labels):
+        for k, layer in enumerate(axes.layers):
+            for j, period in enumerate(axes.periods):
+                rows = []
+                for m, load in enumerate(axes.loads):
+                    cells = [(found.values[name][i, m, n, k, j], str(found.cause[i, m, n, k, j])) for n in range(len(axes.speeds))]
+                    used |= {cause for _, cause in cells if cause}
+                    texts = [MARKS.get(c, "never") if c else f"{v * factor:.{digits}f}" for v, c in cells]
+                    rows.append([show(load, "mass"), *texts])
+                where = [show(axes.s_w[k], "length", 3) + " of wire", *([f"layer {layer}"] if layer else []), *_wave(found, period)]
+                print(f"\n{said(label)}: {', '.join(where)}")
+                print_table(head, rows)
+    if used:
+        known = [c for c in MARKS if c in used]
+        print("not applicable: " + "; ".join(f"{MARKS.get(c, 'never')} = {c}" for c in [*known, *sorted(used - set(known))]))
+    print(one_line(found))
+    for note in found.about["notes"]:
+        print(note)
+    _print_validated(found)
+
+
+def _print_validated(found: Map) -> None:
+    """How far the twin is validated, and in how many cells."""
+    print_twin(found.crane)
+    print_implausible(found.crane)
+    if found.crane.certified is not None and "validated" in found.values:
+        own = [i for i, mode in enumerate(found.modes) if mode is not None]  # "best classic" is made of others
+        inside = found.values["validated"][own] > 0.0
+        print(f"cells that are not validated: {int((~inside).sum())} of {inside.size}; credit them with 80 % of compensation at most")
+
+
+def _wave(found: Map, period: float | None) -> list[str]:
+    from stillhook.units import show
+
+    motion = found.about.get("motion")
+    return [] if motion is None else [f"{motion} of {show(period, 'time')}" if period is not None else str(motion)]
+
+
+def said(label: str) -> str:
+    """A controller's name in a heading."""
+    from stillhook.analysis.controllers import NAMES
+
+    return label.upper() if label in NAMES else label
+
+
+def one_line(found: Map) -> str:
+    """Where each controller can be used, and the new ones against the best classic one."""
+    from stillhook.analysis.maps.result import BEST_CLASSIC, CLASSIC
+
+    summary = found.summary()
+    parts = ["applicable: " + ", ".join(f"{said(label)} {s['applicable_share']:.0%}" for label, s in summary.items())]
+    for label, mode in zip(found.labels, found.modes, strict=True):
+        medians = {name: summary[label].get(f"{name}_change_median", math.nan) for name in SAID}
+        texts = [f"{SAID[name]} {x:+.0%}" for name, x in medians.items() if math.isfinite(x)]
+        if texts and label != BEST_CLASSIC and mode not in CLASSIC:
+            parts.append(f"{said(label)} against best classic (median where both apply): {', '.join(texts)}")
+    return "; ".join(parts)
+
+
+def _check_out(out: Path | None) -> None:
+    """Refuse a folder that cannot be written to before anything runs."""
+    if out is not None:
+        from stillhook.base.atomic import check_folder
+
+        check_folder(out, FILES)
+
+
+def _write(found: Map, out: Path, *, quiet: bool) -> None:
+    """NetCDF, numbers and pictures."""
+    from stillhook.analysis.maps.figures import figures
+    from stillhook.base.atomic import whole_folder
+    from stillhook.formats.results import save_json, save_run
+    from stillhook.report.plots.run import save_figure
+
+    pictures = figures(found)
+    with whole_folder(out) as part:
+        save_run(found.dataset(), part / FILES[0])
+        save_json(found.record(), part / FILES[1])
+        for name, figure in pictures.items():
+            save_figure(figure, part / f"{name}.png")
+    if not quiet:
+        print("written: " + ", ".join(str(out / name) for name in (*FILES, *(f"{name}.png" for name in pictures))))

@@ -1,0 +1,345 @@
+"""`stillhook tune`: controllers at their best under limits, beside each other."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from stillhook.cli.crane.cranes import Json
+from stillhook.report.terminal import print_implausible, print_json, print_table, print_twin, progress_bar, say, say_if_compiling
+
+if TYPE_CHECKING:
+    from stillhook.analysis.controllers import Controller
+    from stillhook.analysis.tuning.compare import Outcome, Point
+    from stillhook.analysis.tuning.tune import Tuned
+    from stillhook.spec.crane import Crane
+    from stillhook.spec.scenario import Scenario
+
+INTERRUPTED = 130
+BARS, PARETO, NUMBERS, TRIALS = "before-after.png", "pareto.png", "tune.json", "trials.nc"
+
+
+def register(app: typer.Typer) -> None:
+    app.command("tune")(tune)
+
+
+def tune(
+    crane: Annotated[str, typer.Argument(metavar="CRANE", help="Library crane, or path of a crane file.")],
+    controllers: Annotated[str, typer.Option(help="Start: ns, hs, ssc, ssc-cubic, level-1, level-2, strong-ssc, files.")] = "ns,hs,ssc",
+    free: Annotated[str | None, typer.Option(help="Settings to tune, such as K_p,u_thr (default: all of the motor law).")] = None,
+    objective: Annotated[str, typer.Option(help="error, worst-error, pressure or balanced.")] = "balanced",
+    limit: Annotated[list[str] | None, typer.Option(help='Limit to keep, such as "p_max <= 300 bar"; may be given again.')] = None,
+    loads: Annotated[str, typer.Option(help='Loads, such as "50 t, 150 t", or parts of the SWL.')] = "20 %, 60 %",
+    speeds: Annotated[
+        str | None, typer.Option(help='Peak speeds of the tip (default "20 m/min, 50 m/min, 75 m/min", less on a slower winch).')
+    ] = None,
+    periods: Annotated[str, typer.Option(help="Wave periods.")] = "8 s, 12 s",
+    s_w: Annotated[str, typer.Option("--s-w", help="Wire paid out.")] = "100 m",
+    delay: Annotated[str, typer.Option(help="Delay of the measured tip motion.")] = "0 s",
+    pareto: Annotated[bool, typer.Option("--pareto", help="Also the front of error against pressure (five tunings each).")] = False,
+    budget: Annotated[int, typer.Option(help="Evaluations of each tuning.")] = 400,
+    seed: Annotated[int, typer.Option(min=0, help="The same seed gives the same settings.")] = 0,
+    out: Annotated[Path | None, typer.Option("--out", help="Folder for controller files, pictures, NetCDF and JSON.")] = None,
+    json: Json = False,
+) -> None:
+    """Tune controllers on the whole twin and compare each at its best, also on waves and winches that it was not tuned on.
+
+    Always kept: gain margin 2, phase margin 45 deg, sensitivity peak 2, speed capacity, no saturation, relief, overspeed or cavitation.
+    Exit code 1 if for some controller no setting keeps the limits; the limit that stops it is named. Ctrl-C keeps the best found so far.
+
+    Example: stillhook tune nov-250t --controllers ns,ssc --objective balanced --limit "p_max <= 300 bar" --out tuned
+    """
+    from stillhook.analysis.tuning.objective import Objective, hold_out, parse_limits, scenarios
+    from stillhook.library import load_crane
+    from stillhook.units import parse
+
+    machine, limits, late = load_crane(crane), parse_limits(limit or ()), parse(delay, "time", "--delay")
+    chosen = _chosen(controllers, machine, late)
+    if objective not in tuple(Objective):
+        _refuse(f'--objective "{objective}": give one of {", ".join(Objective)}.')
+    files = (BARS, NUMBERS, TRIALS, *((PARETO,) if pareto else ()), *(f"{c.name}-tuned.toml" for c in chosen))
+    if out is not None:
+        from stillhook.base.atomic import check_folder
+
+        check_folder(out, files)
+    if free is not None and not _split(free):
+        _refuse(f'--free "{free}": name at least one setting, such as K_p,u_thr, or leave it out to tune all.')
+    where: dict[str, Any] = {"loads": _split(loads), "speeds": None if speeds is None else _split(speeds), "s_w": s_w, "delay": late}
+    cases = scenarios(machine, periods=_split(periods), **where)
+    unseen = hold_out(machine, seed=seed, **where)
+    asked = {"free": _split(free or ""), "limits": limits, "seed": seed, "budget": budget, "cases": cases}
+    tuned, fronts, trials = _tuned(machine, chosen, objective, asked, pareto=pareto)
+    report = _Report(machine, tuned, unseen, fronts, cases)
+    if json:
+        print_json(report.data())
+    else:
+        report.print()
+    if out is not None:
+        _write(report, trials, out, pareto=pareto, quiet=json)
+    raise typer.Exit(INTERRUPTED if any(t.interrupted for t in tuned) else 0 if all(t.met for t in tuned) else 1)
+
+
+def _refuse(line: str) -> None:
+    from stillhook.errors import StillhookError
+
+    raise StillhookError(line)
+
+
+def _split(text: str) -> list[str]:
+    return [part.strip() for part in text.split(",") if part.strip()]
+
+
+def _chosen(names: str, crane: Crane, delay: float) -> list[Controller]:
+    """Where the tunings start; strong SSC is aligned for the delay that is asked for."""
+    from stillhook.analysis.controllers import STRONG, controllers, strong_ssc
+
+    return [strong_ssc(crane, delay=delay) if c.name == STRONG else c for c in controllers(names)]
+
+
+def _tuned(
+    crane: Crane, chosen: list[Controller], objective: str, asked: dict[str, Any], *, pareto: bool
+) -> tuple[list[Tuned], dict[str, list[Point]], list[Tuned]]:
+    """The tunings, their fronts, and all tunings that were run for either. An interrupt leaves out what has not begun."""
+    from stillhook.analysis.tuning.compare import front
+    from stillhook.analysis.tuning.compare import pareto as front_of
+    from stillhook.analysis.tuning.tune import tune as tune_one
+
+    tuned, fronts, everything = [], {}, []
+    say_if_compiling(crane)
+    for which in chosen:
+        with progress_bar(f"tuning {which.name}") as bar:
+            mine = asked | {"free": _free_of(which, asked["free"], chosen)}
+            tuned.append(tune_one(crane, which, objective=objective, progress=bar, **mine))
+        everything.append(tuned[-1])
+        if pareto and tuned[-1].met and not tuned[-1].interrupted:
+            with progress_bar(f"front of {which.name}") as bar:
+                _, more = front_of(crane, which, progress=bar, **mine)
+            fronts[which.name] = front([t for run in (tuned[-1], *more) for t in run.trials], [c.name for c in more[0].settings])
+            everything += more
+        if everything[-1].interrupted:
+            say(f"stopped in {which.name} after {everything[-1].evaluations} evaluations: the best found so far")
+            break
+    return tuned, fronts, everything
+
+
+def _free_of(which: Controller, free: list[str], chosen: list[Controller]) -> list[str]:
+    """Of the settings to tune those that this motor law knows; one that none of the controllers knows is left in, to be refused."""
+    from stillhook.analysis.tuning.parameters import tunable
+
+    known = {n for c in chosen for n in tunable(c.mode)}
+    mine = [n for n in free if n in tunable(which.mode) or n not in known]
+    if free and not mine:
+        _refuse(f"--free {','.join(free)}: {which.name} knows none of them; it has {', '.join(tunable(which.mode))}.")
+    return mine
+
+
+class _Report:
+    """What is printed and stored of a number of tunings."""
+
+    def __init__(
+        self, crane: Crane, tuned: list[Tuned], unseen: list[Scenario], fronts: dict[str, list[Point]], cases: list[Scenario]
+    ) -> None:
+        from stillhook.analysis.slow_limit import slow_limit
+        from stillhook.analysis.tuning.compare import outcomes, variations
+        from stillhook.engine.scenario.checks import notes_of
+
+        self.crane, self.tuned, self.fronts, self.cases, self.unseen = crane, tuned, fronts, cases, unseen
+        pairs = [k for t in tuned for k in (t.start, t.controller)]
+        found = outcomes(crane, pairs, unseen)
+        self.held_out = [(found[2 * i], found[2 * i + 1]) for i in range(len(tuned))]
+        self.varied = variations(crane, [t.controller for t in tuned], cases)
+        load = max(c.load for c in cases)
+        self.slow = [slow_limit(crane, t.controller) for t in tuned]
+        machines = [t.controller.on(crane) for t in tuned for _ in cases]
+        self.notes = notes_of(machines, [case.with_mode(t.controller.mode) for t in tuned for case in cases])
+        self.remarks = [*self._slow_remarks(), *self._load_remarks(load), *self.notes]
+
+    def _slow_remarks(self) -> list[str]:
+        """Controllers whose gain makes the slow winch swing at a payload or length of wire for which no margins were kept."""
+        from stillhook.analysis.loop_stability.governing import governing
+        from stillhook.analysis.tuning.score import wires_of
+        from stillhook.units import show
+
+        out = []
+        for t, slow in zip(self.tuned, self.slow, strict=True):
+            K_p = t.controller.on(self.crane).control.K_p
+            swings = governing(t.controller.on(self.crane), t.start.mode, wires=wires_of(self.cases)).swings
+            if swings:
+                out.append(
+                    f"{t.start.name}: whatever K_p, the whole plant swings with {swings[0].describe()}: friction that falls with speed "
+                    "feeds the load's swing on its wire"
+                )
+            if slow is not None and slow.K_p_ms < K_p:
+                wires = ", ".join(show(s_w, "length", 4) for s_w in wires_of(self.cases))
+                limit = f"above {show(slow.K_p_ms, 'gain_per_length', 2)}" if slow.K_p_ms > 0.0 else "with any gain"
+                out.append(
+                    f"{t.start.name}: margins hold on {wires} of wire only; {limit} the whole plant swings with {slow.place.describe()} "
+                    f"(motors at {slow.alpha_m:.2f}), and K_p is {show(K_p, 'gain_per_length', 3)}"
+                )
+        return out
+
+    def _load_remarks(self, load: float) -> list[str]:
+        from stillhook.analysis.applicability import HS_SHARE
+        from stillhook.spec.scenario import Mode
+
+        if load <= HS_SHARE * self.crane.SWL * (1.0 + 1e-9):
+            return []
+        told = f"high-speed mode carries {HS_SHARE:.0%} of the SWL at most (paper C); heavier scenarios were run all the same"
+        return [f"{t.start.name}: {told}" for t in self.tuned if t.start.mode is Mode.HS]
+
+    def data(self) -> dict[str, Any]:
+        """Everything in SI, for machines."""
+        from stillhook.engine.validity import twin_line
+        from stillhook.spec.plausible import implausible_values
+
+        first = self.tuned[0]
+        return {
+            "crane": self.crane.name,
+            "twin": twin_line(self.crane),
+            "objective": first.objective.value,
+            "seed": first.seed,
+            "scenarios": [_scenario(c) for c in self.cases],
+            "hold_out": [_scenario(c) for c in self.unseen],
+            "controllers": {t.start.name: self._one(i, t) for i, t in enumerate(self.tuned)},
+            "notes": [*implausible_values(self.crane), *self.notes],
+            "pareto": {name: [p._asdict() for p in points] for name, points in self.fronts.items()},
+        }
+
+    def _one(self, i: int, t: Tuned) -> dict[str, Any]:
+        from stillhook.analysis.tuning.compare import numbers
+
+        before, after = self.held_out[i]
+        return {
+            "mode": t.start.mode.value,
+            "met": t.met,
+            "stops": list(t.stops),
+            "active": list(t.active),
+            "evaluations": t.evaluations,
+            "interrupted": t.interrupted,
+            "limits": {n: getattr(t.limits, n) for n in t.limits.__dataclass_fields__},
+            "settings": [c._asdict() for c in t.settings],
+            "before": numbers(t.before),
+            "after": numbers(t.after),
+            "hold_out": {"before": before._asdict(), "after": after._asdict()},
+            "slow": None if (slow := self.slow[i]) is None else slow._asdict(),
+            "variations": {name: found[i]._asdict() for name, found in self.varied.items()},
+        }
+
+    def print(self) -> None:
+        """The tables for people."""
+        from stillhook.units import show
+
+        loads = ", ".join(dict.fromkeys(show(c.load, "mass", 4) for c in self.cases))
+        print_table(*_settings_table(self.tuned), title=f"{self.crane.name}: settings, before → after")
+        rows = [row for i, t in enumerate(self.tuned) for row in _outcome_rows(t, self.held_out[i])]
+        goal = self.tuned[0].objective.value
+        title = f"{len(self.cases)} scenarios with {loads}; objective: {goal}"
+        print_table(OUTCOME_HEADER, rows, title=title, left=2)
+        header = ("mean error p-p, highest pressure", *(t.controller.name for t in self.tuned))
+        varied = [[name, *map(_brief, found)] for name, found in self.varied.items()]
+        print_table(header, varied, title="At their best, on a winch that is not as it should be")
+        for t in self.tuned:
+            if t.met:
+                print(f"{t.start.name}: leans on {', '.join(t.active) or 'no limit'}; {t.evaluations} evaluations, seed {t.seed}")
+            else:
+                print(f"{t.start.name}: no setting keeps the limits; in the way: {'; '.join(t.stops)}")
+        for line in self.remarks:
+            print(line)
+        print_twin(self.crane, *self.cases)
+        print_implausible(self.crane)
+        if self.crane.certified is not None:
+            print("with other settings it is another crane, for which its certificate does not hold: validate before they are used")
+        for name, points in self.fronts.items():
+            shown = ", ".join(f"{p.e_c_pp_mean * 1e3:.1f} mm at {show(p.p_max, 'pressure', 4)}" for p in _few(points))
+            print(f"{name}: front of error and pressure: {shown}")
+
+
+def _few(points: list[Point], most: int = 5) -> list[Point]:
+    """A few points of a front, its ends among them."""
+    if len(points) <= most:
+        return points
+    return [points[round(i * (len(points) - 1) / (most - 1))] for i in range(most)]
+
+
+def _scenario(case: Scenario) -> dict[str, Any]:
+    return {"load": case.load, "s_w": case.s_w, "tip": case.tip.describe(), "duration": case.duration, "warm_up": case.warm_up}
+
+
+OUTCOME_HEADER = (
+    "controller", "settings", "score", "mean error\np-p", "worst error\np-p", "highest\npressure", "pump\nuse",
+    "hold-out\nmean error", "hold-out\nworst", "hold-out\npressure", "status",
+)  # fmt: skip
+
+
+def _outcome_rows(t: Tuned, held_out: tuple[Outcome, Outcome]) -> list[list[str]]:
+    from stillhook.units import show
+
+    rows = []
+    for label, score, held in (("before", t.before, held_out[0]), ("at its best", t.after, held_out[1])):
+        e = [f"{x * 1e3:.1f} mm" for x in (score.e_c_pp_mean, score.e_c_pp_worst, held.e_c_pp_mean, held.e_c_pp_worst)]
+        p = [show(x, "pressure", 4) for x in (score.p_max, held.p_max)]
+        beyond = "; ".join([*score.broken, *(f"hold-out: {b}" for b in held.beyond)]) or "ok"
+        name = t.start.name if label == "before" else ""
+        rows.append([name, label, f"{score.score:.3f}", e[0], e[1], p[0], f"{score.u_p_max:.0%}", e[2], e[3], p[1], beyond])
+    return rows
+
+
+def _settings_table(tuned: list[Tuned]) -> tuple[list[str], list[list[str]]]:
+    """Header and rows: a setting each, before and after for every controller that has it."""
+    names = list(dict.fromkeys(c.name for t in tuned for c in t.settings))
+    by = [{c.name: c for c in t.settings} for t in tuned]
+    rows = [[n, *(_change(n, b[n].before, b[n].after) if n in b else "-" for b in by)] for n in names]
+    return ["setting", *(t.start.name for t in tuned)], rows
+
+
+def _change(name: str, before: float, after: float) -> str:
+    from stillhook.analysis.tuning.parameters import text_of
+
+    shown = [f"{x:.4g}" if isinstance(x, float) else _short(x) for x in (text_of(name, before), text_of(name, after))]
+    return " → ".join(shown)
+
+
+def _short(text: str) -> str:
+    """A quantity as text, to four digits."""
+    number, _, unit = text.partition(" ")
+    return f"{float(number):.4g} {unit}"
+
+
+def _brief(o: Outcome) -> str:
+    from stillhook.units import show
+
+    return f"{o.e_c_pp_mean * 1e3:.1f} mm, {show(o.p_max, 'pressure', 3)}{'' if not o.beyond else ' (' + '; '.join(o.beyond) + ')'}"
+
+
+def _write(report: _Report, trials: list[Tuned], out: Path, *, pareto: bool, quiet: bool) -> None:
+    """Controller files, pictures, every evaluation, and the numbers."""
+    from stillhook.analysis.controllers import controller_toml
+    from stillhook.analysis.tuning.compare import trials_dataset
+    from stillhook.analysis.tuning.figures import bars_figure, pareto_figure
+    from stillhook.base.atomic import whole_folder
+    from stillhook.formats.results import save_json, save_run
+    from stillhook.report.plots.run import save_figure
+
+    crane, written = report.crane, []
+    with whole_folder(out) as part:
+        for t in report.tuned:
+            if not t.met:
+                continue
+            comment = (
+                f"{t.start.name} tuned for {crane.name}: objective {t.objective}, seed {t.seed}, {t.evaluations} evaluations\n"
+                f"score {t.after.score:.4f} of the start; leans on {', '.join(t.active) or 'no limit'}"
+            )
+            path = part / f"{t.start.name}-tuned.toml"
+            path.write_text(controller_toml(t.controller, crane, comment), encoding="utf-8")
+            written.append(path.name)
+        rows = {t.start.name: (t.before, t.after, *held) for t, held in zip(report.tuned, report.held_out, strict=True)}
+        save_figure(bars_figure(rows, title=f"{crane.name}: as they start and at their best"), part / BARS)
+        if pareto:
+            marks = {t.start.name: (t.before, t.after) for t in report.tuned}
+            save_figure(pareto_figure(report.fronts, marks, title=f"{crane.name}: error against pressure"), part / PARETO)
+        save_run(trials_dataset(trials), part / TRIALS)
+        save_json(report.data(), part / NUMBERS)
+    if not quiet:
+        print("written: " + ", ".join(str(out / name) for name in (*written, BARS, *((PARETO,) if pareto else ()), TRIALS, NUMBERS)))

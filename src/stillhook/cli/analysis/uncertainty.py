@@ -1,0 +1,324 @@
+"""`stillhook uncertainty`: what is not known about the winch, carried into error and pressure."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
+
+import typer
+
+from stillhook.cli.cluster import Scheduler, client_of
+from stillhook.cli.crane.cranes import Json
+from stillhook.cli.simulation.runs import MOTION_HELP, cell, motion_of
+from stillhook.report.terminal import print_implausible, print_json, print_table, print_twin, progress_bar, started
+
+if TYPE_CHECKING:
+    from stillhook.analysis.uncertainty.attribution import Attribution
+    from stillhook.analysis.uncertainty.bands import Limit
+    from stillhook.analysis.uncertainty.factors_file import Uncertainty
+    from stillhook.analysis.uncertainty.sobol import Sensitivity
+    from stillhook.spec.crane import Crane
+    from stillhook.spec.scenario import Scenario
+
+FILES = ("uncertainty.nc", "uncertainty.json", "bands.png", "exceedance.png")
+INDICES = "sensitivity.png"
+MODES = "ns,hs,ssc"
+CASE = {"crane": "nov-250t", "load": "100 t", "s_w": "100 m", "motion": "sine 2.8 m 12 s", "duration": "60 s", "warm_up": "30 s"}
+"""What is run where neither a case file nor an option says otherwise; 60 s hold one whole window of 30 s after the warm-up."""
+CLASSIC = ("level-1", "level-2", "ns", "hs")
+LEAST_ROWS = 16
+LEAST_DRAWS = 20
+"""Fewest draws of which one is expected outside either end of a 5 to 95 % band."""
+EXAMPLE = 'stillhook uncertainty --crane nov-250t --load "100 t" --draws 256 --limit "e_c_pp <= 25 cm" --sobol --out bands'
+
+
+class _Asked(NamedTuple):
+    """Cases side by side, and how they are run."""
+
+    cranes: list[Crane]
+    cases: list[Scenario]
+    labels: list[str]
+    known: Uncertainty
+
+
+def register(app: typer.Typer) -> None:
+    app.command("uncertainty")(uncertainty)
+
+
+def uncertainty(
+    case_file: Annotated[Path | None, typer.Argument(metavar="CASE.toml", help="Case file; or say the case by options.")] = None,
+    crane: Annotated[str | None, typer.Option(help="Library crane, or path of a crane file (default nov-250t).")] = None,
+    load: Annotated[str | None, typer.Option(help='Payload on the hook (default "100 t").')] = None,
+    s_w: Annotated[str | None, typer.Option("--s-w", help='Wire paid out (default "100 m").')] = None,
+    motion: Annotated[str | None, typer.Option(help=MOTION_HELP)] = None,
+    duration: Annotated[str | None, typer.Option(help='Length of each run (default "60 s").')] = None,
+    warm_up: Annotated[str | None, typer.Option("--warm-up", help='Start of each run that does not count (default "30 s").')] = None,
+    modes: Annotated[str | None, typer.Option(help="Controllers: ns, hs, ssc, ssc-cubic, strong-ssc, ... or TOML files.")] = None,
+    factors: Annotated[Path | None, typer.Option(help="TOML file of what is uncertain, and how much; default: the built-in table.")] = None,
+    draws: Annotated[int, typer.Option(help="Draws; a power of two fills the space best.")] = 256,
+    seed: Annotated[int, typer.Option(help="Same seed, same draws.")] = 0,
+    sobol: Annotated[bool, typer.Option("--sobol", help="Also which factors the spread comes from (about 8 times the runs).")] = False,
+    attribute: Annotated[
+        bool, typer.Option("--attribute", help="Also which factors, alone or two together, bring each --limit about or break it.")
+    ] = False,
+    limit: Annotated[list[str] | None, typer.Option(help='Bound on a result, such as "e_c_pp <= 10 cm"; repeat it for several.')] = None,
+    at_most: Annotated[float, typer.Option("--at-most", min=0.0, max=1.0, help="Chance of going beyond a limit that is tolerated.")] = 0.05,
+    step: Annotated[str | None, typer.Option(help="Integration step (default 5 ms).")] = None,
+    store: Annotated[Path | None, typer.Option(help="Folder that keeps results as they finish; a stopped run goes on from it.")] = None,
+    scheduler: Scheduler = None,
+    out: Annotated[Path | None, typer.Option("--out", help="Folder for NetCDF, pictures and JSON; nothing is written without it.")] = None,
+    json: Json = False,
+) -> None:
+    """What is not known about a winch (friction, leakage, inertia, oil, servos, delay) carried into error and pressure, mode by mode.
+
+    All modes see the same draws. Exit code 1 if every mode goes beyond a --limit with more than the tolerated chance, or beyond the
+    winch's own limits in every draw.
+
+    Example: stillhook uncertainty --crane nov-250t --load "100 t" --draws 256 --limit "e_c_pp <= 25 cm" --sobol --out bands
+    """
+    from stillhook.analysis.uncertainty.bands import Limit
+    from stillhook.analysis.uncertainty.monte_carlo import monte_carlo
+    from stillhook.analysis.uncertainty.report import report
+    from stillhook.engine.scenario.checks import notes_of
+    from stillhook.errors import SpecError
+
+    limits = [Limit.of(text) for text in limit or ()]
+    if attribute and not limits:
+        raise SpecError('--attribute: what is to be brought about is missing. Give it as a --limit, such as "e_c_pp <= 10 cm".')
+    _check_out(out, sobol)
+    given = {"crane": crane, "load": load, "s_w": s_w, "motion": motion, "duration": duration, "warm_up": warm_up}
+    asked = _asked(case_file, {k: v for k, v in given.items() if v is not None}, modes, factors)
+    pairs = [(a, b) for a in asked.labels for b in asked.labels if b in CLASSIC and a not in CLASSIC]
+    with client_of(scheduler) as client:
+        how = {"seed": seed, "labels": asked.labels, "step": step, "store": store, "client": client}
+        with progress_bar("drawing") as bar:
+            run = monte_carlo(asked.cranes, asked.cases, asked.known, n=draws, progress=started(asked.cranes[0], bar), **how)
+        indices = _indices(asked, run, pairs, how) if sobol else []
+    data = report(run, limits, at_most, pairs, indices) | {"notes": notes_of(asked.cranes, asked.cases)}
+    causes = _causes(asked, limits, None if factors is None else asked.known) if attribute else None
+    if causes is not None:
+        data["causes"] = causes.to_dict()
+    if json:
+        print_json(data)
+    else:
+        _print(asked, data, indices)
+        if causes is not None:
+            _print_causes(causes)
+    if out is not None:
+        _write(out, run, data, limits, indices, quiet=json)
+    cases = data["cases"].values()
+    kept = [c["beyond_limits"]["share"] < 1.0 and all(v["kept"] for v in c["limits"].values()) for c in cases]
+    raise typer.Exit(0 if any(kept) else 1)
+
+
+def _asked(case_file: Path | None, given: dict[str, str], modes: str | None, factors: Path | None) -> _Asked:
+    """Crane and scenario of every controller, and what is uncertain."""
+    from stillhook.analysis.controllers import controllers
+    from stillhook.analysis.uncertainty.factors_file import Uncertainty, load_uncertainty
+    from stillhook.errors import ScenarioError
+
+    if case_file is not None:
+        from stillhook.formats.case_file import load_case
+
+        if given:
+            raise ScenarioError(f"--{next(iter(given)).replace('_', '-')}: the case file says it. Leave it out, or leave out the file.")
+        file = load_case(case_file)
+        machine, case = file.crane, file.case
+        if case.modes:
+            raise ScenarioError(f"{case_file.name}: modes: a scenario that changes its mode is no single controller. Leave its modes out.")
+    else:
+        machine, case = _built(CASE | given)
+    chosen = controllers(modes if modes is not None else case.mode.value if case_file is not None else MODES)
+    return _Asked(
+        cranes=[c.on(machine) for c in chosen],
+        cases=[case.model_copy(update={"mode": c.mode, "name": c.name}) for c in chosen],
+        labels=[c.name for c in chosen],
+        known=Uncertainty.default() if factors is None else load_uncertainty(factors),
+    )
+
+
+def _built(given: dict[str, str]) -> tuple[Crane, Scenario]:
+    from stillhook.library import load_crane
+    from stillhook.spec.scenario import Scenario
+
+    machine = load_crane(given["crane"])
+    tip = motion_of(given["motion"])
+    return machine, Scenario(load=given["load"], s_w=given["s_w"], tip=tip, duration=given["duration"], warm_up=given["warm_up"])
+
+
+def _indices(asked: _Asked, run: Any, pairs: list[tuple[str, str]], how: dict[str, Any]) -> list[Sensitivity]:
+    """Indices of error and pressure, and of what the new controllers' lead over the best classic one hangs on."""
+    from stillhook.analysis.uncertainty.sobol import sensitivity
+
+    rows = max(LEAST_ROWS, 2 ** (run.sizes["draw"].bit_length() - 2))
+    new, classic = {a for a, _ in pairs}, sorted({b for _, b in pairs}, key=lambda b: float(run["e_c_pp"].sel(case=b).median()))
+    against = classic[0] if classic else None
+    with progress_bar("sensitivity") as bar:
+        found = sensitivity(asked.cranes, asked.cases, asked.known, n=rows, against=against, progress=bar, **how)
+    return [s for s in found if s.case in asked.labels or s.case.removesuffix(f" / {against}") in new]
+
+
+def _causes(asked: _Asked, limits: list[Limit], known: Uncertainty | None) -> Attribution:
+    """What brings each limit about in each mode, or breaks it."""
+    from stillhook.analysis.uncertainty.attribution import Figure, attribute
+    from stillhook.units import KINDS, in_display
+    from stillhook.variables import BY_NAME
+
+    figures = []
+    for label in asked.labels:
+        for limit in limits:
+            kind = BY_NAME[limit.name].kind
+            bound = in_display(limit.value, kind) if kind else limit.value
+            least, most = (-math.inf, bound) if limit.at_most else (bound, math.inf)
+
+            def value(r: Any, label: str = label, name: str = limit.name, kind: str = kind) -> float:
+                return in_display(float(r[label][name]), kind) if kind else float(r[label][name])
+
+            unit = KINDS[kind].display if kind else ""
+            figures.append(Figure(f"{label}: {limit}", value, least, most, unit, 3))
+    pairs = zip(asked.cranes, asked.cases, strict=True)
+    return attribute(dict(zip(asked.labels, pairs, strict=True)), figures, uncertainty=known)
+
+
+def _print_causes(found: Attribution) -> None:
+    head = ["cause", "from, to", *(f.name for f in found.figures)]
+    rows = [["as described", "", *(f"{f.show(x)} {f.unit}" for f, x in zip(found.figures, found.base, strict=True))]]
+    for row in found.ranking():
+        cells = [f"{', '.join(f.show(e.values[k]) for e in row.effects)}: {row.verdicts[k]}" for k, f in enumerate(found.figures)]
+        rows.append([row.cause, ", ".join(e.changes[0].end for e in row.effects), *cells])
+    print_table(head, rows, title="causes, largest effect first: figures at both ends of every factor", left=len(head))
+    print(*found.words(), sep="\n")
+
+
+def _print(asked: _Asked, data: dict[str, Any], indices: list[Sensitivity]) -> None:
+    from stillhook.units import show
+
+    crane, case = asked.cranes[0], asked.cases[0]
+    tip = case.tip.describe().split(":")[0]
+    title = f"{crane.name}, {show(case.load, 'mass')}, {show(case.s_w, 'length')} of wire out, tip: {tip}"
+    known = asked.known.on(*zip(asked.cranes, asked.cases, strict=True))
+    print_table(["uncertain", "distribution", "because"], [list(row) for row in known.describe()], title=title, left=3)
+    print("Numbers without a unit are multiples of the crane's own number.\n")
+    head = ["mode", "error\nas described", "error\nmedian", "error\n5 to 95 %"]
+    head += ["pressure\nas described", "pressure\nmedian", "pressure\n5 to 95 %", "limits of the\nwinch exceeded"]
+    drawn = f"{data['draws']} draws (seed {data['seed']}), the same for every mode"
+    print_table(head, [_row(label, c) for label, c in data["cases"].items()], title=drawn)
+    _print_remarks(data)
+    _print_limits(data)
+    if data["differences"]:
+        head = ["draw by draw", "error\nmedian", "error\n5 to 95 %", "lower\nin", "pressure\nmedian", "pressure\n5 to 95 %", "lower\nin"]
+        print_table(head, _differences(data))
+    for output in dict.fromkeys(s.output for s in indices):
+        _print_indices([s for s in indices if s.output == output])
+    for note in data["notes"]:
+        print(note)
+    print_twin(crane, *asked.cases)
+    print_implausible(crane)
+
+
+def _row(label: str, case: dict[str, Any]) -> list[str]:
+    out = [label]
+    for name in ("e_c_pp", "p_max"):
+        b = case["band_90"][name]
+        low, high = cell(name, b["low"]), cell(name, b["high"])
+        out += [cell(name, float(case["at_values"][name])), cell(name, b["median"]), f"{low.split(' ')[0]} to {high}"]
+    return [*out, _share(case["beyond_limits"])]
+
+
+def _share(chance: dict[str, Any]) -> str:
+    """A chance with its interval."""
+    return f"{chance['share']:.1%} ({chance['low']:.1%} to {chance['high']:.1%})"
+
+
+def _print_remarks(data: dict[str, Any]) -> None:
+    if data["draws"] < LEAST_DRAWS:
+        print(f"too few draws for a 5 to 95 % band: its ends are the draws themselves. Take {LEAST_DRAWS} or more.")
+    for label, case in data["cases"].items():
+        if case["beyond_limits"]["share"] == 1.0:
+            print(f"{label}: every draw goes beyond a limit of the winch; its error and pressure are no working controller's")
+    errors = {label: c["band_90"]["e_c_pp"]["high_error"] for label, c in data["cases"].items()}
+    if all(math.isfinite(x) for x in errors.values()):
+        print("standard error of the 95 % end of the error: " + ", ".join(f"{label} {cell('e_c_pp', x)}" for label, x in errors.items()))
+    for label, case in data["cases"].items():
+        if case["failed"]:
+            print(f"{label}: {case['failed']} draws lost their numbers; they are in no band, and count as beyond every limit")
+
+
+def _print_limits(data: dict[str, Any]) -> None:
+    rows = [
+        [label, text, _share(v), f"{v['at_most']:.1%}", "kept" if v["kept"] else "exceeded"]
+        for label, case in data["cases"].items()
+        for text, v in case["limits"].items()
+    ]
+    if rows:
+        print_table(["mode", "limit", "draws beyond it", "tolerated", ""], rows, left=2)
+
+
+def _print_indices(found: list[Sensitivity]) -> None:
+    """One output: a row for each factor that matters somewhere, a column for each case."""
+    from stillhook.analysis.uncertainty.sobol import MATTERS
+
+    most: dict[str, float] = {}
+    for s in found:
+        for name, x in s.indices.items():
+            most[name] = max(most.get(name, 0.0), x.total)
+    ranked = sorted((n for n, x in most.items() if x >= MATTERS), key=lambda n: -most[n])
+    rows = [[n, *(_index(s, n) for s in found)] for n in ranked]
+    print_table([f"{found[0].output}: variance from", *(s.case for s in found)], rows)
+    print("alone (95 % interval), with all that the factor does together with others; " + _rest(most, ranked))
+    for s in found:
+        if not s.converged:
+            print(f"{s.case}: {s.convergence()}")
+
+
+def _index(s: Sensitivity, name: str) -> str:
+    x = s.indices.get(name)
+    return "-" if x is None else f"{max(x.first, 0.0):.0%} ({max(x.first_low, 0.0):.0%} to {min(x.first_high, 1.0):.0%}), {x.total:.0%}"
+
+
+def _rest(most: dict[str, float], ranked: list[str]) -> str:
+    """The factors that matter nowhere."""
+    from stillhook.analysis.uncertainty.sobol import MATTERS
+
+    rest = [n for n in most if n not in ranked]
+    return f"below {MATTERS:.0%} everywhere: {', '.join(rest)}" if rest else "no other factor varies"
+
+
+def _differences(data: dict[str, Any]) -> list[list[str]]:
+    rows = []
+    for text, found in data["differences"].items():
+        row = [text]
+        for name in ("e_c_pp", "p_max"):
+            b = found[name]["relative"]
+            row += [f"{b['median']:+.1%}", f"{b['low']:+.1%} to {b['high']:+.1%}", f"{found[name]['lower']['share']:.0%}"]
+        rows.append(row)
+    return rows
+
+
+def _check_out(out: Path | None, sobol: bool) -> None:
+    """Refuse a folder that cannot be written to before anything runs."""
+    if out is not None:
+        from stillhook.base.atomic import check_folder
+
+        check_folder(out, (*FILES, *((INDICES,) if sobol else ())))
+
+
+def _write(out: Path, run: Any, data: dict[str, Any], limits: list[Limit], indices: list[Sensitivity], *, quiet: bool) -> None:
+    """NetCDF, numbers and pictures."""
+    from stillhook.analysis.uncertainty.figures import band_figure, exceedance_figure, index_figure
+    from stillhook.base.atomic import whole_folder
+    from stillhook.formats.results import save_json, save_run
+    from stillhook.report.plots.run import save_figure
+
+    names = [*FILES, *([INDICES] if indices else [])]
+    title = str(run.attrs["title"]).removeprefix("Stillhook: ")
+    with whole_folder(out) as part:
+        save_run(run, part / names[0])
+        save_json(data, part / names[1])
+        save_figure(band_figure(run, title), part / names[2])
+        save_figure(exceedance_figure(run, limits, title), part / names[3])
+        if indices:
+            save_figure(index_figure(indices, title), part / INDICES)
+    if not quiet:
+        print("written: " + ", ".join(str(out / name) for name in names))

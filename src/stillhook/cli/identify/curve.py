@@ -1,0 +1,134 @@
+"""`stillhook identify curve`: friction over speed of any machine that was run to and fro in steps."""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from stillhook.cli.crane.cranes import Json
+from stillhook.report.terminal import print_json, print_table, progress_bar
+
+if TYPE_CHECKING:
+    from stillhook.identify.curve import FrictionCurve
+    from stillhook.identify.steady_state.windows import WindowSettings
+    from stillhook.logs.log import Log
+
+OUT_FILES = ("curve.png", "curve.csv", "curve.json")
+MOST_REASONS = 8
+"""Rejected stretches that are told on the screen; all are in curve.json and in the figure."""
+
+
+def curve(
+    log: Annotated[Path, typer.Argument(metavar="LOG", help="Log of the test: CSV, Parquet, MDF4, TDMS or MAT.")],
+    mapping: Annotated[Path | None, typer.Option(help="Mapping file (TOML): which column is which signal, unit, sign.")] = None,
+    speed: Annotated[str, typer.Option(help="Signal whose sign is the direction.")] = "speed",
+    effort: Annotated[str, typer.Option(help="Signal that friction shows in: force, torque, pressure drop.")] = "effort",
+    position: Annotated[str | None, typer.Option(help="Signal on which the load depends: compares place by place.")] = None,
+    command: Annotated[str | None, typer.Option(help="Set signal whose changes begin new steps.")] = None,
+    least_length: Annotated[str | None, typer.Option("--least-length", help='Shortest steady stretch, such as "2 s".')] = None,
+    least_speed: Annotated[str | None, typer.Option("--least-speed", help='Slowest speed that is used, such as "20 rev/min".')] = None,
+    out: Annotated[Path | None, typer.Option("--out", help="Folder for figure, CSV and JSON; nothing is written without it.")] = None,
+    json: Json = False,
+) -> None:
+    """Friction over speed from a staircase log, with 95 % intervals: half the difference of both directions.
+
+    Example: stillhook identify curve bench.csv --mapping bench.toml --out results
+    """
+    from stillhook.base.atomic import check_folder
+    from stillhook.errors import LogError
+    from stillhook.identify.curve import friction_curve
+    from stillhook.logs.log import describe, read_log, read_mapping
+
+    settings = _settings(least_length, least_speed)
+    if out is not None:
+        check_folder(out, OUT_FILES)
+    with progress_bar(log.name) as bar:
+        try:
+            read = read_log(log, None if mapping is None else read_mapping(mapping), progress=bar)
+        except LogError as problem:
+            if mapping is None and "no heading names a signal" in str(problem):
+                raise LogError(f"{str(problem).split(' Give a mapping')[0]} {_needed(speed, effort, position, command)}") from None
+            raise
+    _signals(read, speed, effort, position, command)
+    found = friction_curve(read, speed=speed, effort=effort, position=position, command=command, settings=settings)
+    if out is not None:
+        _write(out, found, read, effort)
+    if json:
+        print_json({**found.to_dict(), "findings": [f.to_dict() for f in read.findings]})
+    else:
+        for line in describe(read):
+            print(line)
+        _print(found)
+        if out is not None:
+            print(f"written to {out}: {', '.join(OUT_FILES)}")
+
+
+def _needed(speed: str, effort: str, position: str | None, command: str | None) -> str:
+    """Which columns a mapping must name, with a row to write."""
+    names = ["time", speed, effort, *(n for n in (position, command) if n is not None)]
+    row = f'{speed} = {{ column = "...", quantity = "speed", unit = "m/s" }}'
+    return f"Give a mapping (--mapping file.toml) with the columns of {', '.join(names)} under [signals], such as {row}."
+
+
+def _signals(log: Log, speed: str, effort: str, position: str | None, command: str | None) -> None:
+    """Refuse a log without the signals that the options name. Errors: LogError that names all of them."""
+    from stillhook.errors import LogError
+
+    wanted = {"--speed": speed, "--effort": effort, "--position": position, "--command": command}
+    there = {*log.signals, *(("dp_m",) if {"p_a", "p_b"} <= set(log.signals) else ())}
+    missing = [f"{name} ({option})" for option, name in wanted.items() if name is not None and name not in there]
+    if missing:
+        have = ", ".join(sorted(there))
+        way = _needed(speed, effort, position, command)
+        raise LogError(f"{log.source}: no signal {', '.join(missing)}. It has {have}: name one of these with the option. {way}")
+
+
+def _settings(least_length: str | None, least_speed: str | None) -> WindowSettings:
+    from stillhook.identify.steady_state.windows import WindowSettings
+    from stillhook.units import parse
+
+    given: dict[str, Any] = {}
+    if least_length is not None:
+        parse(least_length, "time", "--least-length")
+        given["least_length"] = least_length
+    if least_speed is not None:
+        given["least_speed"] = least_speed
+    settings = WindowSettings(**given)
+    settings.slowest()
+    return settings
+
+
+def _print(found: FrictionCurve) -> None:
+    rows = []
+    for p in found.points:
+        way = "-" if p.way is None else " to ".join(found.text("position", x, 3) for x in p.way)
+        friction, half = found.text("effort", p.friction), found.text("effort", 0.5 * (p.interval[1] - p.interval[0]), 2)
+        rows.append([found.text("speed", p.speed), friction, half, found.text("effort", p.load), str(p.up.n), str(p.down.n), way])
+    if found.adapted:
+        print(f"no speed was held for 2 s: stretches from {found.least_length:g} s on are used (--least-length sets it)")
+    head = ["speed", "friction", "+- (95 %)", "load", "bins up", "bins down", "way"]
+    print_table(head, rows, title=f"{found.source}: half the difference of both directions")
+    told = [*found.steady.rejected, *found.unpaired]
+    for r in told[:MOST_REASONS]:
+        print(f"not used, {r.start:.1f} to {r.end:.1f} s: {r.reason}")
+    if len(told) > MOST_REASONS:
+        print(f"not used: {len(told) - MOST_REASONS} more stretches (see --json or --out)")
+
+
+def _write(out: Path, found: FrictionCurve, log: Log, effort: str) -> None:
+    from stillhook.base.atomic import whole_folder
+    from stillhook.formats.results import save_json
+    from stillhook.identify.windows_figure import curve_figure
+    from stillhook.report.plots.run import save_figure
+
+    with whole_folder(out) as part:
+        save_figure(curve_figure(found, log, effort), part / "curve.png")
+        save_json(found.to_dict(), part / "curve.json")
+        with (part / "curve.csv").open("w", encoding="utf-8", newline="") as file:
+            writer = csv.writer(file)
+            writer.writerow([f"{name} [SI]" for name in ("speed", "friction", "u_friction", "load", "u_load", "speed up", "speed down")])
+            for p in found.points:
+                writer.writerow([repr(float(x)) for x in (p.speed, p.friction, p.u_friction, p.load, p.u_load, p.up.speed, p.down.speed)])

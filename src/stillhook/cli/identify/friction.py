@@ -1,0 +1,148 @@
+"""`stillhook identify friction`: crane tests in, system friction with its uncertainty out."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from stillhook.cli.crane.cranes import Json
+from stillhook.report.terminal import print_json, print_table, progress_bar, say
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from stillhook.identify.system_friction.identify import Friction
+    from stillhook.identify.system_friction.tests.measure import Measured
+
+SET, REPORT, NUMBERS, POINTS, STRETCHES = "friction.toml", "report.html", "summary.json", "points.csv", "stretches.csv"
+GRID_BIAS = 1.5
+"""Cost of our fit on the thesis's grid over the least one there from which the difference is worth a word."""
+LOG_DPI = 80  # pictures of whole logs in the report: a dozen of them, each a thousand points wide
+
+
+def friction(
+    campaign: Annotated[Path, typer.Argument(metavar="CAMPAIGN.toml", help="Campaign file: crane, signals, and one test a log.")],
+    out: Annotated[Path | None, typer.Option("--out", help="Folder for set, report, tables, figures (default: none).")] = None,
+    like: Annotated[str | None, typer.Option(help="Set of a similar winch, for parameters that these tests cannot tell.")] = None,
+    keep_Y_2: Annotated[str, typer.Option("--keep-Y-2", help="Constant term: auto (where the data ask for it), yes, no.")] = "auto",
+    intervals: Annotated[str, typer.Option(help="95 % intervals: profile, bootstrap, or mcmc (extra mcmc).")] = "profile",
+    loops: Annotated[int, typer.Option(min=0, max=10, help="Rounds of the second loop: refine the motor loss on the crane's tests.")] = 0,
+    loss_map: Annotated[Path | None, typer.Option("--map", help="Supplier's map of the motor, to compare with its fitted model.")] = None,
+    variant: Annotated[str, typer.Option(help="Complex method that checks the fit: krus, box, complex-rf.")] = "krus",
+    proposals: Annotated[int, typer.Option(min=0, max=20, help="How many further tests to propose.")] = 3,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of everything random.")] = 0,
+    json: Json = False,
+) -> None:
+    """Identify system friction from the logs of crane tests (thesis section 2.3, paper D).
+
+    Exit code 1 if the data cannot tell what a winch model needs.
+
+    Example: stillhook identify friction my-tests/campaign.toml --out results
+    """
+    from stillhook.base.atomic import check_folder
+    from stillhook.base.choice import choice
+    from stillhook.identify.system_friction.identify import friction as identify
+    from stillhook.statistics.complex_method import Variant
+
+    if out is not None:
+        check_folder(out, (SET, REPORT, NUMBERS, POINTS, STRETCHES))
+    method = choice(Variant, variant, "--variant")
+    with progress_bar("reading the logs") as bar:
+        result = identify(
+            campaign, like=like, keep_Y_2=_kept(keep_Y_2), intervals=intervals, loops=loops, loss_map=loss_map, variant=method,
+            proposals=proposals, seed=seed, progress=bar,
+        )  # fmt: skip
+    if json:
+        from stillhook.identify.system_friction.result import to_dict
+
+        print_json(to_dict(result))
+    else:
+        _print(result)
+    if out is not None:
+        written = _write(result, out)
+        if not json:
+            print(f"written to {out}: {', '.join(written)}")
+    raise typer.Exit(0 if result.usable else 1)
+
+
+def _kept(text: str) -> bool | None:
+    from stillhook.errors import IdentifyError
+
+    choices = {"auto": None, "yes": True, "no": False}
+    if text not in choices:
+        raise IdentifyError(f'--keep-Y-2 = "{text}": not one of {", ".join(choices)}.')
+    return choices[text]
+
+
+def _print(result: Friction) -> None:
+    from stillhook.identify.system_friction.fitting.model import Y_NAMES
+    from stillhook.identify.system_friction.report import MEANING, mapped_line, proposal_cells, test_cells, written
+    from stillhook.identify.system_friction.result import to_dict
+
+    data = to_dict(result)
+    mark = "SYNTHETIC " if result.campaign.synthetic and "SYNTHETIC" not in result.campaign.title else ""
+    rows = [[t["name"], "held" if t["hold_out"] else "fit", *test_cells(t)] for t in data["tests"]]
+    header = ("test", "use", "load", "load by\npressures", "displacement\nof a motor", "motor speeds", "pairs", "not\nused", "error\n(RMS)")
+    print_table(header, rows, title=f"{mark}{result.campaign.title}: {result.campaign.crane.name}", left=2)
+    found = {i.name: i for i in result.intervals}
+    rows = []
+    for n in Y_NAMES:
+        i, state = found.get(n), data["parameters"][n]["state"]
+        remark = MEANING[n] + ("" if state == "fitted" else f" ({state})")
+        value = float(getattr(result.fit.y, n))
+        rows.append([n, remark, written(n, value), written(n, i.low if i else None), written(n, i.high if i else None)])
+    print_table(("", "meaning", "value", "from (95 %)", "to"), rows, title="system friction per motor shaft (eq. 2.7)", left=2)
+    for h in result.held_out:
+        print(f'held-out test "{h.test}": {h.rms:.2f} % of nominal torque RMS, {h.worst:.2f} % at most, from 250 rev/min on')
+    print("use: fit, or held out of it; not used: stretches left out, with reasons in stretches.csv (--out)")
+    print("error: model less measured, of the nominal torque D_m dp_m")
+    c = data["thesis"]
+    same = "the same by the complex method" if c["agree"] else f"{c['E_complex']:.5g} by the complex method, which got stuck"
+    where = "on its 25 rev/min grid" if c["on_grid"] else "at the pairs (too few for its grid)"
+    print(f"thesis's cost E {where}, per motor: {c['E_ours']:.4g} N^2 m^2 with this set, {c['E_least_squares']:.4g} at best, {same}")
+    if c["E_ours"] > GRID_BIAS * c["E_least_squares"] and c["on_grid"]:
+        print("(this set is fitted to the pairs themselves; the straight lines between them on the grid bend what the grid's best follows)")
+    if result.second is not None:
+        print(f"second loop: {result.second.verdict}; " + "; ".join(result.second.statements))
+    if result.mapped is not None:
+        print(mapped_line(result))
+    for s in result.statements:
+        print(f"{'NOT USABLE: ' if s.severe else 'note: '}{s.text}")
+    for load, D_m, change in map(proposal_cells, result.proposals):
+        print(f"test next: {load} at {D_m} a motor; uncertainty of the predicted friction {change} a motor")
+
+
+def _write(result: Friction, out: Path) -> list[str]:
+    """Set, report, numbers, tables and figures, all or nothing. A set that must not be used is not written."""
+    from stillhook.base.atomic import whole_folder
+    from stillhook.formats.results import save_json
+    from stillhook.identify.system_friction.figures import figures
+    from stillhook.identify.system_friction.report import report
+    from stillhook.identify.system_friction.result import friction_set, points_table, second_loop_sets, stretches_table, to_dict, warnings
+    from stillhook.library.parameter_sets.sets import set_toml
+    from stillhook.report.pictures import pngs
+
+    with whole_folder(out) as part:
+        pictures = pngs(figures(result))
+        for stem, data in pictures.items():
+            (part / f"{stem}.png").write_bytes(data)
+        logs = pngs({m.test.name: _log_figure(m) for m in result.measured}, LOG_DPI)
+        (part / REPORT).write_text(report(result, pictures, logs), encoding="utf-8")
+        save_json(to_dict(result), part / NUMBERS)
+        points_table(result).write_csv(part / POINTS)
+        stretches_table(result).write_csv(part / STRETCHES)
+        if result.usable:
+            (part / SET).write_text(warnings(result) + set_toml(friction_set(result, "friction")), encoding="utf-8")
+            for item in second_loop_sets(result) if result.second is not None else ():
+                (part / f"{item.name}.toml").write_text(set_toml(item), encoding="utf-8")
+        else:
+            say(f"{SET} is not written: the data cannot tell what a winch model needs.")
+        return sorted(p.name for p in part.iterdir())
+
+
+def _log_figure(m: Measured) -> Figure:
+    from stillhook.identify.windows_figure import window_figure
+
+    return window_figure(m.log, "omega_m", "dp_m", m.steady, unpaired=m.pairs.unpaired, title=f"test {m.test.name}: {m.log.source}")

@@ -1,0 +1,194 @@
+"""`stillhook friction sets`, `compare` and `draws`: parameter sets of friction, and what their uncertainty means for a lift."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from stillhook.cli.crane.cranes import Json
+from stillhook.cli.simulation.runs import MOTION_HELP, cell, motion_of
+from stillhook.report.terminal import print_json, print_table, progress_bar
+from stillhook.variables import BY_NAME
+
+NAMES = ("e_c_pp", "eta_c", "p_max", "u_p_max")
+"""What the bands are of."""
+FILES = ("friction-sets.png", "friction-sets.json")
+
+app = typer.Typer(help="Friction sets: what the library has, sets beside each other, their uncertainty in a lift.", no_args_is_help=True)
+
+
+@app.command("sets")
+def list_sets(json: Json = False) -> None:
+    """List the parameter sets of the library with their sources. Example: stillhook friction sets"""
+    from stillhook.identify.system_friction.compare import provenance
+    from stillhook.library import frictions, load_friction, load_losses, motors
+
+    known = [("system friction", load_friction(n)) for n in frictions()] + [("motor", load_losses(n)) for n in motors()]
+    if json:
+        print_json([_record(kind, item) for kind, item in known])
+        return
+    for title in ("system friction", "motor"):
+        print(f"{title}:")
+        for kind, item in known:
+            if kind == title:
+                print(f"  {item.name:<28} {item.title}{'' if item.evidence is None else ', with uncertainty'}")
+                print(f"  {'':<28} {_first(provenance(item))}")
+
+
+def _record(kind: str, item: Any) -> dict[str, Any]:
+    from stillhook.identify.system_friction.compare import provenance
+
+    spec = item.system if kind == "system friction" else item.motor
+    evidence = item.evidence.model_dump() if item.evidence is not None else None
+    values = {"values": spec.model_dump(), "evidence": evidence, "sources": provenance(item)}
+    return {"set": item.name, "kind": kind, "title": item.title, **values}
+
+
+def _first(sources: list[str]) -> str:
+    """The first source, and how many more there are."""
+    return sources[0] + (f" (and {len(sources) - 1} more)" if len(sources) > 1 else "")
+
+
+@app.command("compare")
+def compare(
+    sets: Annotated[list[str], typer.Argument(metavar="SET...", help="Sets of the library, or paths of .toml files.")],
+    load: Annotated[str, typer.Option(help='Load on the hook, such as "100 t"; its torque is that on the crane\'s layer.')] = "100 t",
+    crane: Annotated[str, typer.Option(help="Crane whose drum and hook turn the load into drum torque.")] = "nov-150t",
+    layer: Annotated[int | None, typer.Option(help="Layer of wire (default: the outermost).")] = None,
+    torque: Annotated[str | None, typer.Option("--drum-torque", help='Drum torque instead of a load, such as "1.5 MN m".')] = None,
+    out: Annotated[Path | None, typer.Option("--out", help="Folder for the figure and its numbers; nothing is written without it.")] = None,
+    json: Json = False,
+) -> None:
+    """System frictions beside each other: Coulomb, stiction and viscous parts over motor speed, 95 % bands where they are known.
+
+    Example: stillhook friction compare crane-1 crane-2 --load "100 t" --crane nov-150t --out figures
+    """
+    from stillhook.base.atomic import check_folder, whole_folder
+    from stillhook.formats.results import save_json
+    from stillhook.identify.system_friction.compare import Split, figure, notes, speeds, split, table
+    from stillhook.library import load_friction
+    from stillhook.report.plots.run import save_figure
+
+    if out is not None:
+        check_folder(out, FILES)
+    T_d, what = _drum_torque(load, crane, layer, torque)
+    items = {name: load_friction(name) for name in sets}
+    names = [item.name for item in items.values()]
+    told_apart = [item if names.count(item.name) == 1 else replace(item, name=given) for given, item in items.items()]
+    splits: list[Split] = [split(item, T_d, speeds()) for item in told_apart]
+    rows = table(splits)
+    remarks = notes(splits, T_d)
+    data = {"T_d": T_d, "sets": rows, "notes": remarks}
+    if json:
+        print_json(data)
+    else:
+        _print(rows, T_d, what)
+        for note in remarks:
+            print(note)
+        if all(s.half is None for s in splits):
+            print("No set here has a stated uncertainty.")
+    if out is not None:
+        with whole_folder(out) as part:
+            save_figure(figure(splits, T_d, what), part / FILES[0])
+            save_json(data, part / FILES[1])
+        if not json:
+            print("written: " + ", ".join(str(out / name) for name in FILES))
+
+
+def _drum_torque(load: str, crane: str, layer: int | None, torque: str | None) -> tuple[float, str]:
+    """Drum torque [N m], and what gives it in words."""
+    from stillhook.errors import IdentifyError
+    from stillhook.identify.system_friction.compare import drum_torque
+    from stillhook.library import load_crane
+    from stillhook.units import parse, show
+
+    if torque is not None:
+        T_d = parse(torque, "drum_torque", "--drum-torque")
+        if T_d < 0.0:
+            raise IdentifyError(f'--drum-torque "{torque}": give 0 or more.')
+        return T_d, ""
+    machine = load_crane(crane)
+    mass = parse(load, "mass", "--load")
+    n = machine.drum.layers if layer is None else layer
+    return drum_torque(machine, mass, layer), f"{show(mass, 'mass')} and the hook on layer {n} of {machine.name}"
+
+
+def _print(rows: list[dict[str, Any]], T_d: float, what: str) -> None:
+    from stillhook.units import number, show
+
+    speeds = list(rows[0]["total"])
+    header = ("set", "Coulomb", "stiction\nat rest", "viscous at\n1000 rev/min", *(f"total at\n{s}" for s in speeds))
+    body = []
+    for r in rows:
+        totals = [f"{r['total'][s]:.1f}" + ("" if r["half_95"][s] is None else f" ± {number(r['half_95'][s], 2)}") for s in speeds]
+        body.append((r["set"], f"{r['coulomb']:.1f}", f"{r['stiction']:.1f}", f"{r['viscous_1000']:.1f}", *totals))
+    torque = f"drum torque {show(T_d, 'drum_torque')}"
+    print_table(header, body, title=f"System friction per motor shaft [N m], {torque}{f' ({what})' if what else ''}")
+    for r in rows:
+        print(f"{r['set']}: {r['title']} ({'; '.join(r['sources'])})")
+
+
+@app.command("draws")
+def draws(
+    sets: Annotated[list[str], typer.Argument(metavar="SET...", help="A friction set, a motor set, or both, each with evidence.")],
+    crane: Annotated[str, typer.Option(help="Library crane, or path of a crane file.")] = "nov-150t",
+    load: Annotated[str, typer.Option(help='Payload on the hook, such as "100 t".')] = "100 t",
+    s_w: Annotated[str, typer.Option("--s-w", help='Wire paid out, such as "100 m".')] = "100 m",
+    motion: Annotated[str, typer.Option(help=MOTION_HELP)] = "sine 2 m 12 s",
+    mode: Annotated[str, typer.Option(help="Controller: ns, hs, ssc, ssc-cubic, level-1, level-2.")] = "ssc",
+    n: Annotated[int, typer.Option("--n", help="Number of draws.")] = 64,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the draws.")] = 0,
+    json: Json = False,
+) -> None:
+    """What the uncertainty of a friction set means for a lift: median and 90 % band of control error and peak pressure.
+
+    Exit code 1 if a draw goes beyond a limit.
+
+    Example: stillhook friction draws our-crane.friction.toml --crane our-crane.toml --load "100 t" --motion "sine 2 m 12 s"
+    """
+    from stillhook.engine.scenario.simulate import simulate
+    from stillhook.identify.system_friction.fitting.draws import crane_with, draw_cranes, quantiles
+    from stillhook.library import load_crane, load_set
+    from stillhook.spec.scenario import Scenario
+
+    machine, case = load_crane(crane), Scenario(load=load, s_w=s_w, tip=motion_of(motion), mode=mode)
+    friction, loss = _one_of_each([load_set(name) for name in sets])
+    drawn = draw_cranes(machine, friction, loss, n, seed)
+    middle = crane_with(machine, *(item for item in (friction, loss) if item is not None))
+    with progress_bar(f"{n} draws") as bar:
+        run = simulate([middle, *drawn], case, on_failure="mark", progress=bar)
+    found, at_values = quantiles(run.isel(case=slice(1, None)), NAMES), {name: float(run[name][0]) for name in NAMES}
+    notes = [note for note in str(run.notes.values[0]).split("; ") if note]
+    beyond = [str(s) for s in run.status.values[1:] if s != "ok"]
+    if json:
+        print_json({"draws": n, "seed": seed, "at_values": at_values, "band_90": found, "beyond_limits": len(beyond), "notes": notes})
+    else:
+        _print_draws(found, at_values, f"{n} draws of {' and '.join(sets)}, {machine.name}, {load}, {motion}, {mode}")
+        for note in notes:
+            print(f"note: {note}")
+        if beyond:
+            print(f"{len(beyond)} of {n} draws go beyond a limit: {', '.join(sorted(set(beyond)))}")
+    raise typer.Exit(1 if beyond else 0)
+
+
+def _one_of_each(items: list[Any]) -> tuple[Any, Any]:
+    """The friction set and the motor set among those given, None where there is none."""
+    from stillhook.errors import IdentifyError
+    from stillhook.library import FrictionSet
+
+    friction = [i for i in items if isinstance(i, FrictionSet)]
+    loss = [i for i in items if not isinstance(i, FrictionSet)]
+    if len(friction) > 1 or len(loss) > 1:
+        raise IdentifyError("draws: two sets of one kind. Give one friction set, one motor set, or one of each.")
+    return (friction[0] if friction else None), (loss[0] if loss else None)
+
+
+def _print_draws(found: dict[str, dict[str, float]], at_values: dict[str, float], title: str) -> None:
+    rows = []
+    for name, q in found.items():
+        shown = [cell(name, x) for x in (at_values[name], q["median"], q["low"], q["high"])]
+        rows.append((BY_NAME[name].meaning, *shown))
+    print_table(("", "at the set's\nvalues", "median", "5 %", "95 %"), rows, title=title)

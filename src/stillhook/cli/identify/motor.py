@@ -1,0 +1,142 @@
+"""`stillhook identify motor` and `stillhook identify example-map`: torque-loss models from a supplier's map."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from stillhook.cli.crane.cranes import Json
+from stillhook.report.terminal import print_json, print_table, say
+
+if TYPE_CHECKING:
+    from stillhook.identify.motor.identify import MotorLoss
+
+SET, REPORT, NUMBERS = "motor.toml", "report.html", "models.json"
+STEMS = ("ranking", "terms", "terms-over-speed", "residuals-over-speed", "residuals-over-map", "model-and-map")
+OUT_FILES = (SET, REPORT, NUMBERS, *(f"{stem}.png" for stem in STEMS))
+MAP_HELP = "CSV, Parquet or Excel, a row a cell: D_m, n, dp, and T_f, T_shaft or eta_hm, units in square brackets in the headings."
+LIKE_HELP = "Motor (library name or file) that lends inertia, speed limits, leakage; default: the library's of the same size."
+PER_CENT = 0.01
+
+
+def motor(
+    map_file: Annotated[Path, typer.Argument(metavar="MAP", help=MAP_HELP)],
+    mapping: Annotated[Path | None, typer.Option(help="TOML file that names columns and units, for headings of other kinds.")] = None,
+    out: Annotated[Path | None, typer.Option("--out", help="Folder for motor file, report, figures, all models (default: none).")] = None,
+    like: Annotated[str | None, typer.Option(help=LIKE_HELP)] = None,
+    model: Annotated[str | None, typer.Option(help="Model to look at instead of the recommended one: wilson ... mj6.")] = None,
+    threshold: Annotated[float, typer.Option(help="Error in % of nominal torque beyond which a model must not be used.")] = 1.0,
+    json: Json = False,
+) -> None:
+    """Fit and rank torque-loss models on a supplier's map, recommend one, say where it must not be used (paper A).
+
+    Exit code 1 if no model holds on most of the map, or the map does not determine MJ4, which the twin runs.
+
+    Example: stillhook identify motor A6VM215.csv --out A6VM215
+    """
+    from stillhook.base.atomic import check_folder
+    from stillhook.errors import IdentifyError
+    from stillhook.identify.motor.identify import identify_motor, to_dict
+    from stillhook.identify.motor.map import read_map
+    from stillhook.library.parameter_sets.sets import load_losses
+
+    if out is not None:
+        check_folder(out, OUT_FILES)
+    if not 0.0 < threshold < 100.0:
+        raise IdentifyError(f"--threshold = {threshold:g}: give per cent of nominal torque between 0 and 100, such as 1.")
+    D_max = None if like is None else f"{load_losses(like).motor.D_max!r} m^3/rad"
+    m = read_map(map_file, mapping=mapping, D_max=D_max)
+    if m.synthetic and not json:
+        say("SYNTHETIC map: made by a formula, measured on no motor.")
+    result = identify_motor(m, model=model, threshold=threshold * PER_CENT, like=like)
+    if json:
+        print_json(to_dict(result))
+    else:
+        _print(result)
+    if out is not None:
+        written = _write(result, out)
+        if not json:
+            print("written: " + ", ".join(str(out / name) for name in written))
+    raise typer.Exit(0 if result.usable else 1)
+
+
+def _print(result: MotorLoss) -> None:
+    from stillhook.identify.motor.identify import avoid
+    from stillhook.identify.motor.report import (
+        PARAMETER_HEADER,
+        RANKING_HEADER,
+        map_lines,
+        mapped_line,
+        other_rows,
+        parameter_rows,
+        ranking_rows,
+        twin_line,
+        verdict,
+    )
+
+    made = "SYNTHETIC " if result.map.synthetic else ""
+    for line in map_lines(result):
+        print(f"map: {line}")
+    print_table(RANKING_HEADER, ranking_rows(result), title=f"{made}{result.map.source}: torque-loss models, best first", left=2)
+    print(result.ranking.rule)
+    print(f"recommended: {result.ranking.reason}")
+    title = f"{result.fit.card.title} (paper {result.fit.card.equation}), SI"
+    print_table(PARAMETER_HEADER, parameter_rows(result, result.fit), title=title)
+    print(verdict(result))
+    for s in result.statements:
+        print(f"do not use: {avoid(s, result.threshold)}")
+    for note in result.notes:
+        print(f"note: {note}")
+    print_table(("MJ4 parameters of", "error on this map\n[% of T_N]", "scaled to\nthis size"), list(other_rows(result)))
+    print(mapped_line(result))
+    print(twin_line(result))
+
+
+def _write(result: MotorLoss, out: Path) -> list[str]:
+    """Motor file, report, all models and figures, all or nothing. A motor file that must not be used is not written."""
+    from stillhook.base.atomic import whole_folder
+    from stillhook.formats.results import save_json
+    from stillhook.identify.motor.figures import figures
+    from stillhook.identify.motor.identify import loss_set, to_dict
+    from stillhook.identify.motor.report import report
+    from stillhook.library.parameter_sets.sets import set_toml
+    from stillhook.report.html import png
+
+    pictures = {stem: png(figure) for stem, figure in figures(result).items()}
+    with whole_folder(out) as part:
+        for stem, picture in pictures.items():
+            (part / f"{stem}.png").write_bytes(picture)
+        (part / REPORT).write_text(report(result, pictures), encoding="utf-8")
+        save_json(to_dict(result), part / NUMBERS)
+        if not result.drops_in:
+            say(f"{SET} is not written: MJ4 is not determined by this map, or wrong on most of it.")
+        elif result.like is None:
+            say(f"{SET} is not written: no motor of the library has this size. Give --like MOTOR, which lends inertia and speed limits.")
+        else:
+            (part / SET).write_text(set_toml(loss_set(result, SET.removesuffix(".toml"))), encoding="utf-8")
+        return sorted(p.name for p in part.iterdir())
+
+
+def example_map(
+    out: Annotated[Path, typer.Argument(metavar="OUT.csv", help="File to write.")],
+    motor: Annotated[str, typer.Option("--motor", help="Motor of the library whose published MJ4 loss it starts from.")] = "A6VM215",
+    seed: Annotated[int, typer.Option(min=0, help="Draw of the losses that MJ4 lacks.")] = 0,
+    json: Json = False,
+) -> None:
+    """Write a SYNTHETIC supplier map to try `identify motor` on; no supplier's map is public.
+
+    Example: stillhook identify example-map example.csv --motor A6VM280
+    """
+    from stillhook.errors import SimulationError
+    from stillhook.identify.motor.synthetic_map import synthetic_map, write_map
+
+    if out.exists():
+        raise SimulationError(f"{out}: is there already, and may be a real map. Choose another name.")
+    m = synthetic_map(motor, seed=seed)
+    written = write_map(m, out)
+    if json:
+        print_json({"map": str(written), "cells": len(m)})
+    else:
+        print(f"written: {written} ({len(m)} cells, {m.source})")

@@ -1,0 +1,1 @@
+"""Commands of waves, vessels, payloads, tip motion and response."""

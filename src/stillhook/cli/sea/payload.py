@@ -1,0 +1,95 @@
+"""`stillhook payload list|show`: what hangs on the hook, and what water makes of it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from stillhook.cli.crane.cranes import Json
+from stillhook.report.terminal import human, print_json, print_table, print_values, unit_of
+
+app = typer.Typer(no_args_is_help=True, help="Payloads: list them, and show their weight, added mass, drag and slamming in water.")
+
+RHO = "1025 kg/m^3"
+LIGHT, DENSE = 900.0, 1300.0  # kg/m^3: fresh water to brine, and some room
+OUT_FILES = ("payload.png", "payload.json")
+PAYLOAD_HELP = "Name of the library, or path of a payload file (TOML)."
+COLUMNS = ("h", "V", "A33", "dA33", "B")
+EVERY = 16  # of the levels, on the printed table
+
+
+@app.command("list")
+def list_payloads(json: Json = False) -> None:
+    """List the payloads of the library. Example: stillhook payload list"""
+    from stillhook.library.payloads import payloads, read_payload
+    from stillhook.units import show as text
+
+    known = [read_payload(name) for name in payloads()]
+    if json:
+        print_json([{"payload": p.name, "title": p.title, "mass": p.mass, "height": p.height} for p in known])
+        return
+    rows = [(p.name, p.title, text(p.mass, "mass"), text(p.height, "length")) for p in known]
+    print_table(("payload", "what it is", "mass", "height"), rows, texts={1})
+
+
+@app.command("show")
+def show(
+    payload: Annotated[str, typer.Argument(help=PAYLOAD_HELP, metavar="PAYLOAD|FILE")],
+    rho: Annotated[str, typer.Option(help="Density of the water.")] = RHO,
+    out: Annotated[Path | None, typer.Option("--out", help="Folder for a picture and payload.json; nothing is written without it.")] = None,
+    json: Json = False,
+) -> None:
+    """Weight in water, added mass, drag, slamming and sinking speed of a payload, over submergence, with the source of every number.
+
+    Example: stillhook payload show suction-anchor-85t
+    """
+    from stillhook.base.atomic import check_folder
+    from stillhook.errors import LiftError
+    from stillhook.library.payloads import read_payload
+    from stillhook.report.payload_sheet import payload_numbers
+    from stillhook.spec.plausible import implausible_values
+    from stillhook.units import came, parse
+
+    density = parse(rho, "density", "--rho")
+    if not LIGHT <= density <= DENSE:
+        raise LiftError(f"--rho = {came(rho)}: is no sea water's, {LIGHT:g} to {DENSE:g} kg/m^3. Check the unit.")
+    if out is not None:
+        check_folder(out, OUT_FILES)
+    load = read_payload(payload)
+    answer = payload_numbers(load, density) | {"notes": list(implausible_values(load))}
+    if out is not None:
+        _write(out, load, density, answer)
+    if json:
+        print_json(answer)
+        return
+    _print(answer)
+    if out is not None:
+        print("written: " + ", ".join(str(out / name) for name in OUT_FILES))
+
+
+def _print(answer: dict[str, Any]) -> None:
+    print(f"{answer['payload']}: {answer['title'] or 'payload of your own'} ({answer['shape']})")
+    print_values({k: v for k, v in answer.items() if isinstance(v, float)})
+    header = [f"{name} [{unit_of(name) or '-'}]" for name in COLUMNS]
+    levels = answer["levels"]
+    dust = {name: 1e-9 * max(abs(level[name]) for level in levels) for name in COLUMNS}
+    rows = [[human(name, level[name] if abs(level[name]) > dust[name] else 0.0, 4) for name in COLUMNS] for level in levels[::EVERY]]
+    print_table(header, rows, left=0, title="Over submergence: every sixteenth level")
+    stated = [(s["field"], s["kind"], s["source"]) for s in answer["sources"]]
+    print_table(("field", "kind", "source"), stated, left=3)
+    for note in answer["notes"]:
+        print(note)
+    if answer["shape"] != "levels":
+        print("Coefficients are recalled from DNV-RP-N103: check against your edition. A model test or CFD beats all of them.")
+
+
+def _write(out: Path, load: Any, rho: float, answer: dict[str, Any]) -> None:
+    from stillhook.base.atomic import whole_folder
+    from stillhook.formats.results import to_json
+    from stillhook.report.payload_sheet import payload_figure
+
+    with whole_folder(out) as part:
+        payload_figure(load, rho).savefig(part / OUT_FILES[0], dpi=120)
+        (part / OUT_FILES[1]).write_text(to_json(answer) + "\n", encoding="utf-8")

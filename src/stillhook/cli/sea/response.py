@@ -1,0 +1,198 @@
+"""`stillhook response`: what a lift does in waves by the frequency road, one sea or every hour of a year."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from stillhook.cli.crane.cranes import Json
+from stillhook.report.running_text import wrapped
+from stillhook.report.terminal import human, print_json, print_table, print_twin, progress_bar, started, unit_of
+
+if TYPE_CHECKING:
+    from stillhook.formats.lift.file import LiftFile
+    from stillhook.response.lift import LiftResponse
+
+DEPTH_HELP = (
+    'Where the payload\'s underside hangs below still water, "1500 m" (negative: in the air). Default: the deepest place at which a stage '
+    "compensates (AHC), else 20 m above the seabed."
+)
+SEA_HELP = "File of measured waves in place of the lift's sea, every record of it: NDBC spectra or standard meteorology, gz too."
+WAVE_HELP = 'Waves in place of the lift\'s sea: "jonswap Hs=2 m Tp=8 s gamma=3.3", pm, torsethaugen, ochi-hubble, sums with " + ".'
+HEADING_HELP = "Direction in which the waves travel, counter-clockwise from the bow: 0 following, 90 coming from starboard, 180 head sea."
+RECORD_HELP = "One record of --sea in place of all: its number from 0, or its time such as 1996-01-05T12:00 (UTC)."
+MODE_HELP = "How the winch compensates: ssc, ssc-cubic, ns, hs, level-1, level-2; the lift's controller without it."
+MOTIONS = (
+    ("tip, height", "sigma_z", "z_mpm"),
+    ("tip, speed", "sigma_v", "v_mpm"),
+    ("wire's upper end, compensated", "sigma_u", "u_mpm"),
+    ("load, compensated", "sigma_load", "load_mpm"),
+)
+TENSIONS = ("sigma_F_top", "F_top_mpm", "sigma_F_sling", "DAF", "slack_share", "slack_chance")
+YEAR = (
+    ("significant wave height", "H_m0"),
+    ("tip, height, sigma", "sigma_z"),
+    ("tip, speed, sigma", "sigma_v"),
+    ("tip, speed, most in the duration", "v_mpm"),
+    ("wire's upper end, sigma", "sigma_u"),
+    ("load on the brake, sigma", "braked.sigma_load"),
+    ("load compensated, sigma", "sigma_load"),
+    ("load compensated, most in the duration", "load_mpm"),
+    ("compensation at the wire", "eta_sigma_wire"),
+    ("compensation at the load", "eta_sigma_load"),
+    ("top tension, most in the duration", "F_top_mpm"),
+    ("DAF", "DAF"),
+    ("DAF on the brake", "braked.DAF"),
+    ("chance of slack slings", "slack_chance"),
+)
+IN_MM = ("sigma_u", "u_mpm", "sigma_load", "load_mpm", "sigma_z", "z_mpm")
+SHARES = ("eta_sigma_wire", "eta_sigma_load", "slack_chance", "slack_share", "saturation_share")
+SMALL = 1e-6
+"""Shares below it are told as 0 to a person."""
+
+
+def register(app: typer.Typer) -> None:
+    app.command("response")(response)
+
+
+def response(
+    lift: Annotated[str, typer.Argument(metavar="LIFT.toml", help="Lift file, or one of the library's; a wrong name lists them.")],
+    depth: Annotated[str | None, typer.Option(help=DEPTH_HELP)] = None,
+    mode: Annotated[str | None, typer.Option(help=MODE_HELP)] = None,
+    sea: Annotated[Path | None, typer.Option(help=SEA_HELP)] = None,
+    wave: Annotated[str | None, typer.Option(help=WAVE_HELP)] = None,
+    heading: Annotated[str | None, typer.Option(help=HEADING_HELP)] = None,
+    spread: Annotated[float | None, typer.Option(help="Short-crested waves: exponent n of cos^n about the heading.")] = None,
+    ship: Annotated[str | None, typer.Option(help="Where the bow points, clockwise from north, for measured directions.")] = None,
+    record: Annotated[str | None, typer.Option(help=RECORD_HELP)] = None,
+    duration: Annotated[str, typer.Option(help="Time of the largest values and chances.")] = "3 h",
+    out: Annotated[Path | None, typer.Option("--out", help="Folder for a picture, response.nc (every sea) and summary.json.")] = None,
+    json: Json = False,
+) -> None:
+    """Motion and tension of a hanging load in waves, in seconds: tip, what the winch leaves, wire and load as spectra (the frequency road).
+
+    Crane, vessel, payload, rigging, wire, water and sea are those of the lift file; the programme is not run. The winch's residual comes
+    from runs of its twin (some seconds) and is kept on disk for the next time.
+
+    Exit code 1 where in one sea the pumps saturate at the tip's most probable largest speed, slings fall slack with a chance above 10 %, or
+    the most probable largest sling tension is more than the SWL weighs. Of a file of records these are counted, and the code is 0.
+
+    Example: stillhook response anchor-to-3000m --depth "2980 m"
+
+    Example: stillhook response anchor-to-3000m --sea 46042w1996.txt.gz --heading "180 deg" --out year
+    """
+    from stillhook.base.atomic import check_folder
+    from stillhook.cli.sea.response_inputs import waves_of
+    from stillhook.errors import LiftError, StillhookError
+    from stillhook.formats.lift.file import load_lift
+    from stillhook.report.save.response import OUT_FILES, write_response
+    from stillhook.response.lift import check_place, compensated_depth, response_at
+    from stillhook.response.results import answer_of, stamped
+    from stillhook.units import parse
+
+    time = parse(duration, "time", "--duration")
+    if time <= 0.0:
+        raise LiftError(f"--duration {duration}: is not longer than 0 s. Give the time that the largest values are asked for.")
+    z = None if depth is None else -parse(depth, "length", "--depth")
+    if out is not None:
+        check_folder(out, OUT_FILES)
+    file = load_lift(lift, duration="60 s", moving=False)
+    check_place(file)
+    waves = waves_of(file, sea, wave, heading, spread, ship, record)
+    try:
+        with progress_bar(f"{file.crane.name}: asking the twin") as bar:
+            told = started(file.crane, bar)
+            found = response_at(file, waves, -compensated_depth(file.lift) if z is None else z, mode=mode, duration=time, progress=told)
+    except StillhookError as e:
+        raise type(e)(f"{Path(lift).name}: {e}") from None
+    answer = answer_of(found, file, waves)
+    if out is not None:
+        short = {name: value for name, value in answer.items() if name != "records"}
+        write_response(out, stamped(found.data, answer), short, _figure(found, answer))
+    if json:
+        print_json(answer)
+    else:
+        _print(file, found, answer)
+        if out is not None:
+            print("written: " + ", ".join(str(out / name) for name in OUT_FILES))
+    raise typer.Exit(0 if answer.get("status", "ok") == "ok" else 1)
+
+
+def _figure(found: LiftResponse, answer: dict[str, Any]) -> Any:
+    from stillhook.report.save.response import sea_figure, year_figure
+    from stillhook.response.results import spectra
+
+    title = f"{answer['lift']}: {answer['crane']}, {answer['mode']}, payload at {human('depth', -found.z, 5)} m\n{answer['place']}"
+    if "time" in found.data.dims:
+        return year_figure(found.data, title)
+    return sea_figure(found.forcing.omega, spectra(found), float(found.T_wire[0]), title)
+
+
+def _print(file: LiftFile, found: LiftResponse, answer: dict[str, Any]) -> None:
+    from stillhook.units import show
+
+    wrapped(f"{answer['lift']}: {answer['crane']}, {answer['mode']}, {answer['place']}")
+    load = file.lift.payload
+    where = f"{show(-found.z, 'length')} below" if found.z < 0.0 else f"{show(found.z, 'length')} above"
+    hangs = f"its underside {where} still water on {show(found.hung.s_w, 'length')} of wire"
+    wrapped(f"{load.title or load.name}, {show(load.mass, 'mass')}, {hangs}")
+    periods = ", ".join(f"{T:.3g} s" for T in found.T_wire)
+    rest = f"{show(found.hung.F_top, 'force')} at the tip, {show(found.hung.F_sling, 'force')} in the slings"
+    wrapped(f"natural periods with the top held: {periods}; at rest {rest}")
+    if "status" in answer:
+        _print_sea(answer)
+    else:
+        _print_year(answer)
+    print_twin(file.crane)
+    for note in answer["notes"]:
+        wrapped(note)
+
+
+def _print_sea(answer: dict[str, Any]) -> None:
+    braked, hours = answer["braked"], _hours(answer)
+    rows = [[label, _cell(sigma, answer[sigma]), _cell(most, answer[most])] for label, sigma, most in MOTIONS]
+    rows.insert(3, ["load, winch on its brake", _cell("sigma_load", braked["sigma_load"]), _cell("load_mpm", braked["load_mpm"])])
+    print_table(["motion", "standard\ndeviation", f"most probable\nlargest in {hours}"], rows)
+    names = {"sigma_F_top": "tension at the tip, standard deviation", "F_top_mpm": f"tension at the tip, most in {hours}"}
+    names |= {"sigma_F_sling": "slings, standard deviation", "DAF": "DAF: slings' most over the weight in air"}
+    names |= {"slack_share": "slings slack, share of the time", "slack_chance": f"slings slack at all, chance in {hours}"}
+    table = [[names[name], _cell(name, answer[name]), _cell(name, braked[name])] for name in TENSIONS]
+    print_table(["tension", "compensated", "on the brake"], table)
+    wire, at_load = (_cell(name, answer[name]) for name in ("eta_sigma_wire", "eta_sigma_load"))
+    print(f"compensation: {wire} at the wire, {at_load} at the load")
+    print(f"pumps at their stop: {_cell('saturation_share', answer['saturation_share'])} of the time")
+    print(f"status: {answer['status']}")
+
+
+def _print_year(answer: dict[str, Any]) -> None:
+    rows = []
+    for label, key in YEAR:
+        name = key.removeprefix("braked.")
+        numbers = answer["braked"][name] if key != name else answer[name]
+        worst = "min" if name.startswith("eta_") else "max"
+        cells = [_cell(name, numbers[k]) for k in ("first", "mean", worst)]
+        rows.append([label.replace("the duration", _hours(answer)), *cells, numbers["worst"].removesuffix(":00Z").replace("T", " ")])
+    title = f"{answer['file']}: {answer['n_valid']} of {answer['n_records']} records used, {answer['start']} to {answer['end']}"
+    print_table(["", "first", "mean", "worst", "when (UTC)"], rows, title=title)
+    n = answer["n_valid"]
+    print(
+        f"of {n} records: pumps saturate in {answer['n_saturated']}, slack slings likely in {answer['n_slack']}, "
+        f"more than the SWL at the hook in {answer['n_overload']}"
+    )
+
+
+def _hours(answer: dict[str, Any]) -> str:
+    return f"{answer['duration'] / 3600.0:.4g} h"
+
+
+def _cell(name: str, value: float) -> str:
+    if math.isnan(value):
+        return "-"
+    if name in SHARES:
+        return f"{0.0 if abs(value) < SMALL else 100.0 * value:.3g} %"
+    if name in IN_MM:
+        return f"{value * 1e3:.3g} mm" if value < 1.0 else f"{value:.3g} m"
+    return f"{human(name, value, 4)} {unit_of(name)}".rstrip()

@@ -1,0 +1,202 @@
+"""`stillhook tip`: motion of the crane tip in a sea, from a vessel's transfer functions or from a log."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from stillhook.cli.crane.cranes import Json
+from stillhook.report.running_text import wrapped
+from stillhook.report.terminal import human, print_json, print_table, print_values, unit_of
+
+if TYPE_CHECKING:
+    from stillhook.sea.spectra.spectrum import Sea
+    from stillhook.sea.vessel.rao import Rao
+    from stillhook.sea.vessel.tip import TipPoint
+
+OUT_FILES = ("tip.png", "tip.json", "tip.csv", "summary.json")
+SHOWN = ("sigma_z", "sigma_v", "sigma_a", "T_z", "T_p", "T_z_counted", "bandwidth")
+LARGEST = (("z", "height"), ("v", "speed"), ("a", "acceleration"))
+ALL_ROUND = "all"
+EVERY = 15  # deg: headings of --heading all
+WAVE_HELP = (
+    'Waves: "jonswap Hs=2 m Tp=8 s gamma=3.3", pm, torsethaugen, ochi-hubble; sums with " + ", each may have a heading=150 deg; '
+    "or a file of measured spectra (NDBC)."
+)
+HEADING_HELP = (
+    "Direction in which the waves travel, counter-clockwise from the bow: \"180 deg\" is a head sea, \"0 deg\" "
+    "following, \"90 deg\" from starboard, \"270 deg\" from port; or all."
+)
+AT_HELP = 'Crane tip from the RAO\'s reference point: "x=-20 m, y=-18 m", forward and to port.'
+PEDESTAL_HELP = 'In place of --at: heel of the boom, "x=-10 m, y=-6 m, z=15 m", z above water.'
+KNUCKLE_HELP = 'Knuckle boom: length and angle below the main boom\'s line, "15 m 60 deg".'
+LOG_HELP = "Log of a motion sensor (CSV or $PSXN,23) in place of vessel and waves; --at is then from the sensor, with z."
+SEEDS_HELP = "Realisations of the sea whose largest values are met and fitted (Gumbel, 95 % intervals); 20 or more tell something."
+
+
+def register(app: typer.Typer) -> None:
+    app.command("tip")(tip)
+
+
+def tip(
+    vessel: Annotated[str | None, typer.Option(help="Vessel: a name of the library, or a file (.re1, CSV, NetCDF, YAML).")] = None,
+    at: Annotated[str | None, typer.Option(help=AT_HELP)] = None,
+    wave: Annotated[str | None, typer.Option(help=WAVE_HELP)] = None,
+    heading: Annotated[str | None, typer.Option(help=HEADING_HELP)] = None,
+    spread: Annotated[float | None, typer.Option(help="Short-crested waves: exponent n of cos^n about the heading.")] = None,
+    record: Annotated[str | None, typer.Option(help="Of a file of measured waves: its record, by number from 0 or by time (UTC).")] = None,
+    ship: Annotated[str | None, typer.Option(help='Where the bow points, clockwise from north, for measured directions: "30 deg".')] = None,
+    pedestal: Annotated[str | None, typer.Option(help=PEDESTAL_HELP)] = None,
+    slew: Annotated[str | None, typer.Option(help='Where the boom points, from the bow to port: "270 deg" is starboard.')] = None,
+    main: Annotated[str | None, typer.Option(help='Main boom: length and angle above the horizontal, "25 m 50 deg".')] = None,
+    knuckle: Annotated[str | None, typer.Option(help=KNUCKLE_HELP)] = None,
+    log: Annotated[Path | None, typer.Option(help=LOG_HELP)] = None,
+    duration: Annotated[str, typer.Option(help="Time of the extremes, and length of the series.")] = "3 h",
+    seed: Annotated[int, typer.Option(help="Seed of the series, or the first of --seeds.")] = 1,
+    seeds: Annotated[int | None, typer.Option(help=SEEDS_HELP)] = None,
+    amplitudes: Annotated[
+        str, typer.Option(help="Of the series: fixed (the variance of the spectrum in every seed) or rayleigh.")
+    ] = "fixed",
+    exact: Annotated[bool, typer.Option("--exact", help="Series with the ship's rotations in full; --at then has z.")] = False,
+    out: Annotated[Path | None, typer.Option("--out", help="Folder for picture, series (tip.json, tip.csv) and summary.json.")] = None,
+    json: Json = False,
+) -> None:
+    """Motion of the crane tip: standard deviations, periods, largest values, spectra and series.
+
+    Example: stillhook tip --vessel FILE.re1 --at "x=-20 m, y=-18 m" --wave "jonswap Hs=1 m Tp=8 s gamma=3.3" --heading "180 deg"
+    """
+    from stillhook.base.atomic import check_folder
+    from stillhook.cli.sea.tip_inputs import place, refuse, sea_of
+    from stillhook.errors import SeaError
+    from stillhook.units import parse
+
+    time = parse(duration, "time", "--duration")
+    if time <= 0.0:
+        raise SeaError(f"--duration {duration}: is not longer than 0 s. Give the time that the largest values are asked for.")
+    if log is not None:
+        unused = {"--vessel": vessel, "--wave": wave, "--heading": heading, "--spread": spread, "--record": record, "--ship": ship}
+        unused |= {"--pedestal": pedestal, "--slew": slew, "--main": main, "--knuckle": knuckle}
+        refuse(
+            unused | {"--seeds": seeds, "--exact": exact, "--out": out},
+            "belongs to a vessel in waves, and --log holds a motion already. Leave it out.",
+        )
+        _of_log(log, at, time, json=json)
+        return
+    if vessel is None or wave is None:
+        missing = "--vessel" if vessel is None else "--wave"
+        raise SeaError(f"{missing}: missing. Give --vessel, --at and --wave, or a log with --log. See --help.")
+    point = place(at, pedestal, slew, main, knuckle)
+    if out is not None:
+        check_folder(out, OUT_FILES)
+    if exact and (point.z is None or out is None):
+        raise SeaError("--exact: is for the series, and needs --out and the tip's height z in --at.")
+    from stillhook.formats.vessel.open import read_vessel
+
+    rao = read_vessel(vessel)
+    if heading is not None and heading.strip().lower() == ALL_ROUND:
+        refuse({"--seeds": seeds, "--out": out, "--ship": ship}, "is for one heading. Leave it out, or give one --heading.")
+        if "heading" in wave:
+            raise SeaError(f"--heading all: the waves of {wave!r} have a heading of their own. Leave that out.")
+        _all_round(rao, wave, spread, record, point, time, json=json)
+        return
+    series = {"seed": seed, "amplitudes": amplitudes, "exact": exact}
+    _in_sea(rao, sea_of(wave, heading, spread, record, ship), point, time, seeds, out, series, json=json)
+
+
+def _in_sea(
+    rao: Rao, sea: Sea, point: TipPoint, duration: float, seeds: int | None, out: Path | None, series: dict[str, Any], *, json: bool
+) -> None:
+    from stillhook.sea.vessel.tip import tip_summary
+
+    summary = tip_summary(rao, sea, point, duration)
+    if seeds is not None:
+        from stillhook.sea.vessel.tip_seeds import seed_extremes
+
+        summary["maxima"] = seed_extremes(rao, sea, point.x, point.y, duration, seeds, series["seed"])
+    if out is not None:
+        from stillhook.report.save.tip import write_tip
+
+        summary["series"] = write_tip(out, OUT_FILES, rao, sea, point, summary, **series)
+    if json:
+        print_json(summary)
+        return
+    wrapped(f"{rao.name}, crane tip at {point.describe()}, in {sea.describe()}")
+    _print(summary)
+    if out is not None:
+        wrapped(f"series: {summary['series']['report']}")
+        print("written: " + ", ".join(str(out / name) for name in OUT_FILES))
+
+
+def _of_log(log: Path, at: str | None, duration: float, *, json: bool) -> None:
+    from stillhook.cli.simulation.runs import PYTHON_POSITION
+    from stillhook.errors import MotionError, SeaError
+    from stillhook.formats.motion.open import read_tip_motion, stored_motion
+    from stillhook.sea.vessel.tip import motion_statistics, parse_point
+
+    point = None if at is None else parse_point(at, "--at")
+    if point is not None and point.z is None:
+        raise SeaError("--at: z is missing. Give the tip's height above the motion sensor as well.")
+    arm = None if point is None else (f"{point.x!r} m", f"{point.y!r} m", f"{point.z!r} m")
+    stored = stored_motion(log)
+    if stored is not None and arm is not None:
+        raise SeaError(f"--at: {log.name} holds the motion of a tip already. Leave --at out.")
+    try:
+        motion = stored or read_tip_motion(log, tip=arm)
+    except MotionError as e:
+        raise MotionError(str(e).replace(PYTHON_POSITION, '--at "x=-20 m, y=12 m, z=35 m"')) from None
+    notes = [motion.report] if hasattr(motion, "report") else []
+    summary = {"log": log.name, "duration": duration, **motion_statistics(motion, duration), "notes": notes}
+    if json:
+        print_json(summary)
+        return
+    wrapped(motion.describe())
+    _print(summary)
+
+
+def _print(summary: dict[str, Any]) -> None:
+    print_values({name: summary[name] for name in SHOWN if name in summary})
+    columns = {"mpm": "most probable maximum", "p90": "90 % stay below", "max": "met in the log"}
+    levels = [level for level in columns if f"z_{level}" in summary]
+    header, rows = ["", *(columns[level] for level in levels)], []
+    maxima = summary.get("maxima")
+    if maxima is not None:
+        header += [f"{columns[level]}\nof {maxima['seeds']} seeds (95 %)" for level in ("mpm", "p90")]
+    for name, label in LARGEST:
+        cells = [f"{human(key, summary[key], 4)} {unit_of(key)}" for key in (f"{name}_{level}" for level in levels)]
+        if maxima is not None:
+            cells += [_interval(maxima.get(key), key) for key in (f"{name}_mpm", f"{name}_p90")]
+        rows.append([label, *cells])
+    print_table(header, rows, title=f"largest in {summary['duration'] / 3600.0:.4g} h")
+    for note in summary["notes"]:
+        wrapped(note)
+
+
+def _interval(found: dict[str, float] | None, key: str) -> str:
+    if found is None:
+        return "-"
+    value, low, high = (human(key, found[part], 3) for part in ("value", "low", "high"))
+    return f"{value} ({low} to {high}) {unit_of(key)}"
+
+
+def _all_round(rao: Rao, wave: str, spread: float | None, record: str | None, point: TipPoint, duration: float, *, json: bool) -> None:
+    import numpy as np
+
+    from stillhook.cli.sea.tip_inputs import sea_of
+    from stillhook.sea.vessel.tip import tip_numbers, tip_responses
+
+    turns = range(0, 360, EVERY)
+    responses = tip_responses(rao, sea_of(wave, "0 deg", spread, record, None), point.x, point.y, np.radians(turns))
+    found = {degrees: tip_numbers(response, duration) for degrees, response in zip(turns, responses, strict=True)}
+    if json:
+        rows = [{"beta": math.radians(d), **values} for d, values in found.items()]
+        print_json({"vessel": rao.name, "at": {"x": point.x, "y": point.y}, "duration": duration, "headings": rows})
+        return
+    shown = ("sigma_z", "sigma_v", "sigma_a", "T_z", "z_mpm", "v_mpm", "a_mpm")
+    cells = [[str(d), *(human(name, values[name], 4) for name in shown)] for d, values in found.items()]
+    names = [f"{name}\n{unit_of(name)}" for name in shown]
+    print_table(
+        ["heading\ndeg", *names], cells, title=f"{rao.name}, crane tip at {point.describe()}, {wave}; largest in {duration / 3600.0:.4g} h"
+    )

@@ -1,0 +1,184 @@
+"""`stillhook sea`: what a wave spectrum, or a file of measured ones, holds."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from stillhook.cli.crane.cranes import Json
+from stillhook.report.terminal import human, print_json, print_table, print_values, unit_of
+
+if TYPE_CHECKING:
+    from stillhook.sea.spectra.measured import SpectrumSeries
+    from stillhook.sea.spectra.spectrum import WaveSpectrum
+    from stillhook.sea.spectra.states import SeaStates
+
+OUT_FILES = ("sea.png", "sea.json")
+OF_SPECTRUM = ("H_m0", "T_p", "T_m01", "T_m02", "T_e")
+OF_STATES = ("H_m0", "T_p", "T_m02", "come_from")
+MOMENTS = ("m_0", "m_1", "m_2", "m_3", "m_4")
+WAVES_HELP = (
+    'Waves such as "jonswap Hs=2 m Tp=8 s gamma=3.3" (also pm, torsethaugen, ochi-hubble, sums with " + "), or a file of NDBC, gz too.'
+)
+RECORD_HELP = "One record of a file in place of all: its number from 0, or its time such as 1996-01-05T12:00 (UTC)."
+
+FORMAT_HELP = 'era5, ww3, swan, octopus, triaxys or wavespectra, read by the library wavespectra (extra "sea"); files of NDBC need none.'
+
+
+def register(app: typer.Typer) -> None:
+    app.command("sea")(sea)
+
+
+def sea(
+    waves: Annotated[str, typer.Argument(help=WAVES_HELP, metavar="WAVES|FILE")],
+    record: Annotated[str | None, typer.Option("--record", help=RECORD_HELP)] = None,
+    form: Annotated[str | None, typer.Option("--format", help=FORMAT_HELP)] = None,
+    point: Annotated[int | None, typer.Option("--point", help="Point of a file that holds several, from 0; with --format.")] = None,
+    out: Annotated[Path | None, typer.Option("--out", help="Folder for a picture and sea.json; nothing is written without it.")] = None,
+    json: Json = False,
+) -> None:
+    """Heights, periods, moments and steepness of waves; of a file, per record and in sum, with the records that are missing.
+
+    Files: spectra of NDBC (historical and real-time) and its standard meteorology. Missing records are counted and never used.
+
+    Example: stillhook sea "jonswap Hs=2 m Tp=8 s gamma=3.3"
+
+    Example: stillhook sea 46042w1996.txt.gz --json
+    """
+    from stillhook.base.atomic import check_folder
+
+    if out is not None:
+        check_folder(out, OUT_FILES)
+    found = _found(waves, record, form, point)
+    answer = _of_spectrum(found) if _is_spectrum(found) else _of_file(found)
+    if out is not None:
+        _write(out, found, answer)
+    if json:
+        print_json(answer)
+        return
+    if _is_spectrum(found):
+        _print_spectrum(answer)
+    else:
+        _print_file(answer)
+    if out is not None:
+        print(f"written to {out}: {', '.join(OUT_FILES)}")
+
+
+def _found(waves: str, record: str | None, form: str | None, point: int | None) -> WaveSpectrum | SpectrumSeries | SeaStates:
+    from stillhook.errors import SeaError
+    from stillhook.sea.spectra.text import FIELDS, parse_wave
+
+    first = (waves.split() or [""])[0].lower()
+    if first in FIELDS or not waves.strip() or not (Path(waves).exists() or ({".", "/", "\\"} & set(waves) and "=" not in waves)):
+        for option, value in (("--record", record), ("--format", form), ("--point", point)):
+            if value is not None:
+                raise SeaError(f"{option}: belongs to a file of measured waves. Leave it out.")
+        return parse_wave(waves)
+    from stillhook.formats.waves.open import read_sea
+    from stillhook.sea.spectra.measured import SpectrumSeries
+
+    series = read_sea(waves, form, point)
+    if record is None:
+        return series
+    if not isinstance(series, SpectrumSeries):
+        raise SeaError(f"{series.source}: holds heights and periods, no spectra. Leave --record out.")
+    return series.spectrum(series.index(record))
+
+
+def _is_spectrum(found: Any) -> bool:
+    from stillhook.sea.spectra.spectrum import WaveSpectrum
+
+    return isinstance(found, WaveSpectrum)
+
+
+def _of_spectrum(wave: Any) -> dict[str, Any]:
+    from stillhook.sea.spectra.steepness import doubts, steepness
+
+    numbers = {"H_m0": wave.H_m0, "T_p": wave.peak_period, "T_m01": wave.T_m01, "T_m02": wave.T_m02, "T_e": wave.T_e}
+    moments = {f"m_{n}": wave.moment(n) for n in range(5)}
+    steep = {"S_p": steepness(numbers["H_m0"], numbers["T_p"]), "S_s": steepness(numbers["H_m0"], numbers["T_m02"])}
+    notes = [*wave.notes(), *doubts(numbers["H_m0"], numbers["T_p"], numbers["T_m02"])]
+    return {"waves": wave.describe()} | numbers | moments | {"omega_cut": wave.omega_cut} | steep | {"notes": notes}
+
+
+def _of_file(series: Any) -> dict[str, Any]:
+    import numpy as np
+
+    names = OF_SPECTRUM if hasattr(series, "omega") else OF_STATES
+    if getattr(series, "directional", None) is not None:
+        names = (*names, "come_from")
+    columns = {name: getattr(series, name) for name in names}
+    valid = series.valid
+    in_sum = {name: _statistics(x, valid, name) for name, x in columns.items()}
+    times = np.datetime_as_string(series.time, unit="s")
+    per_record = [
+        {"time": f"{times[i]}Z", "valid": bool(valid[i])} | {name: float(x[i]) for name, x in columns.items()} for i in range(len(times))
+    ]
+    start = {"file": series.source, "n_records": len(series), "n_valid": series.n_valid, "n_missing": len(series) - series.n_valid}
+    span = {"start": f"{times[0]}Z", "end": f"{times[-1]}Z"}
+    return start | span | in_sum | {"notes": [*series.notes, *_steep(series)], "records": per_record}
+
+
+def _statistics(x: Any, valid: Any, name: str) -> dict[str, float]:
+    """First, mean, least and largest of the valid records that have the number; of directions the first and the mean direction."""
+    import numpy as np
+
+    known = x[valid & np.isfinite(x)]
+    if len(known) == 0:
+        return {"first": math.nan, "mean": math.nan}
+    if name == "come_from":
+        return {"first": float(known[0]), "mean": float(np.angle(np.mean(np.exp(1j * known)))) % (2.0 * math.pi)}
+    return {"first": float(known[0]), "mean": float(known.mean()), "min": float(known.min()), "max": float(known.max())}
+
+
+def _steep(series: Any) -> list[str]:
+    """A line on records that are steeper than wind raises waves."""
+    from stillhook.sea.spectra.steepness import doubts
+
+    both = zip(series.H_m0, series.T_p, series.T_m02, strict=True)
+    many = sum(bool(doubts(float(H), float(T_p), float(T_z))) for H, T_p, T_z in both if H > 0.0)
+    return [f"{many} records are steeper than wind raises waves (DNV-RP-C205)"] if many else []
+
+
+def _print_spectrum(answer: dict[str, Any]) -> None:
+    print(answer["waves"])
+    print_values({name: _known(answer[name]) for name in (*OF_SPECTRUM, "S_p", "S_s", *MOMENTS, "omega_cut")})
+    for note in answer["notes"]:
+        print(note)
+
+
+def _print_file(answer: dict[str, Any]) -> None:
+    names = [name for name in (*OF_SPECTRUM, "come_from") if name in answer]
+    heads = ("first", "mean", "min", "max")
+    rows = [
+        [name, *(human(name, _known(answer[name][h]), 4) if h in answer[name] else "" for h in heads), unit_of(name), _meaning(name)]
+        for name in names
+    ]
+    title = f"{answer['file']}: {answer['n_valid']} of {answer['n_records']} records valid, {answer['start']} to {answer['end']}"
+    print_table(["", *heads, "unit", "meaning"], rows, title=title, texts=(5, 6))
+    for note in answer["notes"]:
+        print(note)
+
+
+def _known(value: float) -> float | str:
+    return "-" if math.isnan(value) else value
+
+
+def _meaning(name: str) -> str:
+    from stillhook.variables import BY_NAME
+
+    return BY_NAME[name].meaning
+
+
+def _write(out: Path, found: Any, answer: dict[str, Any]) -> None:
+    from stillhook.base.atomic import whole_folder
+    from stillhook.formats.results import save_json
+    from stillhook.report.plots.run import save_figure
+    from stillhook.report.plots.sea import series_figure, spectrum_figure
+
+    with whole_folder(out) as part:
+        save_figure(spectrum_figure(found) if _is_spectrum(found) else series_figure(found), part / "sea.png")
+        save_json(answer, part / "sea.json")

@@ -1,0 +1,314 @@
+"""`stillhook weather persistence|alpha|forecast|show`: when the weather lets work be done, and what a forecast must promise."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from stillhook.cli.crane.cranes import Json
+from stillhook.cli.weather.tables import print_alpha, print_forecast, print_persistence, print_show
+from stillhook.report.terminal import print_json
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from stillhook.weather.limit_text import Limit
+    from stillhook.weather.series import Weather
+
+app = typer.Typer(no_args_is_help=True, help="Weather: workable windows and waiting, alpha factors, go or no-go from a forecast.")
+
+OUT_FILES = ("weather.png", "weather.json")
+FILE_HELP = "Table of weather (CSV and its kin, gz too), a file of NDBC, or a name of the library; a wrong name lists them."
+LIMIT_HELP = (
+    'Limit, inclusive; as often as needed, all must hold: "Hs <= 1.5 m", "wind <= 10 m/s", "Tp 5..12 s", '
+    '"Hs <= 3 m for beta 150..210 deg".'
+)
+DIRECTION_HELP = (
+    "What the file's wave directions mean, where it does not say: coming-from or going-to (clockwise from north), cartesian (going to, "
+    "counter-clockwise from east), cartesian-from."
+)
+COLUMN_HELP = 'Which heading is what: "Hs=waveheight", "wind=ws (kn)"; for Hs, Tp, Tz, wind, come_from, wind_from, current.'
+ORDER_HELP = "mdy, dmy or ymd, where the file's dates leave it open."
+SHIP_HELP = 'Where the bow points, clockwise from north, "315 deg", or "free" to keep the best heading in each window; for limits on beta.'
+TABLE_HELP = "Table of alpha factors: a name, or a TOML file of your own."
+PLAN_HELP = "Folder of a saved lift plan (stillhook plan --out): its OP_WF by period and direction is the limit, its T_R the time."
+WINDOW_HELP = "How long the operation needs the weather without a break."
+JSON_HELP = (
+    'Print JSON in SI (times in s; in hours under "hours"). n_hours: records x step. operability: workable share of valid records. '
+    "Windows: longest unbroken runs, a record counts one step, gaps and missing values break them. Waits: from every record, by the "
+    "clock, to the first from which a window of the asked length is left; 0 where one starts; percentiles linear; starts without one "
+    "are n_censored and left out."
+)
+
+Direction = Annotated[str | None, typer.Option("--direction", help=DIRECTION_HELP)]
+Columns = Annotated[list[str] | None, typer.Option("--column", help=COLUMN_HELP)]
+TimeColumn = Annotated[str | None, typer.Option("--time", help="Heading of the times, where it is not recognised.")]
+Order = Annotated[str | None, typer.Option("--date-order", help=ORDER_HELP)]
+Step = Annotated[str | None, typer.Option("--step", help="What a record stands for, where that is not the usual spacing.")]
+Limits = Annotated[list[str], typer.Option("--limit", help=LIMIT_HELP)]
+Ship = Annotated[str | None, typer.Option("--ship", help=SHIP_HELP)]
+Out = Annotated[Path | None, typer.Option("--out", help="Folder for weather.png and weather.json; nothing is written without it.")]
+
+
+@app.command("persistence")
+def persistence(
+    file: Annotated[str, typer.Argument(help=FILE_HELP, metavar="FILE")],
+    limit: Limits,
+    window: Annotated[str, typer.Option(help=WINDOW_HELP)],
+    ship: Ship = None,
+    direction: Direction = None,
+    column: Columns = None,
+    time: TimeColumn = None,
+    date_order: Order = None,
+    step: Step = None,
+    out: Out = None,
+    json: Annotated[bool, typer.Option("--json", help=JSON_HELP)] = False,
+) -> None:
+    """Workable share, windows and waiting of a weather series, in all and by month.
+
+    A record counts one step. Windows break at gaps in time and at records with missing values. Waits are taken from every record to the
+    first at or after it from which a window of the asked length is left.
+
+    Exit code 0 whatever the weather is, also where no window is ever long enough.
+
+    Example: stillhook weather persistence SYNTHETIC-norwegian-sea --limit "Hs <= 1.5 m" --limit "wind <= 10 m/s" --window "24 h"
+    """
+    from stillhook.base.atomic import check_folder
+    from stillhook.errors import WeatherError
+    from stillhook.units import came, parse
+    from stillhook.weather.answer import persistence_answer
+    from stillhook.weather.limit_text import parse_limit
+
+    limits = [parse_limit(text) for text in limit]
+    length = parse(window, "hours", "--window")
+    if length <= 0.0:
+        raise WeatherError(f"--window {came(window)}: is not above 0 h. Say how long the operation takes.")
+    heading, free = _heading(ship, limits)
+    if out is not None:
+        check_folder(out, OUT_FILES)
+    found = _read(file, direction, column, time, date_order, step)
+    answer = persistence_answer(found, limits, length, ship=heading, free=free)
+    if out is not None:
+        from stillhook.report.plots.weather import persistence_figure
+
+        _write(out, persistence_figure(answer), answer)
+    if json:
+        print_json(answer)
+        return
+    print_persistence(answer)
+    _written(out)
+
+
+@app.command("alpha")
+def alpha(
+    hs: Annotated[str, typer.Option("--hs", help="Limiting significant wave height of the operation (OP_LIM).")],
+    t_pop: Annotated[str, typer.Option("--t-pop", help="Planned operation period.")],
+    t_c: Annotated[str | None, typer.Option("--t-c", help="Contingency time; without it T_R is twice T_POP.")] = None,
+    table: Annotated[str, typer.Option("--table", help=TABLE_HELP)] = "dnv-os-h101",
+    json: Json = False,
+) -> None:
+    """Alpha factor, the wave height that a forecast must stay within, reference period, and whether the operation is weather restricted.
+
+    Exit code 1 where the limiting height is below the table, which leaves it to be decided case by case.
+
+    Example: stillhook weather alpha --hs "2 m" --t-pop "24 h"
+    """
+    from stillhook.units import parse
+    from stillhook.weather.alpha import alpha_of, load_alpha_table
+
+    contingency = None if t_c is None else parse(t_c, "hours", "--t-c")
+    found = alpha_of(load_alpha_table(table), parse(hs, "length", "--hs"), parse(t_pop, "hours", "--t-pop"), contingency)
+    if json:
+        print_json(found.numbers())
+    else:
+        print_alpha(found.numbers())
+    raise typer.Exit(1 if found.case_by_case else 0)
+
+
+@app.command("forecast")
+def forecast(
+    file: Annotated[str, typer.Argument(help=FILE_HELP, metavar="FILE")],
+    limit: Annotated[list[str] | None, typer.Option("--limit", help=LIMIT_HELP)] = None,
+    t_pop: Annotated[str | None, typer.Option("--t-pop", help="Planned operation period.")] = None,
+    t_c: Annotated[str | None, typer.Option("--t-c", help="Contingency time; without it T_R is twice T_POP.")] = None,
+    start: Annotated[str | None, typer.Option(help="First start (UTC), 2026-05-01T06:00; default: the forecast's first record.")] = None,
+    horizon: Annotated[str, typer.Option(help="Over which starts are looked for.")] = "72 h",
+    table: Annotated[str | None, typer.Option("--table", help=TABLE_HELP)] = None,
+    plan: Annotated[Path | None, typer.Option("--plan", help=PLAN_HELP)] = None,
+    alternative: Annotated[str | None, typer.Option(help="With --plan: the one whose go counts; default: the plan's own.")] = None,
+    uncredited: Annotated[bool, typer.Option("--twin", help="With --plan: limits as the twin tells them, not as credited.")] = False,
+    ship: Ship = None,
+    direction: Direction = None,
+    column: Columns = None,
+    time: TimeColumn = None,
+    date_order: Order = None,
+    step: Step = None,
+    out: Out = None,
+    json: Json = False,
+) -> None:
+    """Go or no-go from a forecast: T_R from the start must stay within the limits, wave heights times alpha.
+
+    With --plan the limits are those of a saved lift plan, by period and direction, under each alternative side by side.
+
+    Exit code 0 for go at the first start, 1 for no-go there (a later start may be told).
+
+    Example: stillhook weather forecast forecast.csv --limit "Hs <= 2 m" --limit "wind <= 12 m/s" --t-pop "24 h" --t-c "12 h"
+
+    Example: stillhook weather forecast forecast.csv --plan plan --limit "wind <= 12 m/s"
+    """
+    from stillhook.base.atomic import check_folder
+    from stillhook.cli.sea.tip_inputs import refuse
+    from stillhook.cli.weather.limits import by_limits, by_plan
+    from stillhook.errors import WeatherError
+    from stillhook.units import came, parse
+    from stillhook.weather.limit_text import parse_limit
+
+    limits = [parse_limit(text) for text in limit or ()]
+    when = (None if start is None else _begin(start), parse(horizon, "hours", "--horizon"))
+    if when[1] <= 0.0:
+        raise WeatherError(f"--horizon {came(horizon)}: is not above 0 h. Say over which time starts are looked for.")
+    heading = _heading(ship, limits, plan is not None)
+    if out is not None:
+        check_folder(out, OUT_FILES)
+
+    def read() -> Weather:
+        return _read(file, direction, column, time, date_order, step)
+
+    if plan is not None:
+        refuse({"--t-pop": t_pop, "--t-c": t_c, "--table": table, "--out": out}, "is not asked with --plan. Leave it out.")
+        raise typer.Exit(by_plan(plan, read, limits, when, heading, alternative, twin=uncredited, json=json))
+    refuse({"--alternative": alternative, "--twin": uncredited or None}, "belongs to --plan. Give it as well.")
+    answer, figure = by_limits(read, limits, t_pop, t_c, table or "dnv-os-h101", when, heading, picture=out is not None)
+    if out is not None:
+        _write(out, figure, answer)
+    if json:
+        print_json(answer)
+    else:
+        print_forecast(answer)
+        _written(out)
+    raise typer.Exit(0 if answer["go"] else 1)
+
+
+def _begin(start: str) -> Any:
+    from stillhook.formats.weather.times import read_times
+
+    return read_times([start], [1], "--start", "dmy")[0]
+
+
+@app.command("lift")
+def lift(
+    plan: Annotated[str, typer.Argument(metavar="PLAN.toml", help="Plan file, or one of the library's.")],
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="Measured waves, record by record: NDBC spectra or standard meteorology.")],
+    heading: Annotated[str | None, typer.Option(help="Direction of travel from the bow in every record: 180 deg is a head sea.")] = None,
+    ship: Annotated[str | None, typer.Option("--ship", help='Where the bow points from north, by measured directions: "250 deg".')] = None,
+    spread: Annotated[float | None, typer.Option(help="Short-crested waves: exponent n of cos^n about the heading.")] = None,
+    alternative: Annotated[list[str] | None, typer.Option(help="Way to reckon the winch, such as ssc; default: all of the plan.")] = None,
+    table: Annotated[str, typer.Option("--table", help=TABLE_HELP)] = "dnv-os-h101",
+    json: Json = False,
+) -> None:
+    """Windows and waiting of a lift plan in a hindcast with full spectra: every record by the frequency road, under every alternative.
+
+    The window is the plan's T_R, the forecast factor is in the limits. What the road does not tell (the splash zone) is judged by the
+    plan's table in closed form. A year of hourly spectra takes about 20 s. Exit code 0 whatever the weather is.
+
+    Example: stillhook weather lift template-to-1500m 46042w1996.txt.gz --heading "180 deg"
+    """
+    from stillhook.cli.sea.response_inputs import waves_of_file
+    from stillhook.cli.weather.limits import chosen_alternatives, print_lift
+    from stillhook.plan.file import load_plan
+    from stillhook.plan.weather.spectral_persistence import spectral_persistence
+    from stillhook.report.terminal import progress_bar
+    from stillhook.weather.alpha import load_alpha_table
+
+    asked, factors = load_plan(plan), load_alpha_table(table)
+    wanted = chosen_alternatives(alternative or (), asked.alternatives)
+    waves = waves_of_file(file, heading, spread, ship)
+    with progress_bar(f"{asked.crane.name}: judging {file.name}") as bar:
+        answer = spectral_persistence(asked, waves, factors, wanted, bar)
+    if json:
+        print_json(answer)
+    else:
+        print_lift(answer)
+
+
+@app.command("show")
+def show(
+    file: Annotated[str, typer.Argument(help=FILE_HELP, metavar="FILE")],
+    direction: Direction = None,
+    column: Columns = None,
+    time: TimeColumn = None,
+    date_order: Order = None,
+    step: Step = None,
+    json: Json = False,
+) -> None:
+    """What a weather file holds, and what was made of it: times, gaps, columns, units, directions, missing values.
+
+    Example: stillhook weather show SYNTHETIC-norwegian-sea
+    """
+    from stillhook.weather.answer import show_answer
+
+    answer = show_answer(_read(file, direction, column, time, date_order, step))
+    if json:
+        print_json(answer)
+        return
+    print_show(answer)
+
+
+def _write(out: Path, figure: Figure, answer: dict[str, Any]) -> None:
+    from stillhook.base.atomic import whole_folder
+    from stillhook.formats.results import save_json
+    from stillhook.report.plots.run import save_figure
+
+    with whole_folder(out) as part:
+        save_figure(figure, part / OUT_FILES[0])
+        save_json(answer, part / OUT_FILES[1])
+
+
+def _written(out: Path | None) -> None:
+    if out is not None:
+        print("written: " + ", ".join(str(out / name) for name in OUT_FILES))
+
+
+def _heading(ship: str | None, limits: Sequence[Limit], planned: bool = False) -> tuple[float | None, bool]:
+    """Heading of the ship [rad], and whether it is free; planned: a plan asks for it as well as limits on beta."""
+    from stillhook.errors import WeatherError
+    from stillhook.sea.spectra.directions import parse_direction
+    from stillhook.weather.limit_text import BETA
+
+    if ship is not None and not planned and not any(BETA in limit.columns for limit in limits):
+        raise WeatherError('--ship: no limit asks for beta. Leave it out, or write a limit such as "Hs <= 3 m for beta 150..210 deg".')
+    if ship is None or ship.strip().lower() == "free":
+        return None, ship is not None
+    return parse_direction(ship, "--ship"), False
+
+
+def _read(
+    file: str, direction: str | None, column: list[str] | None, time: str | None, date_order: str | None, step: str | None
+) -> Weather:
+    """The weather that was named, with what was said about it."""
+    from stillhook.errors import WeatherError
+    from stillhook.formats.weather.file import SENSES, read_weather
+    from stillhook.library.toml.tree import nearest
+    from stillhook.units import came, parse
+    from stillhook.weather.mapped import mapped
+
+    if direction is not None and direction not in SENSES:
+        raise WeatherError(f"--direction {came(direction)}: is not one of {', '.join(SENSES)}{nearest(direction, SENSES)}")
+    named: dict[str, str] = {}
+    for text in column or ():
+        name, sign, heading = text.partition("=")
+        if not sign or not heading.strip():
+            raise WeatherError(f'--column {came(text)}: write a name and a heading, "Hs=waveheight".')
+        column_of = mapped({name: heading}, "--column")
+        if twice := sorted(column_of.keys() & named.keys()):
+            raise WeatherError(f"--column {came(text)}: {twice[0]} already has the heading {came(named[twice[0]])}. Name each column once.")
+        named |= column_of
+    every = None if step is None else parse(step, "hours", "--step")
+    if every is not None and every <= 0.0:
+        raise WeatherError(f"--step {came(step)}: is not above 0 s.")
+    sense = None if direction is None else SENSES[direction]
+    return read_weather(file, sense=sense, columns_as=named, time_column=time, date_order=date_order, step=every)
+

@@ -1,0 +1,97 @@
+"""What a caller gives to a run: cranes and scenarios in pairs, step and spacing as texts; checked, in numbers."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+
+from stillhook import units
+from stillhook.engine.step_size import MOST_STEPS, whole_parts
+from stillhook.errors import ScenarioError, SpecError
+from stillhook.spec.crane import Crane
+from stillhook.spec.scenario import Scenario
+
+SERIES_STEP = 2e-3
+STATISTICS_STEP = 5e-3
+"""Default steps [s]. Proven in docs/validation/step-size.md: within 0.1 mm of wire and 0.2 bar of peak pressure of a 0.1 ms reference."""
+
+EVERY = 0.1
+"""Default spacing of a stored series [s]."""
+
+MOST_THREADS = 1024
+
+_NO_CRANE = "crane = {}: not a Crane. Read one with load_crane, by name or path."
+
+
+def paired(crane: Crane | Sequence[Crane], case: Scenario | Sequence[Scenario]) -> tuple[list[Crane], list[Scenario]]:
+    """Cranes and scenarios in pairs; one of either goes with all of the other. Errors: ScenarioError, SpecError."""
+    if isinstance(crane, Crane) or not isinstance(crane, Iterable) or isinstance(crane, str):
+        cases = checked_cases(crane, case)  # type: ignore[arg-type]
+        return [crane] * len(cases), cases  # type: ignore[list-item]
+    cranes = list(crane)
+    if not cranes:
+        raise SpecError("simulate: the list of cranes is empty. Give at least one Crane.")
+    first = cranes[0]
+    cases = checked_cases(first, case)
+    for i, each in enumerate(cranes):
+        if not isinstance(each, Crane):
+            raise SpecError(_NO_CRANE.format(units.came(each)))
+        if each.plant is not first.plant or each.control.t_cycle != first.control.t_cycle:
+            a, b = (f"{c.plant} with a PLC cycle of {units.show(c.control.t_cycle, 'time')}" for c in (first, each))
+            raise SpecError(f'simulate: crane 0 "{first.name}" is {a}, crane {i} "{each.name}" {b}. Run winches of one kind together.')
+    if isinstance(case, Scenario):
+        return cranes, cases * len(cranes)
+    if len(cases) != len(cranes):
+        raise ScenarioError(f"simulate: {len(cranes)} cranes and {len(cases)} cases. Give one case, or one for each crane.")
+    return cranes, cases
+
+
+def checked_cases(crane: Crane, case: Scenario | Sequence[Scenario]) -> list[Scenario]:
+    """The scenarios as a list. Errors: ScenarioError, SpecError where something else was given."""
+    if not isinstance(crane, Crane):
+        raise SpecError(_NO_CRANE.format(units.came(crane)))
+    if isinstance(case, Scenario):
+        return [case]
+    cases = list(case) if isinstance(case, Iterable) else [case]
+    if not cases:
+        raise ScenarioError("simulate: the list of cases is empty. Give at least one Scenario.")
+    for i, each in enumerate(cases):
+        if not isinstance(each, Scenario):
+            raise ScenarioError(f"case {i} = {units.came(each)}: not a Scenario. Give one Scenario, or a list of them.")
+    return cases
+
+
+def check_threads(threads: int) -> None:
+    """Errors: ScenarioError where this is no number of threads."""
+    if type(threads) is not int or not 1 <= threads <= MOST_THREADS:
+        raise ScenarioError(f"threads = {units.came(threads)}: give a whole number from 1 to {MOST_THREADS}.")
+
+
+def steps_per_cycle(crane: Crane, step: str | None, default: float = SERIES_STEP) -> int:
+    """Steps per PLC cycle for a step given as text, or for the default [s] where there is none.
+
+    Errors: ScenarioError where the step is not a whole part of the cycle.
+    """
+    t_cycle = crane.control.t_cycle
+    if step is None:
+        return whole_parts(t_cycle, default)
+    h = units.parse(step, "time", "step")
+    n = round(t_cycle / h) if h > 0.0 else 0
+    if n < 1 or abs(n * h - t_cycle) > 1e-9 * t_cycle or n > MOST_STEPS:
+        raise ScenarioError(
+            f'step = "{step}" is not a whole part of the PLC cycle {units.show(t_cycle, "time")}. '
+            f'Use for instance "{t_cycle / 5 * 1e3:g} ms" or "{t_cycle / 2 * 1e3:g} ms".'
+        )
+    return n
+
+
+def cycles(crane: Crane, every: str | None) -> int:
+    """PLC cycles in a spacing given as text, or in the default one. Errors: ScenarioError where it is not a whole number of them."""
+    t_cycle = crane.control.t_cycle
+    if every is None:
+        return math.ceil(EVERY / t_cycle * (1.0 - 1e-9))
+    dt = units.parse(every, "time", "every")
+    n = round(dt / t_cycle)
+    if n < 1 or abs(n * t_cycle - dt) > 1e-9 * dt:
+        raise ScenarioError(f'every = "{every}" is not a whole number of PLC cycles of {units.show(t_cycle, "time")}.')
+    return n

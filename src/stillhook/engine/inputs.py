@@ -1,0 +1,246 @@
+"""What drives a run from outside, one row per PLC cycle: tip motion, its measured image, operator, mode, faults, noise."""
+
+import bisect
+import math
+from collections.abc import Iterator, Sequence
+from functools import cached_property, lru_cache
+from typing import NamedTuple
+
+import numpy as np
+
+from stillhook.base.arrays import FloatArray
+from stillhook.control.plc import MANUAL
+from stillhook.engine.pack.winch import MODE_CODE
+from stillhook.kernels.lanes import room_for
+from stillhook.kernels.tip_sampling import sampled
+from stillhook.sea.motion.motion import Motion, Ramped
+from stillhook.spec.crane import Crane
+from stillhook.spec.scenario import Operator, PowerLoss, Scenario
+from stillhook.winches.records import THIN, Tick
+
+TICK = len(Tick._fields)
+"""Columns of a full row of the drive; THIN is that of one that only moves the tip."""
+
+CHUNK = 4096
+"""Cycles that are made and run at once."""
+
+
+def hermite_weights(n_sub: int) -> FloatArray:
+    """Weights of s, v, a at both ends of a cycle (t_cycle = 1) for s and v at the middle and end of each of n_sub steps.
+
+    The quintic through both ends; rows of 12, to be scaled with `scale_weights`.
+    """
+    tau = np.arange(1, 2 * n_sub + 1) / (2 * n_sub)
+    ends = np.array([[1, 0, 0, 0, 0, 0], [0, 1, 0, 0, 0, 0], [0, 0, 2, 0, 0, 0], [1] * 6, range(6), [0, 0, 2, 6, 12, 20]], float)
+    solve = np.linalg.inv(ends)
+    s = np.vander(tau, 6, increasing=True) @ solve
+    powers = np.column_stack([k * tau ** max(k - 1, 0) for k in range(6)])
+    return np.hstack([s, powers @ solve])
+
+
+def scale_weights(H: FloatArray, t_cycle: float) -> FloatArray:
+    """`hermite_weights` for a cycle of t_cycle [s], flat."""
+    unit = np.array([1.0, t_cycle, t_cycle**2] * 2)
+    return np.ascontiguousarray(np.hstack([H[:, :6] * unit, H[:, 6:] * unit / t_cycle])).ravel()
+
+
+class Asked(NamedTuple):
+    """What tip and operator ask of the winch over a run: v_max highest wire speed [m/s]; s_tip_pp [m]; s_w_min, s_w_max wire out [m]."""
+
+    v_max: float
+    s_tip_pp: float
+    s_w_min: float
+    s_w_max: float
+
+
+def shape(crane: Crane, case: Scenario) -> tuple[int, int, int]:
+    """What runs must share to run side by side: PLC cycles, first one that counts, and columns of the drive."""
+    t_cycle = crane.control.t_cycle
+    n_ticks = max(1, math.floor(case.duration / t_cycle + 1e-9))
+    return n_ticks, min(round(case.warm_up / t_cycle), n_ticks), THIN if _only_the_tip_moves(case) else TICK
+
+
+def _only_the_tip_moves(case: Scenario) -> bool:
+    s = case.sensors
+    plain = not case.modes and not case.operator.profile and not case.operator.steps and case.power_loss is None and case.commands is None
+    return plain and not any((s.delay, s.noise_s_tip, s.noise_v_tip, s.noise_a_tip, s.noise_s_w, s.noise_F, s.step_s_tip, s.step_v_tip))
+
+
+def filled(drives: Sequence["Drive"], k: int, n: int) -> FloatArray:
+    """Cycles k .. k + n - 1 of several drives side by side, (n, cols, lanes); motions that are one are sampled once."""
+    out = room_for((n, drives[0].cols, len(drives)))
+    done: dict[tuple[int, float], int] = {}
+    if drives[0].cols == TICK:
+        out[:, 2 * THIN :, :] = np.column_stack([drive.rest for drive in drives])
+    for l, drive in enumerate(drives):
+        key = (id(drive.case.tip), drive.case.ramp) if drive.cols == THIN else (id(drive), 0.0)
+        if key in done:
+            out[:, :, l] = out[:, :, done[key]]
+        else:
+            drive.fill(k, n, out, l)
+            done[key] = l
+    return out
+
+
+class Drive:
+    """Rows of Tick for one scenario on one crane, made piece by piece."""
+
+    def __init__(self, crane: Crane, case: Scenario) -> None:
+        self.case = case
+        self.t_cycle = crane.control.t_cycle
+        self.motion: Motion = Ramped.from_si(case.tip, case.ramp) if case.ramp > 0.0 else case.tip
+        self.n_ticks, self.first, self.cols = shape(crane, case)
+        self.s_tip_0 = float(self.motion.sample(np.zeros(1))[0][0])
+        self._pumps = crane.active.pump.D
+        self._passive_pumps = crane.passive.pump.D if crane.passive is not None else ()
+        self._noise = _Noise(case, self.n_ticks + 1)
+
+    def pieces(self) -> Iterator[tuple[int, int]]:
+        """First cycle and number of cycles of every piece in which the run is made; one begins where the warm-up ends."""
+        k = 0
+        while k < self.n_ticks:
+            count = min(CHUNK, (self.n_ticks if k >= self.first else self.first) - k)
+            yield k, count
+            k += count
+
+    def rows(self, k: int, n: int) -> FloatArray:
+        """Cycles k .. k + n - 1, shape (n, cols)."""
+        t: FloatArray = np.arange(k, k + n, dtype=np.float64) * self.t_cycle
+        thin = _tip(self.motion, k, n, self.t_cycle)
+        return thin if self.cols == THIN else self._full(t, k, n, thin)
+
+    def fill(self, k: int, n: int, out: FloatArray, lane: int) -> None:
+        """Cycles k .. k + n - 1 into one lane of out (n, cols, lanes), where `rest` stands already."""
+        if self.cols == THIN:
+            if not sampled(self.motion, k, n, self.t_cycle, out, lane):
+                out[:, :, lane] = self.rows(k, n)
+            return
+        tip = np.empty((n, THIN, 1))
+        if not sampled(self.motion, k, n, self.t_cycle, tip, 0):
+            tip[:, :, 0] = _tip(self.motion, k, n, self.t_cycle)
+        t, thin = np.arange(k, k + n, dtype=np.float64) * self.t_cycle, tip[:, :, 0]
+        if not self.steady:
+            out[:, :, lane] = self._full(t, k, n, thin)
+            return
+        out[:, :THIN, lane] = thin
+        out[:, THIN : 2 * THIN, lane] = self._measured(t, k, n, thin)
+
+    @cached_property
+    def steady(self) -> bool:
+        """Whether tip and its image alone change over the run."""
+        case, s = self.case, self.case.sensors
+        given = case.modes or case.operator.profile or case.operator.steps or case.power_loss or case.commands
+        return not given and s.noise_s_w == 0.0 and s.noise_F == 0.0
+
+    @cached_property
+    def rest(self) -> FloatArray:
+        """What does not change then: the columns behind tip and image."""
+        return self.first_row()[2 * THIN :]
+
+    def asked(self) -> Asked:
+        """Extremes over the whole run, taken in pieces; in manual mode the tip asks for nothing."""
+        v_max, tip, wire = 0.0, [], []
+        for k, count in self.pieces():
+            t = np.arange(k, k + count + 1, dtype=np.float64) * self.t_cycle
+            thin = _tip(self.motion, k, count + 1, self.t_cycle)
+            s, v = thin[:, 0], thin[:, 1]
+            v_op, s_op, mode = *operator_motion(self.case.operator, t), mode_codes(self.case, t)
+            follows = np.where(np.asarray(mode) > MANUAL, 1.0, 0.0)
+            v_max = max(v_max, float(np.max(np.abs(v_op - follows * v))))
+            tip += [float(s.min()), float(s.max())]
+            out = self.case.s_w + follows * (s - self.s_tip_0) - s_op
+            wire += [float(out.min()), float(out.max())]
+        return Asked(v_max, max(tip) - min(tip), min(wire), max(wire))
+
+    def first_row(self) -> FloatArray:
+        """The full first row."""
+        return self._full(np.zeros(1), 0, 1, _tip(self.motion, 0, 1, self.t_cycle))[0]
+
+    def _full(self, t: FloatArray, k: int, n: int, thin: FloatArray) -> FloatArray:
+        case, out = self.case, np.empty((n, TICK))
+        out[:, :3] = thin
+        out[:, 3:6] = self._measured(t, k, n, thin)
+        out[:, 6], out[:, 7] = operator_motion(case.operator, t)
+        out[:, 8] = mode_codes(case, t)
+        out[:, 9], out[:, 10] = pump_shares(case.power_loss, self._pumps, t)
+        out[:, 11] = self._noise.wire[k : k + n]
+        out[:, 12] = self._noise.load[k : k + n]
+        out[:, 13], _ = pump_shares(case.power_loss, self._passive_pumps, t)
+        out[:, 14:] = _given(case, t)
+        return out
+
+    def _measured(self, t: FloatArray, k: int, n: int, thin: FloatArray) -> FloatArray:
+        """The tip as the PLC receives it: delayed (before the start it stood as at the start), noisy, quantised."""
+        sensors = self.case.sensors
+        seen = thin if sensors.delay == 0.0 else np.column_stack(self.motion.sample(np.maximum(t - sensors.delay, 0.0)))
+        seen = seen + self._noise.tip[k : k + n]
+        for column, step in ((0, sensors.step_s_tip), (1, sensors.step_v_tip)):
+            if step > 0.0:
+                seen[:, column] = np.round(seen[:, column] / step) * step
+        return seen
+
+
+@lru_cache(maxsize=64)
+def _tip(motion: Motion, k: int, n: int, t_cycle: float) -> FloatArray:
+    """True tip s, v, a of cycles k .. k + n - 1; remembered, because controllers are compared on the same motion."""
+    rows = np.column_stack(motion.sample(np.arange(k, k + n) * t_cycle))
+    rows.flags.writeable = False
+    return rows
+
+
+class _Noise:
+    """White noise of every noisy signal for a whole run, from the scenario's seed; one stream per signal."""
+
+    def __init__(self, case: Scenario, n: int) -> None:
+        s = case.sensors
+        self.tip, self.wire, self.load = np.broadcast_to(0.0, (n, 3)), np.broadcast_to(0.0, n), np.broadcast_to(0.0, n)
+        if not any((s.noise_s_tip, s.noise_v_tip, s.noise_a_tip, s.noise_s_w, s.noise_F)):
+            return
+        streams = np.random.SeedSequence(s.seed).spawn(5)
+        levels = (s.noise_s_tip, s.noise_v_tip, s.noise_a_tip, s.noise_s_w, s.noise_F)
+        columns = [
+            np.random.default_rng(i).standard_normal(n) * level if level > 0.0 else np.broadcast_to(0.0, n)
+            for i, level in zip(streams, levels, strict=True)
+        ]
+        self.tip = np.column_stack(columns[:3])
+        self.wire, self.load = columns[3], columns[4]
+
+
+def operator_motion(operator: Operator, t: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Joystick speed [m/s] and what it asks for in all [m], hoisting positive; set-point steps add to the latter alone."""
+    v, s = np.zeros_like(t), np.zeros_like(t)
+    if operator.profile:
+        knots = np.array([0.0, *(i for i, _ in operator.profile)])  # two points at one time are a jump of the speed
+        at = np.array([operator.profile[0][1], *(i for _, i in operator.profile)])
+        v = np.interp(t, knots, at)
+        area = np.concatenate([[0.0], np.cumsum(0.5 * (at[1:] + at[:-1]) * np.diff(knots))])
+        i = np.searchsorted(knots, t, side="right") - 1
+        s = area[i] + 0.5 * (at[i] + v) * (t - knots[i])
+    for time, step in operator.steps:
+        s = s + np.where(t >= time, step, 0.0)
+    return v, s
+
+
+def mode_codes(case: Scenario, t: FloatArray) -> FloatArray:
+    """Code of the mode in force at each time."""
+    times = [i for i, _ in case.modes]
+    codes = [MODE_CODE[case.mode], *(MODE_CODE[m] for _, m in case.modes)]
+    return np.array([codes[bisect.bisect_right(times, i)] for i in t]) if times else np.full_like(t, codes[0])
+
+
+def pump_shares(loss: PowerLoss | None, pumps: tuple[float, ...], t: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Share of a circuit's pump flow that is there, and the share that the PLC reckons with; pumps one for each power unit."""
+    there = np.ones_like(t)
+    if loss is None or loss.unit > len(pumps):
+        return there, there
+    left = 1.0 - pumps[loss.unit - 1] / sum(pumps)
+    gone = np.clip((t - loss.time) / loss.run_down, 0.0, 1.0) if loss.run_down > 0.0 else (t >= loss.time).astype(float)
+    known = np.where(t >= loss.time + loss.detection, left, 1.0)
+    return 1.0 - (1.0 - left) * gone, known
+
+
+def _given(case: Scenario, t: FloatArray) -> FloatArray:
+    """Whether commands are given at each time, and which: columns given, u_p, u_m."""
+    if case.commands is None:
+        return np.zeros((len(t), 3))
+    return np.column_stack([np.ones_like(t), *case.commands.at(t)])

@@ -1,0 +1,1 @@
+"""Runs of a lowering: checks before, run, batch, summary."""

@@ -1,0 +1,313 @@
+"""One lowering, or blocks of sixteen, from the first cycle to the last."""
+
+import functools
+import math
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from stillhook.base.arrays import FloatArray
+from stillhook.base.progress import Progress
+from stillhook.control.plc import Memory
+from stillhook.control.supervisor import Stage
+from stillhook.engine.inputs import Drive, filled, hermite_weights, scale_weights
+from stillhook.engine.lowering.checks import check_course, check_lift, check_lift_step, check_sea
+from stillhook.engine.pack.lift import PackedLift, field_record, pack_lift, stand_in
+from stillhook.engine.scenario.run import Ending, nothing, shared
+from stillhook.errors import StillhookError
+from stillhook.kernels.build import driver
+from stillhook.kernels.lanes import access, aligned, fields, flatten, offset, room_for, size
+from stillhook.kernels.moving_window import blank_window
+from stillhook.kernels.statistics import Stats, blank
+from stillhook.sea.motion.kinematics import WaveField
+from stillhook.spec.crane import Crane
+from stillhook.spec.lift.lowering import Lowering
+from stillhook.variables import WINDOW
+from stillhook.winches.records import Geometry, Tick, Tip
+from stillhook.winches.suspended_load import Hanging, LiftStats, Solve, blank_lift_stats
+
+KIND = "lift_driver"
+ROWS = 5
+"""Numbers of one node of the wire: see `stillhook.kernels.lift_driver`."""
+
+
+PACKED = tuple(name for name in Lowering.model_fields if name not in ("name", "tip", "waves"))
+"""Parts of a lowering that its records follow from, beside the levels of its water and the height of the tip at the start."""
+
+
+class StageResult(NamedTuple):
+    """Statistics of one stage; span largest peak-to-peak over the moving window of control error, tip, payload, hook [m], over the whole
+    stage where that is shorter."""
+
+    stats: Stats
+    lift: LiftStats
+    span: tuple[float, float, float, float]
+
+
+class LiftResult(NamedTuple):
+    """What came out of one lowering. stages: number of the stage and its statistics, in the order of time, the last that after the
+    programme where it ended; series rows of Signals and LiftSignals every dt [s], or None."""
+
+    packed: PackedLift
+    stages: tuple[tuple[int, StageResult], ...]
+    starts: tuple[float, ...]
+    ending: Ending
+    t_end: float
+    state: Any
+    memory: Memory
+    hang: Hanging
+    q: FloatArray
+    v: FloatArray
+    series: FloatArray | None
+    dt: float
+    step: float
+    t_cycle: float
+
+
+def waves_step(waves: WaveField | None) -> float:
+    """What the water of lowerings must share to run side by side: spacing of its samples [s]; 0 for still water."""
+    return 0.0 if waves is None else waves.dt
+
+
+class Ready(NamedTuple):
+    """A lowering that was checked and packed."""
+
+    case: Lowering
+    packed: PackedLift
+    drive: Drive
+
+
+def prepare(crane: Crane | Sequence[Crane], cases: Sequence[Lowering], n_sub: int, places: Sequence[int] | None = None) -> list[Ready]:
+    """Checked and packed lowerings; crane that of all, or one for each; places their numbers in a longer list, for messages.
+    Errors: LiftError, ScenarioError, SpecError naming the case."""
+    ready = []
+    known: dict[tuple[Any, ...], PackedLift] = {}
+    for i, (each, case) in enumerate(zip([crane] * len(cases) if isinstance(crane, Crane) else crane, cases, strict=True)):
+        try:
+            check_sea(case)
+            drive = Drive(each, stand_in(each, case, 0.0))
+            alike = id(each), field_record(case.waves), drive.s_tip_0, *(id(getattr(case, name)) for name in PACKED)
+            packed = known[alike] = known[alike] if alike in known else _packed(each, case, drive, n_sub)
+        except StillhookError as e:
+            named = places is not None or len(cases) > 1
+            raise type(e)(f"case {i if places is None else places[i]}: {e}" if named else str(e)) from None
+        ready.append(Ready(case, packed, drive))
+    return ready
+
+
+def _packed(crane: Crane, case: Lowering, drive: Drive, n_sub: int) -> PackedLift:
+    check_lift(crane, case)
+    packed = pack_lift(crane, case, drive.s_tip_0)
+    check_course(crane, case, packed)
+    check_lift_step(packed, drive.t_cycle / n_sub)
+    return packed
+
+
+def run_lowerings(
+    crane: Crane | Sequence[Crane],
+    cases: Sequence[Lowering],
+    *,
+    n_sub: int,
+    lanes: int,
+    every: int,
+    threads: int = 2,
+    progress: Progress | None = None,
+    places: Sequence[int] | None = None,
+) -> list[LiftResult]:
+    """Lowerings in blocks of `lanes` (1 or 16), the blocks shared by threads; a failed case is marked and spoils no other.
+
+    crane that of all cases, or one for each; several are of one winch type and have one PLC cycle. n_sub steps per PLC cycle; a row of the
+    series every `every` cycles (0: statistics alone). places: numbers of the cases in a longer list, for messages.
+    """
+    ready = prepare(crane, cases, n_sub, places)
+    groups: dict[Any, list[int]] = {}
+    for i, r in enumerate(ready):
+        groups.setdefault((r.drive.n_ticks, r.drive.cols, r.case.wire.nodes, waves_step(r.case.waves)), []).append(i)
+    blocks = [g[i : i + lanes] for g in groups.values() for i in range(0, len(g), lanes)]
+
+    def make(indices: list[int]) -> "LiftBlock":
+        return LiftBlock([ready[i] for i in indices], lanes=lanes, n_sub=n_sub, every=every)
+
+    driver(ready[0].packed.winch.name, lanes, KIND)
+    results = shared(blocks, make, threads, progress)
+    return [results[i] for i in range(len(cases))]
+
+
+@functools.cache
+def record_of(cls: type) -> Callable[[Sequence[float], int], Any]:
+    """Makes a record of the numbers that begin at a place of a list."""
+    return access(cls, 1).load
+
+
+class LiftBlock:
+    """Lowerings of equal length side by side; missing lanes repeat the first case."""
+
+    def __init__(self, ready: list[Ready], *, lanes: int, n_sub: int, every: int) -> None:
+        self.ready = ready
+        self.lanes = [ready[i] if i < len(ready) else ready[0] for i in range(lanes)]
+        self.drive, self.n_sub, self.every = ready[0].drive, n_sub, every
+        self.n = ready[0].case.wire.nodes
+        self.dt_waves = waves_step(ready[0].case.waves)
+        self.levels = max(0 if r.case.waves is None else r.case.waves.w.shape[1] for r in ready)
+        self.d = driver(ready[0].packed.winch.name, lanes, KIND)
+        self.n_x = size(self.d.base.State)
+        self.H = scale_weights(hermite_weights(n_sub), self.drive.t_cycle)
+        self.n_win = round(WINDOW / self.drive.t_cycle) + 1
+        self.W = aligned(blank_window(self.n_win, lanes, self.d.SIGNALS))
+        self.n_stages = max(len(r.packed.programme.rows) for r in ready)
+        self.S, self.T = self._stages(), aligned(np.stack([r.packed.table for r in self.lanes], axis=-1))
+        self.G = np.full((self.n_stages + 1, self.d.NG, lanes), np.nan)
+        self.starts = np.full((self.n_stages + 1, lanes), np.nan)
+        self.first = np.array(flatten(blank()) + flatten(blank_lift_stats()))
+        rows = self.drive.n_ticks // every + 1 if every else 0
+        self.out = np.empty((rows, self.d.NS, lanes))
+        self.failed: dict[int, float] = {}
+        self.A = aligned(np.array(self._records()).T)
+        self.B = aligned(np.stack([self._rows(r) for r in self.lanes], axis=-1))
+        self.d.base.at_rest(self.A.reshape(-1))
+
+    def _stages(self) -> FloatArray:
+        """Stages of every lane; a shorter programme goes no further than its last."""
+        S = np.zeros((self.n_stages, len(Stage._fields), len(self.lanes)))
+        for l, r in enumerate(self.lanes):
+            rows = r.packed.programme.rows
+            S[: len(rows), :, l] = rows
+            S[len(rows) :, :, l] = rows[-1]
+        return aligned(S)
+
+    def _records(self) -> list[list[float]]:
+        """Every lane; those that begin alike are written once."""
+        known: dict[tuple[Any, ...], list[float]] = {}
+        out = []
+        for r in self.lanes:
+            alike = id(r.packed), r.drive.first_row().tobytes()
+            known[alike] = known[alike] if alike in known else self._record(r)
+            out.append(known[alike])
+        return out
+
+    def _record(self, r: Ready) -> list[float]:
+        """One lane before the first cycle; state and memory of the winch await `at_rest`."""
+        d, packed = self.d, r.packed.winch
+        tick = Tick(*r.drive.first_row())._replace(mode=packed.memory.mode)
+        memory = packed.memory._replace(datum=packed.s_w - tick.s_m)
+        tip, still = Tip(tick.s, tick.v), nothing(Solve)
+        lane = nothing(d.Lane)._replace(
+            x=nothing(d.base.State)._replace(s_w=packed.s_w), u=nothing(d.Command), geo=nothing(Geometry), m=memory, st=blank(),
+            ls=blank_lift_stats(), tip_0=tip, tip_1=tip, tip_2=tip, tick=tick, hang=r.packed.hang, p=packed.params, lift=r.packed.lift,
+            solve=still._replace(force=still.force._replace(m_a=r.packed.m_a)),
+            F_s=r.packed.lift.sling.k * float(r.packed.q[-2] - r.packed.q[-1]),
+        )  # fmt: skip
+        return flatten(lane)
+
+    def _rows(self, r: Ready) -> FloatArray:
+        """Nodes of one lane at rest."""
+        rows = np.zeros((self.n + 2, ROWS))
+        rows[:, 0] = r.packed.q
+        rows[:-1, 2] = r.packed.weights
+        return rows
+
+    def steps(self) -> Iterator[float]:
+        """Run to the end in pieces; yields the share done. A case without numbers is marked and its lane set to rest."""
+        n = self.drive.n_ticks
+        for k, count in self.drive.pieces():
+            self._piece(k, count, n)
+            self._mark_failures((k + count) * self.drive.t_cycle)
+            if len(self.failed) == len(self.ready):
+                break
+            yield (k + count) / n
+
+    def _piece(self, k: int, count: int, n: int) -> None:
+        D = filled([r.drive for r in self.lanes], k, count + 1)
+        E, i_0 = self._water(k, count)
+        self.d.run(
+            self.A.reshape(-1), self.B.reshape(-1), self.n, D.reshape(-1), self.drive.cols, self.H, self.S.reshape(-1), self.n_stages,
+            self.T.reshape(-1), E.reshape(-1), np.zeros(8), self.levels, self.dt_waves, i_0, self.W, self.G.reshape(-1),
+            self.starts.reshape(-1), self.first, self.out.reshape(-1), self.every, k, count, n, self.n_win, self.n_sub, self.drive.t_cycle,
+        )  # fmt: skip
+
+    def _water(self, k: int, count: int) -> tuple[FloatArray, int]:
+        """Samples of the water that a piece needs, and the number of the first; waves grow with the tip's ramp."""
+        dt, levels = self.dt_waves, self.levels
+        if levels == 0:
+            return np.zeros(1), 0
+        t_cycle = self.drive.t_cycle
+        lo = int(k * t_cycle / dt + 1e-9)
+        hi = int((k + count) * t_cycle / dt + 1e-9) + 2
+        E = room_for((hi - lo, 2 + 2 * levels, len(self.lanes)))
+        done: dict[tuple[int, float], int] = {}
+        for l, r in enumerate(self.lanes):
+            waves = r.case.waves
+            assert waves is not None
+            key = id(waves), r.case.ramp
+            if key in done:
+                E[:, :, l] = E[:, :, done[key]]
+                continue
+            done[key] = l
+            E[:, :, l] = ramped_samples(waves, lo, hi, r.case.ramp, levels)
+        return E, lo
+
+    def _mark_failures(self, t: float) -> None:
+        sound = np.isfinite(self.A[: self.n_x]).all(axis=0) & np.isfinite(self.B[:, :2]).all(axis=(0, 1))
+        for i in np.flatnonzero(~sound):
+            l = int(i)
+            self.failed.setdefault(l, t)
+            fresh = np.repeat(np.array(self._record(self.lanes[l]))[:, None], len(self.lanes), axis=1)
+            self.d.base.at_rest(fresh.reshape(-1))
+            self.A[:, l] = fresh[:, l]
+            self.B[:, :, l] = self._rows(self.lanes[l])
+
+    def results(self) -> list[LiftResult]:
+        return [self._result(l) for l in range(len(self.ready))]
+
+    def _part(self, name: str, l: int) -> Any:
+        at, cls = offset(self.d.Lane, name, 1), dict(fields(self.d.Lane))[name]
+        return record_of(cls)(self.A[at : at + size(cls), l].tolist(), 0)
+
+    def _result(self, l: int) -> LiftResult:
+        t_cycle, failed = self.drive.t_cycle, self.failed.get(l)
+        hang: Hanging = self._part("hang", l)
+        last = int(hang.stage)
+        self.G[last, : self.d.NT, l] = flatten((self._part("st", l), self._part("ls", l)))
+        best = self.W.reshape(-1, self.d.SIGNALS, len(self.lanes))[2]
+        self.G[last, self.d.NT :, l] = best[:, l]
+        self.starts[last, l] = hang.k_stage * t_cycle
+        if failed is not None and self.every:
+            self.out[math.ceil(failed / (self.every * t_cycle) - 1e-9) :, :, l] = np.nan
+        ran = [s for s in range(self.n_stages + 1) if math.isfinite(self.G[s, 0, l])]
+        return LiftResult(
+            packed=self.ready[l].packed,
+            stages=tuple((s, self._stage(s, l)) for s in ran),
+            starts=tuple(float(self.starts[s, l]) for s in ran),
+            ending=Ending.DONE if failed is None else Ending.DIVERGED,
+            t_end=self.drive.n_ticks * t_cycle if failed is None else failed,
+            state=self._part("x", l),
+            memory=self._part("m", l),
+            hang=hang,
+            q=self.B[:, 0, l].copy(),
+            v=self.B[:, 1, l].copy(),
+            series=self.out[:, :, l] if self.every else None,
+            dt=self.every * t_cycle,
+            step=t_cycle / self.n_sub,
+            t_cycle=t_cycle,
+        )
+
+    def _stage(self, s: int, l: int) -> StageResult:
+        row = self.G[s, :, l].tolist()
+        e_c, tip, load, hook = row[self.d.NT :]
+        return StageResult(record_of(Stats)(row, 0), record_of(LiftStats)(row, size(Stats)), (e_c, tip, load, hook))
+
+
+def ramped_samples(waves: WaveField, lo: int, hi: int, ramp: float, levels: int) -> FloatArray:
+    """Samples lo .. hi - 1 of the water, shape (hi - lo, 2 + 2 levels): eta, its rate, speeds and accelerations of all levels.
+
+    Levels that the field does not have stand still. The samples grow from nothing over `ramp` [s] as `stillhook.sea.motion.motion.Ramped`
+    does; after the last sample the last one stands.
+    """
+    i = np.minimum(np.arange(lo, hi), len(waves.eta) - 1)
+    x = np.clip(i * waves.dt / ramp, 0.0, 1.0) if ramp > 0.0 else np.ones(len(i))
+    r = (x**3 * (10.0 + x * (6.0 * x - 15.0)))[:, None]
+    dr = (30.0 * x**2 * (1.0 - x) ** 2 / (ramp or 1.0))[:, None]
+    more = ((0, 0), (0, levels - waves.w.shape[1]))
+    eta, eta_dot, w, a = waves.eta[i, None], waves.eta_dot[i, None], np.pad(waves.w[i], more), np.pad(waves.a[i], more)
+    return np.hstack([r * eta, r * eta_dot + dr * eta, r * w, r * a + dr * w])

@@ -1,0 +1,256 @@
+"""From the statistics of a lowering to the numbers that a person reads: for the whole run and for each stage."""
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+from stillhook.engine.lowering.checks import tip_capacity
+from stillhook.engine.lowering.run import LiftResult, StageResult
+from stillhook.engine.pack.lift import stand_in
+from stillhook.engine.pack.programme import hanging
+from stillhook.engine.scenario.checks import Held, alpha_wanted, friction_parts, layer_diameter_at, loss_notes, type_notes
+from stillhook.engine.scenario.run import Ending
+from stillhook.engine.scenario.summary import LIMITS, OK
+from stillhook.kernels.statistics import Stats
+from stillhook.spec.crane import Crane
+from stillhook.spec.lift.lowering import Lowering
+from stillhook.spec.lift.programme import StageMode
+from stillhook.spec.plausible import implausible_values, marked
+from stillhook.spec.scenario import Mode
+from stillhook.units import show
+from stillhook.winches.records import Powers
+from stillhook.winches.suspended_load import NEVER, LiftStats
+
+AUDIT = 0.01
+"""Energy not found again, over all that passed, from which a lowering is numerically wrong [-]; sound ones stay below 1e-3."""
+AUDIT_FLOOR = 1.0e4
+"""Energy below which nothing moves that the audit could be asked of [J]: a tonne by a metre."""
+LOWEST = {
+    "e_min", "em_min", "tip_min", "p_min", "p_hp_min", "alpha_m_min", "F_min", "V_min", "P_min", "F_s_min", "z_min", "v_min", "t_landed",
+}  # fmt: skip
+SUMMED = {"cycles", "e_sum", "e2_sum", "tip_sum", "tip2_sum", "pump_abs", "slack", "slack_landed"}
+
+
+NUMBERS = (
+    "duration", "s_tip_pp", "e_c_pp", "eta_c", "load_pp", "hook_pp", "eta_load", "F_w_max", "F_w_min", "F_sling_max", "F_sling_min",
+    "DAF", "snap", "sling_slack_time", "sling_slack_landed_time", "slack_time", "z_load_min", "z_load_max", "v_load_min", "v_load_max",
+    "F_slam_max", "F_drag_max", "F_bottom_max", "t_landed", "v_landed", "v_hit_max", "p_a_max", "p_b_max", "p_min", "alpha_m_min",
+    "alpha_p_max", "u_p_max", "omega_m_max", "v_w_max", "v_tip_max", "saturation_time", "relief_time", "overspeed_time", "stroke_time",
+    "cavitation_time", "wire_time", "power_time", "boost_time", "P_hpu_max", "P_hpu_min",
+)  # fmt: skip
+"""Numbers that the whole run and each stage have alike."""
+STAGE_NUMBERS = ("t_begin", *NUMBERS)
+RUN_NUMBERS = (
+    *NUMBERS, "z_load_end", "s_w_end", "programme_time", "energy_pumps", "work_gravity", "work_damping", "work_buoyancy",
+    "work_inertia", "work_drag", "work_slam", "work_bottom", "energy_unaccounted",
+)  # fmt: skip
+
+
+def merged(parts: Sequence[Any]) -> Any:
+    """Statistics of stages one after another as those of all of them; Stats or LiftStats."""
+    cls = type(parts[0])
+    values: dict[str, Any] = {}
+    for name in cls._fields:
+        column = [getattr(p, name) for p in parts]
+        if name == "power":
+            values[name] = Powers(*(sum(c) for c in zip(*column, strict=True)))
+        elif name == "E_start":
+            values[name] = column[0]
+        elif name == "E_end":
+            values[name] = column[-1]
+        elif name == "v_landed":
+            values[name] = next((p.v_landed for p in parts if p.t_landed < NEVER), 0.0)
+        elif name in SUMMED or name.endswith("_cycles"):
+            values[name] = sum(column)
+        else:
+            values[name] = min(column) if name in LOWEST else max(column)
+    return cls(**values)
+
+
+def whole(result: LiftResult) -> StageResult:
+    """Statistics of the whole run; its spans are the largest of its compensated stages, or of all where there are none."""
+    parts = [s for _, s in result.stages]
+    held = [p for p in parts if p.span[0] > 0.0] or parts
+    span = tuple(max(p.span[i] for p in held) for i in range(4))
+    stats, lift = merged([p.stats for p in parts]), merged([p.lift for p in parts])
+    return StageResult(stats, lift, (span[0], span[1], span[2], span[3]))
+
+
+def unaccounted(result: LiftResult, r: StageResult | None = None) -> float:
+    """Energy that the audit does not find again, over the energy through pumps and tip and the works of weight and water [-].
+
+    In: pumps, boost, tip, and what the wire brings along from the drum. Out: friction, leakage, valves, damping, lifting, passive gas,
+    and the work that goes into the water. Stored: shaft, oil, wire, hook, load, slings. r: `whole` of it, where it is at hand.
+    """
+    st: Stats = (whole(result) if r is None else r).stats
+    w, t, W = st.power, result.t_cycle, result.hang.works
+    given = w.pump + w.boost + w.passive_pump + w.tip
+    taken = w.friction + w.leakage + w.relief + w.flushing + w.wire + w.drag + w.passive
+    winch = (given - taken) * t - (st.E_end - st.E_start) - W.top
+    water = W.buoyancy + W.inertia + W.drag + W.slam + W.bottom
+    wire = W.top + W.relay + water - W.damping - W.gravity - (result.hang.E - result.hang.E_0)
+    through = st.pump_abs * t + abs(W.gravity)
+    return (winch + wire) / through if through > 0.0 else math.nan
+
+
+def status(case: Lowering, result: LiftResult, r: StageResult, crane: Crane) -> str:
+    """ "ok", or what went beyond its limit, joined by commas: those of `stillhook.engine.scenario.summary`, and "sling" (slings went slack
+    while the load hung free), "touchdown" (the load touched the seabed in a stage that does not land), "overload" (more tension at the
+    crane tip than SWL and hook weigh, peaks included), "stuck" (a stage timed out), "unfinished". "audit" is not asked where the wire snaps
+    taut within a cycle of the audit."""
+    if result.ending is Ending.DIVERGED:
+        return "diverged"
+    beyond = [name for name, field in LIMITS if getattr(r.stats, field) > 0.0]
+    if r.lift.slack > 0.0:
+        beyond.append("sling")
+    if unplanned_touches(case, result):
+        beyond.append("touchdown")
+    if r.stats.F_max > tip_capacity(crane):
+        beyond.append("overload")
+    if result.hang.sup.stuck > 0.0:
+        beyond.append("stuck")
+    elif result.hang.sup.done == 0.0:
+        beyond.append("unfinished")
+    missing = 0.0 if "slack" in beyond else abs(unaccounted(result, r))
+    if missing > AUDIT and missing * (r.stats.pump_abs * result.t_cycle + abs(result.hang.works.gravity)) > AUDIT_FLOOR:
+        beyond.append("audit")
+    return ", ".join(beyond) or OK
+
+
+def unplanned_touches(case: Lowering, result: LiftResult) -> list[tuple[int, LiftStats]]:
+    """Stages that do not land, or the time after the programme (numbered as one more stage), in which the load first touches the seabed."""
+    lands = [s.landed or s.mode is StageMode.LANDING for s in case.programme]
+    return [(i, s.lift) for i, s in result.stages if s.lift.t_landed < NEVER and not (i < len(lands) and lands[i])]
+
+
+def stage_numbers(result: LiftResult, r: StageResult) -> dict[str, float]:
+    """Numbers of one stage, or of the whole run; NaN for what did not happen."""
+    st, ls, t = r.stats, r.lift, result.t_cycle
+    e_c_pp, s_tip_pp, load_pp, hook_pp = r.span
+    touched = ls.t_landed < NEVER
+    compensated = e_c_pp > 0.0
+    return {
+        "duration": max(st.cycles - 1.0, 0.0) * t,
+        "s_tip_pp": s_tip_pp,
+        "e_c_pp": e_c_pp if compensated else math.nan,
+        "eta_c": 1.0 - e_c_pp / s_tip_pp if compensated and s_tip_pp > 0.0 else math.nan,
+        "load_pp": load_pp,
+        "hook_pp": hook_pp,
+        "eta_load": 1.0 - load_pp / s_tip_pp if compensated and s_tip_pp > 0.0 else math.nan,
+        "F_w_max": st.F_max,
+        "F_w_min": st.F_min,
+        "F_sling_max": _known(ls.F_s_max),
+        "F_sling_min": _known(ls.F_s_min),
+        "DAF": _known(ls.F_s_max) / result.packed.lift.load.W,
+        "snap": ls.snap,
+        "sling_slack_time": ls.slack,
+        "sling_slack_landed_time": ls.slack_landed,
+        "slack_time": st.slack_cycles * t,
+        "z_load_min": _known(ls.z_min),
+        "z_load_max": _known(ls.z_max),
+        "v_load_min": _known(ls.v_min),
+        "v_load_max": _known(ls.v_max),
+        "F_slam_max": ls.slam,
+        "F_drag_max": ls.drag,
+        "F_bottom_max": ls.bottom,
+        "t_landed": ls.t_landed if touched else math.nan,
+        "v_landed": ls.v_landed if touched else math.nan,
+        "v_hit_max": ls.v_hit if touched else math.nan,
+        "p_a_max": st.p_a_max,
+        "p_b_max": st.p_b_max,
+        "p_min": st.p_min,
+        "alpha_m_min": st.alpha_m_min,
+        "alpha_p_max": st.alpha_p_max,
+        "u_p_max": st.u_p_max,
+        "omega_m_max": st.omega_max,
+        "v_w_max": st.v_w_max,
+        "v_tip_max": st.v_tip_max,
+        "saturation_time": st.saturation_cycles * t,
+        "relief_time": st.relief_cycles * t,
+        "overspeed_time": st.overspeed_cycles * t,
+        "stroke_time": st.stroke_cycles * t,
+        "cavitation_time": st.cavitation_cycles * t,
+        "wire_time": st.wire_cycles * t,
+        "power_time": st.power_cycles * t,
+        "boost_time": st.boost_cycles * t,
+        "P_hpu_max": st.P_max,
+        "P_hpu_min": st.P_min,
+    }
+
+
+def _known(value: float) -> float:
+    return value if abs(value) < NEVER else math.nan
+
+
+def lift_summary(crane: Crane, case: Lowering, result: LiftResult) -> tuple[dict[str, Any], list[dict[str, Any]]]:
+    """Numbers of the whole run, and of each stage of the programme that was begun, the rest NaN; one more for the time after it."""
+    names = [*result.packed.programme.names, "after"]
+    r = whole(result)
+    run = stage_numbers(result, r)
+    blank = dict.fromkeys(STAGE_NUMBERS, math.nan)
+    rows = [dict(blank) for _ in names]
+    for (i, part), start in zip(result.stages, result.starts, strict=True):
+        rows[min(i, len(rows) - 1)] = {"t_begin": start, **stage_numbers(result, part)}
+    W, hang = result.hang.works, result.hang
+    numbers: dict[str, Any] = {
+        **run,
+        "z_load_end": result.packed.lift.z_ref + float(result.q[-1]),
+        "s_w_end": result.state.s_w,
+        "programme_time": result.starts[-1] if hang.sup.done > 0.0 and result.stages[-1][0] >= len(case.programme) else math.nan,
+        "energy_pumps": r.stats.pump_abs * result.t_cycle,
+        "work_gravity": W.gravity,
+        "work_damping": W.damping,
+        "work_buoyancy": W.buoyancy,
+        "work_inertia": W.inertia,
+        "work_drag": W.drag,
+        "work_slam": W.slam,
+        "work_bottom": W.bottom,
+        "energy_unaccounted": unaccounted(result, r),
+    }
+    if result.ending is Ending.DIVERGED:
+        numbers = dict.fromkeys(numbers, math.nan)
+    doubts = (*implausible_values(crane), *implausible_values(case, "lift"))
+    found = [*doubts, *notes(crane, case, result, r), *_loss_notes(crane, result, r)]
+    return {"status": marked(status(case, result, r, crane), doubts), **numbers, "notes": found}, rows
+
+
+def _loss_notes(crane: Crane, result: LiftResult, r: StageResult) -> list[str]:
+    """Motors that work outside the fit of their loss, with the weight that hangs on the winch at the start."""
+    if result.ending is Ending.DIVERGED:
+        return []
+    packed = result.packed.winch
+    W, d = packed.params.hoist.load.W, layer_diameter_at(crane, packed.s_w)
+    return loss_notes(friction_parts(crane, W, d, r.stats.v_w_max, r.stats.alpha_m_min))
+
+
+def notes(crane: Crane, case: Lowering, result: LiftResult, r: StageResult) -> list[str]:
+    """What a reader should know beside the numbers; r: `whole` of the result."""
+    if result.ending is Ending.DIVERGED:
+        return [f"lost its numbers by {result.t_end:.2f} s"]
+    found = type_notes(crane, held(crane, case, r.span[1]))
+    names = [*result.packed.programme.names, "after"]
+    for i, s in result.stages:
+        if s.lift.slack > 0.0:
+            snap = f", and snap at {show(s.lift.snap, 'force')}" if s.lift.snap > 0.0 else ""
+            found.append(f'stage "{names[i]}": slings slack for {s.lift.slack:.2f} s while the load hangs free{snap}')
+    for i, touch in unplanned_touches(case, result):
+        found.append(
+            f'stage "{names[i]}" does not land, and the load touches the seabed in it after {show(touch.t_landed, "time")} at '
+            f"{show(touch.v_landed, 'speed')}: end the stage before it higher, or land with mode = \"landing\" or landed = true"
+        )
+    i = min(int(result.hang.sup.stage), len(case.programme) - 1)
+    name = names[i]
+    if result.hang.sup.stuck > 0.0:
+        found.append(f'stage "{name}" did not end within its timeout of {result.packed.programme.rows[i][5]:g} s: the programme stands')
+    elif result.hang.sup.done == 0.0:
+        found.append(f'the run of {case.duration:g} s ends in stage "{name}": run longer for the whole programme')
+    return found
+
+
+def held(crane: Crane, case: Lowering, s_tip_pp: float) -> Held:
+    """What the winch holds at the start of a lowering, payload, hook and wire; s_tip_pp motion that it compensates [m]."""
+    start, modes = hanging(crane, case, case.z_0), {s.mode for s in case.programme}
+    plain, d = stand_in(crane, case, start.s_w), layer_diameter_at(crane, start.s_w)
+    manual, compensates = StageMode.MANUAL in modes, StageMode.AHC in modes
+    alpha = alpha_wanted(crane, plain, crane.drum.d_max / d, 0.0, None if compensates else Mode.MANUAL)
+    return Held(start.F_tip, d, alpha, s_tip_pp if compensates else 0.0, False, manual, compensates)

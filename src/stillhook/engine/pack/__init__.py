@@ -1,0 +1,1 @@
+"""From crane, scenario and lift to the records that kernels read."""

@@ -1,0 +1,81 @@
+"""Coefficients of the accumulator gas: polytropic, or nitrogen along its isentrope from a property library."""
+
+import functools
+
+import numpy as np
+from numpy.polynomial import chebyshev
+from numpy.typing import NDArray
+
+from stillhook.errors import SpecError
+from stillhook.physics.hydraulics.gas import Gas, polytropic_ratio
+from stillhook.spec.crane import Accumulator, GasModel
+from stillhook.units import show
+
+POINTS = 24
+DEGREE = 7
+FIT_TOLERANCE = 1.0e-4
+"""Largest relative error of the fitted pressure over the stroke (the library cranes stay below 1e-8): 0.03 bar of 280, less than the
+0.2 bar that the default step may cost."""
+COLDEST, HOTTEST = 200.0, 500.0
+"""Gas temperatures at mid stroke that are reckoned with [K]: above the critical point by far, within the equation of state."""
+
+
+def gas_record(acc: Accumulator) -> Gas:
+    """The engine's gas: a polynomial through the gas law over the piston's stroke, checked against the law itself.
+
+    Errors: SpecError where real gas is asked for and its library is missing, or the stroke is too large for the fit.
+    """
+    gas, law = acc.gas, acc
+    if gas.model is GasModel.POLYTROPIC:  # its ratio hangs on no pressure: one fit for every charge
+        law = acc.model_copy(update={"gas": gas.model_copy(update={"p_0": 1.0})})
+    return Gas(*(gas.p_0 * i for i in _coefficients(law)))
+
+
+@functools.lru_cache(maxsize=256)
+def _coefficients(acc: Accumulator) -> tuple[float, ...]:
+    """Coefficients of the gas pressure over p_0 in the piston's place."""
+    gas = acc.gas
+    xi = np.cos(np.pi * (np.arange(POINTS) + 0.5) / POINTS)
+    ratio = pressure_ratio(acc, xi)
+    c = chebyshev.cheb2poly(chebyshev.chebfit(xi, ratio, DEGREE))
+    fine = np.linspace(-1.0, 1.0, 201)
+    worst = float(np.max(np.abs(np.polynomial.polynomial.polyval(fine, c) / pressure_ratio(acc, fine) - 1.0)))
+    if worst > FIT_TOLERANCE:
+        raise SpecError(
+            f"passive.accumulator: V_stroke {acc.V_stroke:g} m^3 is too large for the gas volume {gas.V_0:g} m^3: the gas law is "
+            f"fitted to {worst:.0e} only (allowed {FIT_TOLERANCE:.0e}). Raise gas.V_0 or lower V_stroke."
+        )
+    return tuple(float(i) for i in c)
+
+
+def pressure_ratio(acc: Accumulator, xi: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Gas pressure over p_0 by the chosen law, with the piston at xi (-1 oil end, 0 mid stroke, 1 gas end)."""
+    volume_ratio = 1.0 - 0.5 * acc.V_stroke * xi / acc.gas.V_0
+    if acc.gas.model is GasModel.POLYTROPIC:
+        return np.asarray(polytropic_ratio(volume_ratio, acc.gas.n))
+    return nitrogen_isentrope(acc.gas.p_0, acc.gas.T_0, volume_ratio)
+
+
+def nitrogen_isentrope(p_0: float, T_0: float, volume_ratio: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Pressure ratio p / p_0 of nitrogen at constant entropy for volume ratios V / V_0; p_0 gauge [Pa], T_0 [K].
+
+    Source: Helmholtz equation of Span et al. (2000) through CoolProp. The ratio is of gauge pressures.
+    """
+    try:
+        from CoolProp.CoolProp import PropsSI  # heavy and optional: only where real gas is asked for
+    except ImportError:
+        raise SpecError(
+            'passive.accumulator.gas.model = "nitrogen": the property library is not installed. '
+            'Install it with pip install "stillhook[gas]", or use model = "polytropic".'
+        ) from None
+    place = f"passive.accumulator.gas: nitrogen at p_0 {show(p_0, 'pressure')} and T_0 {show(T_0, 'temperature')}"
+    if not COLDEST <= T_0 <= HOTTEST:
+        raise SpecError(f"{place}: T_0 lies between {show(COLDEST, 'temperature')} and {show(HOTTEST, 'temperature')}. Check its unit.")
+    atmosphere = 101325.0
+    try:
+        rho = PropsSI("D", "P", p_0 + atmosphere, "T", T_0, "Nitrogen")
+        entropy = PropsSI("S", "P", p_0 + atmosphere, "T", T_0, "Nitrogen")
+        p = np.array([PropsSI("P", "D", rho / r, "S", entropy, "Nitrogen") for r in volume_ratio])
+    except ValueError:
+        raise SpecError(f"{place}: the property library knows no such gas over this stroke. Lower p_0, or raise V_0.") from None
+    return (p - atmosphere) / p_0

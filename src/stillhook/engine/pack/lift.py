@@ -1,0 +1,146 @@
+"""A crane and a lowering as records and rows that the compiled kernels read, everything hanging at rest."""
+
+import math
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from stillhook.base.arrays import FloatArray
+from stillhook.control.plc import MANUAL
+from stillhook.control.supervisor import Watch, supervisor_at_rest
+from stillhook.engine.pack.payload import pack_payload, wetted_at
+from stillhook.engine.pack.programme import Programme, hanging, pack_programme, wire_strength
+from stillhook.engine.pack.winch import MODE_CODE, Packed, pack
+from stillhook.physics.load_path.load import Load
+from stillhook.physics.load_path.payload import Heights, Water, heights, submergence
+from stillhook.physics.load_path.rope import Element, Rope, Sling, element, element_weight
+from stillhook.physics.load_path.wire import Wire
+from stillhook.physics.scalar import G
+from stillhook.sea.motion.kinematics import WaveField
+from stillhook.spec.crane import Crane
+from stillhook.spec.lift.lowering import Lowering
+from stillhook.spec.lift.programme import StageMode
+from stillhook.spec.scenario import Operator, Scenario
+from stillhook.winches.suspended_load import Field, Hanging, Hook, Lift, Works, level_of
+
+FIXED = 1.0e12
+"""Factor on stiffness and length that keeps the plant's wire, the part from drum to crane tip, as it is however much wire is out."""
+STILL_WATER = Field(z_w=1.0, i_ds=1.0, last=1.0)
+
+
+class PackedLift(NamedTuple):
+    """Plant and its records with the wire from drum to tip as wire; lift; memory before the first cycle; displacements (n + 2,) [m] and
+    weights (n + 1,) [N] of the wire's nodes, the last displacement that of the payload; table of the payload and its added mass at the
+    start [kg]; programme."""
+
+    winch: Packed
+    lift: Lift
+    hang: Hanging
+    q: FloatArray
+    weights: FloatArray
+    table: FloatArray
+    m_a: float
+    programme: Programme
+
+
+def stand_in(crane: Crane, case: Lowering, s_w: float) -> Scenario:
+    """The run of the same winch that `pack` and `Drive` know: tip, sensors, PLC, times; the load is not read from it."""
+    plain: Mapping[str, Any] = {
+        "name": case.name,
+        "load": case.payload.mass,
+        "s_w": s_w,
+        "tip": case.tip,
+        "mode": case.controller,
+        "modes": (),
+        "duration": case.duration,
+        "ramp": case.ramp,
+        "warm_up": 0.0,
+        "water": None,
+        "operator": Operator(),
+        "sensors": case.sensors,
+        "power_loss": None,
+        "friction": case.friction,
+        "gas_held": False,
+        "commands": None,
+    }
+    return Scenario.model_construct(**plain)
+
+
+def rope_record(crane: Crane, case: Lowering, M: float) -> Rope:
+    """The wire below the tip; M mass of hook and payload [kg]."""
+    EA, steel = wire_strength(crane)
+    mu = crane.wire.mass_per_length
+    return Rope(
+        EA=EA,
+        mu=mu,
+        w_air=mu * G,
+        w_water=(mu - case.rho * steel) * G,
+        zeta=crane.wire.zeta,
+        h_tip=case.h_tip,
+        L_0=crane.wire.L_0,
+        M=M,
+        n=float(case.wire.nodes),
+    )
+
+
+def field_record(waves: WaveField | None) -> Field:
+    return STILL_WATER if waves is None else Field(waves.z_0, 1.0 / waves.ds, waves.w.shape[1] - 1.0)
+
+
+def at_rest(lift: Lift, s_tip: float, k_0: float, weights: FloatArray, F_sling: float, e: Element) -> FloatArray:
+    """Displacements [m] of nodes and payload under their own weights, from the crane tip down; k_0 stiffness from drum to tip [N/m]."""
+    below = F_sling + np.cumsum(weights[::-1])[::-1]
+    nodes = s_tip - below[0] / k_0 - np.concatenate([[0.0], np.cumsum(below[1:]) / e.k])
+    return np.append(nodes, nodes[-1] - F_sling / lift.sling.k)
+
+
+def pack_lift(crane: Crane, case: Lowering, s_tip: float = 0.0) -> PackedLift:
+    """Records of one lowering; s_tip height of the tip at the start [m]. Errors: LiftError of a programme that cannot be."""
+    programme = pack_programme(crane, case)
+    s_w = hanging(crane, case, case.z_0).s_w
+    load, table = pack_payload(case.payload, case.rho, case.depth)
+    wet = wetted_at(submergence(case.z_0, 0.0, load.reach), table)
+    m_s, r = load.m, case.rigging
+    sling = Sling(k=r.stiffness, c=2.0 * r.zeta * math.sqrt(r.stiffness * m_s))
+    hook = Hook(crane.hook_mass, crane.hook_mass * G)
+    rope = rope_record(crane, case, hook.m + load.m)
+    e, n = element(s_w, wet.A33, rope), case.wire.nodes
+    parts = np.array([element_weight(float(i), e.l, rope) for i in range(n)])
+    weights = 0.5 * (np.append(parts, 0.0) + np.append(0.0, parts))
+    weights[-1] += hook.W
+    F_sling = load.W - load.rho * load.g * wet.V
+    F_top = F_sling + float(weights.sum())
+
+    k_0 = rope.EA / crane.wire.L_0
+    field = field_record(case.waves)
+    settings = programme.settings
+    lift = Lift(rope, sling, hook, load, settings, field, 0.0, settings.t_cycle)
+    q = at_rest(lift, s_tip, k_0, weights, F_sling, e)
+    lift = lift._replace(z_ref=case.z_0 + s_tip - float(q[-1]))
+    sup = supervisor_at_rest(Watch(0.0, s_w, F_top, 0.0, 0.0), settings)
+    z = case.z_0 + s_tip
+    at = heights(z, wetted_at(submergence(z, 0.0, load.reach), table))
+    levels = Heights(*(level_of(z, math.log(1.0 + max(-z, 0.0) / field.z_w) * field.i_ds, field) for z in at))
+    still = Water(*[0.0] * len(Water._fields))
+    E = 0.5 * e.k * float(np.sum(np.diff(q[:-1]) ** 2)) + 0.5 * sling.k * (q[-2] - q[-1]) ** 2
+    works = Works(*[0.0] * len(Works._fields))
+    hang = Hanging(
+        sup=sup, element=e, water=still, level=levels, omega_0=0.0, a_load=0.0, since_taut=0.0, s_joy=0.0, e_held=0.0,
+        stage=0.0, k_stage=0.0, E=E, E_0=E, works=works, v_before=0.0, datum=float(q[-1]), grounded=0.0,
+    )  # fmt: skip
+    return PackedLift(_winch(crane, case, s_w, F_top), lift, hang, q, weights, table, wet.A33, programme)
+
+
+def _winch(crane: Crane, case: Lowering, s_w: float, F_top: float) -> Packed:
+    """The winch with the wire from drum to tip alone, on which the first node of the long wire hangs: a load without mass that is moved."""
+    packed = pack(crane, stand_in(crane, case, s_w))
+    h = packed.params.hoist
+    EA = wire_strength(crane)[0]
+    wire = Wire(EA=FIXED * EA, L_0=FIXED * crane.wire.L_0, mu=0.0, zeta=0.0)
+    hoist = h._replace(wire=wire, load=Load(W=F_top, m=0.0, i_m=0.0, b=0.0))
+    first = case.programme[0]
+    mode = MANUAL if first.mode in (StageMode.MANUAL, StageMode.SPLASH) else MODE_CODE[case.controller]
+    on = 1.0 if crane.brake is not None and first.mode is StageMode.MANUAL and first.lower == 0.0 else 0.0
+    memory = packed.memory._replace(F=F_top, mode=mode, brake=on)
+    return packed._replace(params=packed.params._replace(hoist=hoist), memory=memory)

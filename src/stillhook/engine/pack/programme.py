@@ -1,0 +1,215 @@
+"""The winch programme and its settings as the kernels read them, and the wire that must be out for the payload to hang at a height."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from stillhook.base.arrays import FloatArray
+from stillhook.control import supervisor as modes
+from stillhook.control.supervisor import LiftSettings
+from stillhook.engine.pack.winch import MODE_CODE, drum_record
+from stillhook.errors import LiftError
+from stillhook.physics.load_path.drum import LAST_TURNS, wire_usable
+from stillhook.physics.scalar import G
+from stillhook.spec.crane import Crane
+from stillhook.spec.lift.lowering import Lowering
+from stillhook.spec.lift.programme import Stage, StageMode, stage_names
+from stillhook.spec.scenario import Mode
+from stillhook.units import show
+
+STAGE_CODE = {
+    StageMode.MANUAL: modes.STAGE_MANUAL,
+    StageMode.AHC: modes.STAGE_AHC,
+    StageMode.TENSION: modes.STAGE_TENSION,
+    StageMode.SPLASH: modes.STAGE_SPLASH,
+    StageMode.LANDING: modes.STAGE_LANDING,
+}
+END_CODE = {
+    "time": modes.UNTIL_TIME,
+    "depth": modes.UNTIL_DEPTH,
+    "wire": modes.UNTIL_WIRE,
+    "landed": modes.UNTIL_LANDED,
+    "tension": modes.UNTIL_TENSION,
+}
+COMPENSATED = (StageMode.AHC, StageMode.TENSION, StageMode.LANDING)
+"""Modes in which the controller compensates the tip's motion, and which a winch in another one enters as the tip turns."""
+HOOK_SHARE = 0.5
+"""Part of the empty hook's weight below which the wire counts as slack, for the entry into compensation."""
+
+PATIENCE = 3600.0
+"""How much longer than it should take a stage may last [s]."""
+
+
+class Hanging(NamedTuple):
+    """The payload hanging still: s_w unstretched wire paid out [m]; F_hook tension above the hook, F_tip tension at the crane tip [N];
+    stretch of all wire from the drum to the hook [m]; wet wire below the surface [m]."""
+
+    s_w: float
+    F_hook: float
+    F_tip: float
+    stretch: float
+    wet: float
+
+
+class Programme(NamedTuple):
+    """rows (n, fields of control.lift_modes.Stage); settings; names of the stages."""
+
+    rows: FloatArray
+    settings: LiftSettings
+    names: tuple[str, ...]
+
+
+def wire_strength(crane: Crane) -> tuple[float, float]:
+    """EA = f E A [N] and the steel's cross-section f A [m^2]."""
+    steel = crane.wire.fill * math.pi / 4.0 * crane.wire.d**2
+    return crane.wire.E * steel, steel
+
+
+def hanging(crane: Crane, lift: Lowering, z: float) -> Hanging:
+    r"""Statics with the payload's underside at z above still water (negative: below) and a free load [m].
+
+    Weight of the payload less its buoyancy at that submergence, of the hook (its own buoyancy left out), and of the wire from tip to hook,
+    which below the surface loses the buoyancy of its steel. The wire between drum and tip lies on the boom: it stretches and weighs
+    nothing.
+
+    .. math:: e = \frac{F_{tip} L_0}{E A} + \int_0^\ell \frac{F(s)}{E A} ds, \qquad s_w = \ell - e
+    """
+    load = lift.payload
+    F_hook = payload_weight(lift, z) + crane.hook_mass * G
+    EA, steel = wire_strength(crane)
+    top = z + load.height + lift.rigging.height
+    length, wet = lift.h_tip - top, max(-top, 0.0)
+    dry, q = length - wet, crane.wire.mass_per_length * G
+    q_wet = q - lift.rho * steel * G
+    F_surface = F_hook + q_wet * wet
+    F_tip = F_surface + q * dry
+    stretch = (F_tip * crane.wire.L_0 + 0.5 * (F_hook + F_surface) * wet + 0.5 * (F_surface + F_tip) * dry) / EA
+    return Hanging(length - stretch, F_hook, F_tip, stretch, wet)
+
+
+def payload_weight(lift: Lowering, z: float) -> float:
+    """Weight of the payload less its buoyancy with the underside at z above still water [N]."""
+    load = lift.payload
+    h = min(max(-z, 0.0), load.reach(lift.rho))
+    V = float(load.at(np.array([h]), lift.rho).V[0])
+    return (load.mass - lift.rho * V) * G
+
+
+def pack_programme(crane: Crane, lift: Lowering) -> Programme:
+    """Rows of stages and the settings of the winch modes.
+
+    Errors: LiftError for a programme that this crane or this water cannot be asked: no stages, depths below the seabed or above the tip,
+    more wire than the drum gives, tensions above the SWL, a controller that does not compensate.
+    """
+    if not lift.programme:
+        raise LiftError('programme: no stages. Give at least one, such as { mode = "ahc", lower = "12 m/min", depth = "50 m" }.')
+    if lift.controller is Mode.MANUAL:
+        raise LiftError('controller = "manual": it does not compensate. Give the controller of the compensated stages, such as "ssc".')
+    names = stage_names(lift.programme)
+    following = [*lift.programme[1:], None]
+    rows = [
+        _row(crane, lift, stage, f'stage "{name}"', after)
+        for name, stage, after in zip(names, lift.programme, following, strict=True)
+    ]
+    return Programme(np.array(rows, dtype=np.float64), settings(crane, lift), names)
+
+
+def settings(crane: Crane, lift: Lowering) -> LiftSettings:
+    """Settings of the winch modes: the lift's own, and what the crane's PLC has already."""
+    w, c = lift.winch, crane.control
+    EA, steel = wire_strength(crane)
+    q = crane.wire.mass_per_length * G
+    return LiftSettings(
+        t_cycle=c.t_cycle,
+        a_max=w.ramp,
+        v_max=w.v_max,
+        v_enter=w.v_enter,
+        omega_T=w.omega_T,
+        v_soft=w.v_soft,
+        F_soft=(lift.payload.mass + lift.payload.covered(lift.rho).A33 + crane.hook_mass) * G,
+        omega_soft=w.omega_soft,
+        omega_s=w.omega_s,
+        tau_F=c.tau_F,
+        tau_slow=w.tau_slow,
+        tau_hung=w.tau_hung,
+        t_fade=c.t_bumpless,
+        F_landed=w.landed * max(payload_weight(lift, -math.inf), 0.0),
+        F_least=HOOK_SHARE * crane.hook_mass * G if w.F_least is None else w.F_least,
+        EA=EA,
+        L_0=crane.wire.L_0,
+        q_dry=q,
+        q_wet=q - lift.rho * steel * G,
+        h_tip=lift.h_tip,
+        code=MODE_CODE[lift.controller],
+    )
+
+
+def speed_at_end(stage: Stage, after: Stage | None) -> float:
+    """Joystick speed, lowering positive, with which a stage comes to its depth or wire [m/s]; after: the stage that follows.
+
+    A winch that goes on the same way without waiting passes at the slower of the two speeds. Otherwise it stops there: before a stage that
+    stands, turns back, holds a tension or waits for the tip, and at the end of the programme.
+    """
+    if after is None or after.mode is StageMode.TENSION or stage.lower * after.lower <= 0.0:
+        return 0.0
+    waits = after.mode in COMPENSATED and stage.mode not in COMPENSATED
+    return 0.0 if waits else math.copysign(min(abs(stage.lower), abs(after.lower)), stage.lower)
+
+
+def _row(crane: Crane, lift: Lowering, stage: Stage, where: str, after: Stage | None) -> modes.Stage:
+    for name in ("hold", "tension"):
+        F = getattr(stage, name)
+        if F is not None and F > crane.SWL * G:
+            raise LiftError(
+                f'{where}: {name} = {show(F, "force")}: above the {show(crane.SWL * G, "force")} of the SWL of "{crane.name}". Give less.'
+            )
+    if (stage.mode is StageMode.LANDING or stage.landed) and payload_weight(lift, -math.inf) <= 0.0:
+        raise LiftError(f"{where}: the payload floats, and cannot land. Check its mass and volume.")
+    end = stage.end
+    value = {"time": stage.time, "wire": stage.wire, "tension": stage.tension, "landed": 0.0}.get(end)
+    if end == "depth":
+        value = _wire_for(crane, lift, stage, where)
+    assert value is not None
+    usable = float(wire_usable(drum_record(crane)))
+    if end in ("wire", "depth") and not 0.0 <= value <= usable:
+        raise LiftError(
+            f'{where}: {end} asks for {show(value, "length")} of wire out, and "{crane.name}" has 0 m to {show(usable, "length")} '
+            f"({LAST_TURNS:.0f} turns kept). Lower less, or choose another crane."
+        )
+    return modes.Stage(
+        mode=STAGE_CODE[stage.mode],
+        v=-stage.lower,
+        F_set=stage.hold or 0.0,
+        until=END_CODE[end],
+        value=value,
+        timeout=timeout(lift, stage),
+        last=1.0 if after is None else 0.0,
+        v_end=-speed_at_end(stage, after),
+    )
+
+
+def timeout(lift: Lowering, stage: Stage) -> float:
+    """Time after which a stage leaves the programme stuck [s]: its own, or an hour longer than the whole way from tip to seabed takes."""
+    if stage.timeout is not None:
+        return stage.timeout
+    way = (lift.depth + lift.h_tip) / abs(stage.lower) if stage.lower != 0.0 else 0.0
+    return PATIENCE + (way if stage.time is None else stage.time)
+
+
+def _wire_for(crane: Crane, lift: Lowering, stage: Stage, where: str) -> float:
+    """Wire out with which the payload hangs at the stage's depth [m]."""
+    depth = stage.depth
+    assert depth is not None
+    if depth > lift.depth:
+        raise LiftError(
+            f"{where}: depth = {show(depth, 'length')} lies below the seabed at {show(lift.depth, 'length')}. "
+            "End it above the bottom, or with landed = true."
+        )
+    room = lift.h_tip - lift.payload.height - lift.rigging.height
+    if -depth > room:
+        raise LiftError(
+            f"{where}: depth = {show(depth, 'length')} lifts the underside {show(-depth, 'length')} above the water, and between tip, "
+            f"rigging and payload there are {show(room, 'length')}. Lift less high."
+        )
+    return hanging(crane, lift, -depth).s_w

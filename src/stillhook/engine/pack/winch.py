@@ -1,0 +1,305 @@
+"""The only place where a crane and a scenario become records that the compiled kernels read."""
+
+import math
+from types import ModuleType
+from typing import Any, NamedTuple
+
+from stillhook.control.ahc import AhcGains
+from stillhook.control.brake import BrakeSettings
+from stillhook.control.passive import PassiveSettings
+from stillhook.control.plc import HS, LEVEL_1, LEVEL_2, MANUAL, NS, SSC, SSC_CUBIC, Memory, Plc
+from stillhook.control.position_loop import Loop
+from stillhook.control.power import PowerLimit
+from stillhook.control.ssc import MotorSettings
+from stillhook.engine.pack.gas import gas_record
+from stillhook.kernels.winch_type import plant_of
+from stillhook.library.leakage import leak_law
+from stillhook.physics.friction import Bristle, SystemFriction
+from stillhook.physics.hydraulics.accumulator import Accumulator
+from stillhook.physics.hydraulics.line import capacitance
+from stillhook.physics.hydraulics.motor import Motors, TorqueLossFit
+from stillhook.physics.hydraulics.pump import Pumps
+from stillhook.physics.hydraulics.swash import MotorControl, Servo
+from stillhook.physics.hydraulics.valves import Boost, Flushing, Relief
+from stillhook.physics.load_path.drum import Drum, Inertia, K_wire, layer_diameter
+from stillhook.physics.load_path.load import Load
+from stillhook.physics.load_path.wire import Wire
+from stillhook.physics.scalar import G
+from stillhook.spec import crane as spec
+from stillhook.spec.crane import Crane
+from stillhook.spec.scenario import FrictionModel, Mode, Operator, Scenario
+from stillhook.winches import active_passive, pure_active
+from stillhook.winches.closed_circuit import ActiveCircuit
+from stillhook.winches.hoist import Hoist
+from stillhook.winches.records import Sensors
+
+MODE_CODE = {
+    Mode.MANUAL: MANUAL,
+    Mode.LEVEL_1: LEVEL_1,
+    Mode.LEVEL_2: LEVEL_2,
+    Mode.NS: NS,
+    Mode.HS: HS,
+    Mode.SSC: SSC,
+    Mode.SSC_CUBIC: SSC_CUBIC,
+}
+HELD = 1.0e4
+"""Size of the accumulator whose pressure stands, over that of the crane: cubic metres of oil then move it by hundredths of a bar."""
+NO_LIMIT = 1.0e30
+"""Stands for a limit that a crane file does not name [SI]: no winch gets there."""
+FILL_RATE = 15.0
+"""Rate at which the pumps bring the motors to the load's torque behind the closed brake [rad/s]: half of what their displacement controls
+follow. Assumed."""
+FILL_MOST, BOOST_SHARE = 0.3, 0.5
+"""Largest pump command against the closed brake [-], and largest part of the boost flow that filling a line may take [-]: what goes into
+one line the other must get from the boost pump. Assumed."""
+PROVED = 1.0e6
+"""Pressure by which the motors' torque may be off when the brake opens [Pa]: 10 bar, a twentieth of what a full load asks for. Assumed."""
+DP_LEAST = 1.0e6
+"""Pressure below which the passive torque law stops dividing by it [Pa]: 10 bar, far below any charge."""
+
+
+class Packed(NamedTuple):
+    """A crane and a scenario as the kernels read them: plant module, its Params, and the PLC's memory before the first cycle."""
+
+    plant: ModuleType
+    name: str
+    params: Any
+    memory: Memory
+    s_w: float
+
+
+def wire_speed_max(crane: Crane, alpha_m: float = 1.0, d: float | None = None) -> float:
+    """Wire speed with the pumps full and no leakage [m/s], on diameter d [m] (default: the published outer one)."""
+    return motor_speed_max(crane, alpha_m) / crane.i_hD * (crane.drum.d_max if d is None else d) / 2.0
+
+
+def motor_speed_max(crane: Crane, alpha_m: float = 1.0) -> float:
+    """Motor speed with the active pumps full and no leakage [rad/s]."""
+    pump = crane.active.pump
+    return pump.D_total * pump.omega_p / (crane.active.motor.D_total * alpha_m)
+
+
+def gains(crane: Crane) -> AhcGains:
+    """K_1 = 1 / v_w(alpha_p = 1, alpha_m = 1) on the largest diameter, K_2 = K_1 2 zeta_p / omega_np, unless the file gives them.
+
+    Differs from print: paper E's K_1 = 0.68 s/m contradicts the speed of its own table 2 (0.8279 s/m).
+    """
+    c, servo = crane.control, crane.active.pump.servo
+    K_1 = c.K_1 if c.K_1 is not None else 1.0 / wire_speed_max(crane)
+    K_2 = c.K_2 if c.K_2 is not None else K_1 * 2.0 * servo.zeta / servo.omega_n
+    return AhcGains(K_1=K_1, K_2=K_2, K_p=c.K_p)
+
+
+def loop_record(crane: Crane, alpha_m: float = 1.0, K_wire: float = 1.0) -> Loop:
+    """The position loop of paper E: one line holds its pressure, B_v stands for all friction, J is that of the full drum.
+
+    alpha_m displacement of the active motors [-]; K_wire published outer diameter over the one in use [-].
+    """
+    plant_of(crane)
+    a, J, B_v, servo = crane.active, crane.inertia.J_m_eff, crane.control.B_v, crane.active.pump.servo
+    C_h, D_m = capacitance(a.line.V, a.line.bulk_modulus), a.motor.D_total * alpha_m
+    lever = wire_speed_max(crane, alpha_m) * D_m / K_wire  # D_p omega_p d / (2 i_hD)
+    return Loop(
+        a_0=(D_m * D_m + B_v * a.C_leak) / (J * C_h),
+        a_1=B_v / J + a.C_leak / C_h,
+        b_0=servo.omega_n**2,
+        b_1=2.0 * servo.zeta * servo.omega_n,
+        g=D_m * lever / (J * C_h),
+    )
+
+
+def _pumps(circuit: spec.ActiveCircuit | spec.PassiveCircuit) -> Pumps:
+    pump = circuit.pump
+    return Pumps(D_max=pump.D_total, omega_p=pump.omega_p, leak=leak_law(circuit).pumps)
+
+
+def loss_fit(motor: spec.Motor) -> TorqueLossFit:
+    """The torque loss of a motor as the physics reads it."""
+    loss = motor.loss
+    return TorqueLossFit(loss.X_1, loss.X_2, loss.X_3, loss.X_4, loss.X_5)
+
+
+def _motors(circuit: spec.ActiveCircuit | spec.PassiveCircuit) -> Motors:
+    motor, leak = circuit.motor, leak_law(circuit)
+    return Motors(count=float(motor.count), D_max=motor.D_max, C_1=leak.C_1, C_2=leak.C_2, fit=loss_fit(motor))
+
+
+def servo_record(servo: spec.Servo, lo: float, hi: float = 1.0) -> Servo:
+    """A displacement control between its stops; without a known limit its setting may get as fast as its command asks."""
+    return Servo(omega_n=servo.omega_n, zeta=servo.zeta, lo=lo, hi=hi, rate=NO_LIMIT if servo.rate_max is None else servo.rate_max)
+
+
+def _motor_control(motor: spec.MotorSet) -> MotorControl:
+    if motor.variant is spec.ServoVariant.CLOSED_LOOP:
+        return MotorControl(offset=0.0, half_width=0.0, feedback=1.0)
+    feedback = 1.0 if motor.variant is spec.ServoVariant.OPEN_LOOP_FEEDBACK else 0.0
+    return MotorControl(offset=motor.offset, half_width=0.5 * motor.hysteresis, feedback=feedback)
+
+
+def active_record(crane: Crane) -> ActiveCircuit:
+    a = crane.active
+    return ActiveCircuit(
+        pumps=_pumps(a),
+        pump_servo=servo_record(a.pump.servo, -1.0),
+        motors=_motors(a),
+        motor_servo=servo_record(a.motor.servo, a.motor.alpha_min),
+        control=_motor_control(a.motor),
+        i_C_h=1.0 / capacitance(a.line.V, a.line.bulk_modulus),
+        boost=Boost(a.boost.p, a.boost.conductance, NO_LIMIT if a.boost.Q_max is None else a.boost.Q_max),
+        relief=Relief(a.relief.p, a.relief.conductance),
+        flushing=Flushing(a.boost.p + a.flushing.dp_open, a.flushing.conductance, 1.0 / max(a.flushing.dp_shuttle, 1.0)),
+        n_full=a.motor.n_max_full,
+        n_max=a.motor.n_max,
+        P_back=NO_LIMIT if crane.hpu is None else crane.hpu.P_back,
+    )
+
+
+def _passive(crane: Crane, gas_held: bool) -> active_passive.PassiveCircuit:
+    p = crane.passive
+    assert p is not None
+    acc, pump = _held(p.accumulator) if gas_held else p.accumulator, _pumps(p)
+    return active_passive.PassiveCircuit(
+        pumps=pump,
+        pump_servo=servo_record(p.pump.servo, -1.0),
+        motors=_motors(p),
+        motor_servo=servo_record(p.motor.servo, p.motor.alpha_min),
+        accumulator=Accumulator(
+            V_stroke=acc.V_stroke,
+            i_half=2.0 / acc.V_stroke,
+            i_C=1.0 / capacitance(p.line.V, p.line.bulk_modulus),
+            R=acc.R_piston,
+            C_leak=acc.C_leak,
+            gas=gas_record(acc),
+        ),
+        relief=Relief(p.relief.p, p.relief.conductance),
+        settings=PassiveSettings(
+            D_m_max=p.motor.D_total,
+            Q_p_max=pump.D_max * pump.omega_p,
+            p_lp=p.p_lp,
+            p_set=acc.gas.p_0,
+            K_acc=crane.control.K_acc,
+            dp_least=DP_LEAST,
+        ),
+        n_full=p.motor.n_max_full,
+        n_max=p.motor.n_max,
+    )
+
+
+def _held(acc: spec.Accumulator) -> spec.Accumulator:
+    """The accumulator with a bank so large that its pressure stands."""
+    gas = acc.gas.model_copy(update={"V_0": HELD * acc.gas.V_0})
+    return acc.model_copy(update={"V_stroke": HELD * acc.V_stroke, "gas": gas})
+
+
+def drum_record(crane: Crane) -> Drum:
+    """The drum as the kernels read it; L_full is the wire on the full drum (square stacked)."""
+    d, n, d_w = crane.drum.d, crane.drum.layers, crane.wire.d
+    L_full = math.pi * crane.drum.turns * (n * d + n * n * d_w)
+    return Drum(d, d_w, float(crane.drum.turns), float(n), crane.drum.d_max, L_full, crane.wire.mass_per_length)
+
+
+def inertia_record(crane: Crane) -> Inertia:
+    motors = crane.active.motor.count * crane.active.motor.J
+    if crane.passive is not None:
+        motors += crane.passive.motor.count * crane.passive.motor.J
+    return Inertia(motors, crane.inertia.J_gear, crane.inertia.J_drum, crane.i_hD**-2)
+
+
+def load_record(crane: Crane, case: Scenario) -> Load:
+    """Hook and payload; the hook's own buoyancy is left out (a few per cent of 3 t)."""
+    m = case.load + crane.hook_mass
+    W = case.weight + crane.hook_mass * G
+    if case.water is None:
+        return Load(W=W, m=m, i_m=1.0 / m, b=0.0)
+    m += case.water.added_mass
+    return Load(W=W, m=m, i_m=1.0 / m, b=0.5 * case.water.rho * case.water.C_D * case.water.area)
+
+
+def friction_record(s: spec.SystemFriction) -> SystemFriction:
+    return SystemFriction(s.Y_1, s.Y_2, s.Y_3, 1.0 / s.Y_4, s.Y_5, s.Y_6)
+
+
+def _hoist(crane: Crane, case: Scenario) -> Hoist:
+    w, f = crane.wire, crane.friction
+    load = load_record(crane, case)
+    EA = w.E * w.fill * math.pi / 4.0 * w.d**2
+    n_motors = crane.active.motor.count + (crane.passive.motor.count if crane.passive is not None else 0)
+    sigma_1 = f.sigma_1_ratio * math.sqrt(f.sigma_0 * crane.inertia.J_m_eff)
+    regular = 1.0 if case.friction is FrictionModel.REGULARISED else 0.0
+    return Hoist(
+        drum=drum_record(crane),
+        inertia=inertia_record(crane),
+        wire=Wire(EA=EA, L_0=w.L_0, mu=w.mass_per_length, zeta=w.zeta),
+        load=load,
+        friction=friction_record(f.system),
+        bristle=Bristle(f.sigma_0, sigma_1, 1.0 / f.omega_fade, regular, 1.0 / f.omega_reg),
+        i_i=1.0 / crane.i_hD,
+        s_w_0=case.s_w,
+        n_motors=float(n_motors),
+        T_brake=spec.brake_torque(crane),
+    )
+
+
+def plc_record(crane: Crane, operator: Operator | None = None) -> Plc:
+    """The PLC's settings, with the displacement that the operator holds in manual mode."""
+    c = crane.control
+    drum = drum_record(crane)
+    K_outer = K_wire(layer_diameter(drum.layers, drum), drum)
+    F_swl = (crane.SWL + crane.hook_mass) * G
+    alpha_hold = (operator.alpha_m or 0.0) if operator is not None else 0.0
+    alpha_swl = c.alpha_ns if c.alpha_swl is None else c.alpha_swl
+    settings = MotorSettings(crane.active.motor.alpha_min, c.alpha_ns, c.alpha_hs, alpha_swl, c.u_thr, 1.0 / F_swl, K_outer, alpha_hold)
+    return Plc(
+        gains(crane), settings, c.t_cycle, c.tau_F, c.tau_acc, c.t_bumpless, c.t_lead or 0.0, c.computing, _power(crane), _brake(crane),
+    )  # fmt: skip
+
+
+def _power(crane: Crane) -> PowerLimit:
+    """The power units' limit for the pumps' torque control; a torque limit counts at the active pumps' speed."""
+    pump, passive = crane.active.pump, crane.passive
+    Q_pp = 0.0 if passive is None else passive.pump.D_total * passive.pump.omega_p
+    return PowerLimit(power_most(crane), pump.D_total * pump.omega_p, Q_pp)
+
+
+def power_most(crane: Crane) -> float:
+    """Largest hydraulic power that all power units give together [W]; NO_LIMIT where the crane file names none."""
+    if crane.hpu is None:
+        return NO_LIMIT
+    T = crane.hpu.T_max
+    return crane.hpu.P_max if T is None else min(crane.hpu.P_max, T * crane.active.pump.omega_p)
+
+
+def _brake(crane: Crane) -> BrakeSettings:
+    """How the holding brake is worked. Without one the winch is held by its circuits alone."""
+    a, b = crane.active, crane.brake
+    Q = a.pump.D_total * a.pump.omega_p
+    if b is None:
+        return BrakeSettings(0.0, 0.0, 0.0, 0.0, 0.0, PROVED, 0.0, 0.0, 0.0)
+    K_fill = capacitance(a.line.V, a.line.bulk_modulus) * FILL_RATE / Q
+    u_most = FILL_MOST if a.boost.Q_max is None else min(FILL_MOST, BOOST_SHARE * a.boost.Q_max / Q)
+    return BrakeSettings(1.0, b.t_wait, b.t_close, b.t_open, b.t_prove, PROVED, K_fill, a.C_leak / Q, u_most)
+
+
+def braked_at_start(crane: Crane, case: Scenario) -> bool:
+    """Whether a run begins on the holding brake: in manual mode with no speed commanded."""
+    profile = case.operator.profile
+    return crane.brake is not None and case.commands is None and case.mode is Mode.MANUAL and not (profile and profile[0][1] != 0.0)
+
+
+def pack(crane: Crane, case: Scenario) -> Packed:
+    """Records for one run. The scenario must have passed `stillhook.engine.scenario.checks.check`."""
+    plant_of(crane)
+    hoist = _hoist(crane, case)
+    sensors = Sensors(q_s=case.sensors.step_s_w, q_F=case.sensors.step_F)
+    p_0 = crane.passive.accumulator.gas.p_0 if crane.passive is not None else 0.0
+    mode = MODE_CODE[case.mode]
+    plc = plc_record(crane, case.operator)
+    if case.commands is not None:
+        plc = plc._replace(brake=plc.brake._replace(fitted=0.0))  # the record moves the winch, and nothing of the PLC
+    on = 1.0 if braked_at_start(crane, case) else 0.0
+    memory = Memory(mode, 0.0, hoist.load.W, p_0, 0.0, 1.0, 0.0, 0.0, 1.0, brake=on, idle=0.0, stroke=1.0)
+    if crane.plant is spec.Plant.PURE_ACTIVE:
+        params: Any = pure_active.Params(active_record(crane), hoist, plc, sensors)
+        return Packed(pure_active, crane.plant.value, params, memory, case.s_w)
+    params = active_passive.Params(active_record(crane), _passive(crane, case.gas_held), hoist, plc, sensors)
+    return Packed(active_passive, crane.plant.value, params, memory, case.s_w)

@@ -1,0 +1,1 @@
+"""Runs of a scenario: checks before, run, batch, summary."""

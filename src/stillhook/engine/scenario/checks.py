@@ -1,0 +1,421 @@
+"""What can be said before a run: refusals (ScenarioError) and limits that the run will meet (notes)."""
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from typing import NamedTuple, Self
+
+from stillhook.control.plc import Sensed, motor_demand
+from stillhook.control.position_loop import marginal_gain
+from stillhook.engine.inputs import Asked, Drive
+from stillhook.engine.pack.winch import (
+    MODE_CODE,
+    active_record,
+    drum_record,
+    friction_record,
+    gains,
+    load_record,
+    loop_record,
+    loss_fit,
+    motor_speed_max,
+    plc_record,
+    wire_speed_max,
+)
+from stillhook.engine.validity import standing
+from stillhook.errors import ScenarioError
+from stillhook.kernels.winch_type import plant_of
+from stillhook.physics.friction import system_friction
+from stillhook.physics.hydraulics.motor import torque_loss
+from stillhook.physics.load_path.drum import LAST_TURNS, WIRE_SLACK, layer_diameter, layers_filled, wire_usable
+from stillhook.physics.scalar import G
+from stillhook.spec.crane import Crane, MotorSet, PassiveCircuit, Plant
+from stillhook.spec.scenario import LONGEST, Mode, Scenario
+from stillhook.units import show
+from stillhook.winches.closed_circuit import active_flows
+
+
+class Foreseen(NamedTuple):
+    """What a run will meet: notes, one line each, worst first; unstable: the position loop is beyond its gain of marginal stability;
+    validated: the crane's certificate holds, and the run lies inside its envelope."""
+
+    notes: tuple[str, ...]
+    unstable: bool
+    validated: bool
+
+
+def check(crane: Crane, case: Scenario) -> None:
+    """Refuse what no crane of this kind can be asked. Errors: ScenarioError, SpecError of an unknown winch type, one line."""
+    plant_of(crane)
+    _check_numbers(case)
+    _check_load(crane, case)
+    _check_times(crane, case)
+    _check_held(crane, case)
+    if case.gas_held and crane.passive is None:
+        raise ScenarioError(f'gas_held: "{crane.name}" has no accumulator. Leave it out.')
+    wire = wire_usable(drum_record(crane))
+    if case.s_w > wire:
+        raise ScenarioError(
+            f's_w {show(case.s_w, "length")} is more than the {show(wire, "length")} of wire that "{crane.name}" can pay out '
+            f"(drum full, {LAST_TURNS:.0f} turns kept). Lower s_w or choose another crane."
+        )
+    loss = case.power_loss
+    if loss is not None and loss.unit > len(crane.active.pump.D):
+        raise ScenarioError(
+            f'power_loss.unit {loss.unit}: "{crane.name}" has {len(crane.active.pump.D)} hydraulic power units. '
+            f"Give 1 to {len(crane.active.pump.D)}."
+        )
+    if loss is not None and len(crane.active.pump.D) == 1:
+        raise ScenarioError(f'power_loss: "{crane.name}" has a single hydraulic power unit; nothing would be left to hold the load.')
+
+
+def _check_numbers(case: Scenario) -> None:
+    """For scenarios that were not read from text: a copy with changed fields, or one out of a stored run."""
+    for name, highest in (("load", math.inf), ("s_w", math.inf), ("duration", LONGEST), ("ramp", math.inf), ("warm_up", math.inf)):
+        value = getattr(case, name)
+        if not (isinstance(value, int | float) and 0.0 <= value <= highest):
+            raise ScenarioError(f"{name} = {value!r}: not a number of 0 or more in SI. Build the scenario from texts with units.")
+
+
+def _check_load(crane: Crane, case: Scenario) -> None:
+    if case.load > crane.SWL:
+        raise ScenarioError(
+            f'Load {show(case.load, "mass")} exceeds the SWL {show(crane.SWL, "mass")} of "{crane.name}" '
+            f"({100.0 * case.load / crane.SWL:.5g} %). Lower the load or choose another crane."
+        )
+    if case.load + crane.hook_mass <= 0.0:
+        raise ScenarioError(f'Nothing hangs on the wire: load 0 t, and "{crane.name}" has a hook_mass of 0 t. Give one of them.')
+    if case.water is not None and case.weight <= 0.0:
+        raise ScenarioError(
+            f"The payload floats: {show(case.load, 'mass')} in air displaces {case.water.volume:g} m^3 of water. "
+            "Lower water.volume or raise the load."
+        )
+
+
+def _check_times(crane: Crane, case: Scenario) -> None:
+    """The counted part of a run holds at least one PLC cycle."""
+    t_cycle = crane.control.t_cycle
+    n = math.floor(case.duration / t_cycle + 1e-9)
+    if round(case.warm_up / t_cycle) >= n:
+        raise ScenarioError(
+            f"warm_up {case.warm_up:g} s leaves no whole PLC cycle of {show(t_cycle, 'time')} of the duration {case.duration:g} s. "
+            "Shorten warm_up or run longer."
+        )
+
+
+def _check_held(crane: Crane, case: Scenario) -> None:
+    """A displacement that the operator holds is one that the motors have, in a run that is manual at some time."""
+    alpha, least = case.operator.alpha_m, crane.active.motor.alpha_min
+    if alpha is None:
+        return
+    if not least <= alpha <= 1.0:
+        raise ScenarioError(
+            f'operator.alpha_m = {alpha:g}: the motors of "{crane.name}" go from {least:g} to 1 of their displacement. '
+            "Give a value in between, or a crane with a smaller active.motor.alpha_min."
+        )
+    if Mode.MANUAL not in (case.mode, *(m for _, m in case.modes)):
+        raise ScenarioError(
+            f"operator.alpha_m = {alpha:g}: held in manual mode only, and this run is in {case.mode.value}. "
+            'Set mode = "manual", or leave it out.'
+        )
+
+
+def layer_diameter_at(crane: Crane, s_w: float) -> float:
+    """Diameter of the wire centre on the layer in use with s_w paid out [m]."""
+    drum = drum_record(crane)
+    return float(layer_diameter(layers_filled(drum.L_full - s_w, drum), drum))
+
+
+def foresee(crane: Crane, case: Scenario) -> Foreseen:
+    """Limits that this run will meet. The scenario must have passed `check`."""
+    drive = Drive(crane, case)
+    asked = drive.asked()
+    stands = standing(crane, case, drive, asked)
+    d = layer_diameter_at(crane, case.s_w)
+    K_wire = crane.drum.d_max / d
+    gain = _gain_notes(crane, case, asked.v_max, K_wire)
+    notes = [
+        *_speed_notes(crane, case, asked.v_max, d),
+        *_wire_notes(crane, asked),
+        *_weight_notes(crane, case),
+        *gain,
+        *type_notes(crane, Held.of(crane, case, asked.s_tip_pp)),
+        *_friction_notes(crane, case, d),
+        *loss_notes(case_friction(crane, case, asked)),
+        *_event_notes(case),
+        *stands.notes,
+    ]
+    return Foreseen(tuple(notes), bool(gain), stands.validated)
+
+
+T_D_BEYOND = 0.1
+"""Part by which a drum torque may lie beyond those at which friction was identified before a word is said."""
+
+
+def _friction_notes(crane: Crane, case: Scenario, d: float) -> list[str]:
+    lo, hi = crane.friction.T_d_min, crane.friction.T_d_max
+    T_d = load_record(crane, case).W * 0.5 * d
+    if lo is None or hi is None or (1.0 - T_D_BEYOND) * lo <= T_d <= (1.0 + T_D_BEYOND) * hi:
+        return []
+    known = f"{show(lo, 'drum_torque', 3)} to {show(hi, 'drum_torque', 3)}"
+    return [f"drum torque {show(T_d, 'drum_torque', 3)}: system friction was identified from {known} only, so here it is an extrapolation"]
+
+
+LOSS_BEYOND = 0.1
+"""Part by which motors may work beyond the range in which their loss was fitted before a word is said."""
+CONSIDERABLE = 0.2
+"""Part of a winch's friction from which it matters how well the loss of one set of motors is known."""
+
+
+class FrictionPart(NamedTuple):
+    """Loss of one set of motors at a working point: name of its circuit; T_f loss of the set, total friction of the whole winch [N m],
+    both at the motor shaft; alpha displacement [-]; beyond where the point lies outside the fit, in words, "" where it does not."""
+
+    circuit: str
+    T_f: float
+    total: float
+    alpha: float
+    beyond: str
+
+
+def friction_parts(crane: Crane, W: float, d: float, v: float, alpha: float) -> list[FrictionPart]:
+    """Where the friction of the winch comes from at wire speed v [m/s] with weight W [N] on diameter d [m], active motors at alpha.
+
+    The passive motors carry the weight at mid stroke, the active motors the rest, which is nothing at a steady speed but for friction and
+    is left out of the pressure of an active/passive winch.
+    """
+    lever = 0.5 * d / crane.i_hD
+    omega = min(v / lever, motor_speed_max(crane, alpha))
+    if crane.passive is None:
+        sets = [("active", crane.active.motor, alpha, W * lever / (crane.active.motor.D_total * alpha))]
+    else:
+        passive, dp = crane.passive.motor, crane.passive.accumulator.gas.p_0 - crane.passive.p_lp
+        alpha_pm = min(max(alpha_for_weight(crane, crane.passive, W, d), passive.alpha_min), 1.0)
+        sets = [("active", crane.active.motor, alpha, 0.0), ("passive", passive, alpha_pm, dp)]
+    losses = [m.count * torque_loss(omega, a * m.D_max, dp, loss_fit(m)) for _, m, a, dp in sets]
+    system = sum(m.count for _, m, _, _ in sets) * system_friction(omega, W * 0.5 * d, friction_record(crane.friction.system))
+    total = sum(losses) + system
+    parts = zip(sets, losses, strict=True)
+    return [FrictionPart(name, T_f, total, a, _beyond_fit(m, omega, a, dp)) for (name, m, a, dp), T_f in parts]
+
+
+def case_friction(crane: Crane, case: Scenario, asked: Asked | None = None) -> list[FrictionPart]:
+    """`friction_parts` at the highest speed that tip and operator ask for, with the smallest displacement that the first mode takes."""
+    v = (Drive(crane, case).asked() if asked is None else asked).v_max
+    d = layer_diameter_at(crane, case.s_w)
+    K_wire = crane.drum.d_max / d
+    alpha = min(alpha_wanted(crane, case, K_wire, u_ff) for u_ff in (0.0, min(gains(crane).K_1 * v * K_wire, 1.0)))
+    return friction_parts(crane, load_record(crane, case).W, d, v, alpha)
+
+
+def _beyond_fit(motor: MotorSet, omega_m: float, alpha: float, dp_m: float) -> str:
+    """Where a working point lies beyond the range in which a motor's loss was fitted, in words.
+
+    Low speed and low pressure are none of these: every reversal passes through them, and what the motors lose there was part of the tests
+    from which system friction was identified.
+    """
+    out = []
+    if motor.D_loss_min is not None and alpha * motor.D_max < (1.0 - LOSS_BEYOND) * motor.D_loss_min:
+        least = motor.D_loss_min / motor.D_max
+        out.append(f"{100.0 * alpha:.2g} % of their displacement, which were fitted from {100.0 * least:.0f} % up")
+    if motor.n_loss_max is not None and omega_m > (1.0 + LOSS_BEYOND) * motor.n_loss_max:
+        out.append(f"{show(omega_m, 'rotation', 3)}, which were fitted up to {show(motor.n_loss_max, 'rotation')}")
+    if motor.dp_loss_max is not None and abs(dp_m) > (1.0 + LOSS_BEYOND) * motor.dp_loss_max:
+        out.append(f"{show(abs(dp_m), 'pressure', 3)}, which were fitted up to {show(motor.dp_loss_max, 'pressure')}")
+    return ", and at ".join(out)
+
+
+def loss_notes(parts: Sequence[FrictionPart]) -> list[str]:
+    """A note for each set of motors that works outside its fit with a considerable part of the friction."""
+    return [
+        f"{p.T_f:.0f} of {p.total:.0f} N m of friction at the highest speed are losses of the {p.circuit} motors at {p.beyond}: "
+        "an extrapolation"
+        for p in parts
+        if p.beyond and p.T_f > CONSIDERABLE * p.total
+    ]
+
+
+def _speed_notes(crane: Crane, case: Scenario, v: float, d: float) -> list[str]:
+    """v highest wire speed that is asked for [m/s]; d diameter in use [m]."""
+    alpha, out = alpha_wanted(crane, case, crane.drum.d_max / d, 1.0), []
+    v_max = wire_speed_max(crane, alpha, d)
+    if v > v_max:
+        what = "speed of tip and operator" if case.operator.profile else "tip speed"
+        out.append(
+            f"{what} {show(v, 'speed')} is above the {show(v_max, 'speed')} that {case.mode.value} reaches at this load "
+            f"and layer (motors at {alpha:.2f}): the pumps will saturate"
+        )
+    limit = min([speed_limit(crane.active.motor, alpha), *_passive_limit(crane, case, d)])
+    omega = min(v / (0.5 * d / crane.i_hD), motor_speed_max(crane, alpha))
+    if omega > limit:
+        out.append(f"motors would turn {show(omega, 'rotation')}, above their limit {show(limit, 'rotation')} at this load")
+    return out
+
+
+def speed_limit(motor: MotorSet, alpha: float) -> float:
+    """Highest shaft speed of a motor at displacement alpha [rad/s]."""
+    return motor.n_max if motor.n_max_full > motor.n_max * alpha else motor.n_max_full / alpha
+
+
+def _passive_limit(crane: Crane, case: Scenario, d: float) -> tuple[float, ...]:
+    """Speed limit of the passive motors at the displacement that holds the load at mid stroke; nothing without a passive circuit."""
+    if crane.passive is None:
+        return ()
+    return (speed_limit(crane.passive.motor, min(alpha_for_weight(crane, crane.passive, load_record(crane, case).W, d), 1.0)),)
+
+
+def alpha_for_weight(crane: Crane, passive: PassiveCircuit, W: float, d: float) -> float:
+    """Displacement with which the passive motors hold a weight W [N] at mid stroke [-]; above 1 they cannot."""
+    T = W * 0.5 * d / crane.i_hD
+    return T / (passive.motor.D_total * (passive.accumulator.gas.p_0 - passive.p_lp))
+
+
+def alpha_wanted(crane: Crane, case: Scenario, K_wire: float, u_ff: float, mode: Mode | None = None) -> float:
+    """Displacement that the PLC asks for in a mode (default the scenario's first) at this load [-]; u_ff 0 at rest, 1 at full speed."""
+    F = load_record(crane, case).W
+    code = MODE_CODE[mode or case.mode]
+    y = Sensed(0.0, 0.0, 0.0, 0.0, 0.0, code, 1.0, case.s_w, F, 1.0, K_wire, 0.0, 0.0)
+    return float(motor_demand(y, u_ff, F, plc_record(crane, case.operator)))
+
+
+def _wire_notes(crane: Crane, asked: Asked) -> list[str]:
+    wire = wire_usable(drum_record(crane))
+    if asked.s_w_min >= -WIRE_SLACK and asked.s_w_max <= wire:
+        return []
+    return [
+        f"tip and operator ask for {show(asked.s_w_min, 'length')} to {show(asked.s_w_max, 'length')} of wire out, and there are 0 m "
+        f"(hook at the crane tip) to {show(wire, 'length')} ({LAST_TURNS:.0f} turns kept)"
+    ]
+
+
+WIRE_SHARE = 0.05
+"""Part of the hook load from which the weight of the wire that is out gets a word: as large as what a load is weighed to."""
+
+
+def _weight_notes(crane: Crane, case: Scenario) -> list[str]:
+    """The wire of a Scenario has stiffness and damping, and no weight."""
+    m, load = crane.wire.mass_per_length * case.s_w, load_record(crane, case).W / G
+    if m <= WIRE_SHARE * load:
+        return []
+    return [
+        f"the wire of {show(case.s_w, 'length')} weighs {show(m, 'mass', 3)} in air, {m / load:.0%} of the hook load, and is left out; "
+        "stillhook lower has it"
+    ]
+
+
+def _gain_notes(crane: Crane, case: Scenario, v: float, K_wire: float) -> list[str]:
+    """Is K_p above the gain of marginal stability of the published loop, at the smallest displacement that a mode of this run takes?
+
+    A bound from above: slow and loaded the whole plant swings at less (`stillhook.analysis.loop_stability.governing`), and the run shows
+    it.
+    """
+    modes = {m for m in (case.mode, *(m for _, m in case.modes)) if m is not Mode.MANUAL}
+    if not modes:
+        return []
+    u_ff = min(gains(crane).K_1 * v * K_wire, 1.0)
+    alpha = min(alpha_wanted(crane, case, K_wire, u_ff, m) for m in modes)
+    K_p, (limit, omega) = crane.control.K_p, marginal_gain(loop_record(crane, alpha, K_wire))
+    if K_p <= limit:
+        return []
+    return [
+        f"K_p {show(K_p, 'gain_per_length')} is above the {show(limit, 'gain_per_length')} at which the position loop is marginally stable "
+        f"(published loop, motors at {alpha:.2f}): expect the winch to swing at {omega:.3g} rad/s"
+    ]
+
+
+def _event_notes(case: Scenario) -> list[str]:
+    """Events that the run is too short for."""
+    events = [("change of mode", t) for t, _ in case.modes] + [("set-point step", t) for t, _ in case.operator.steps]
+    if case.power_loss is not None:
+        events.append(("loss of a hydraulic power unit", case.power_loss.time))
+    return [f"the {name} at {t:g} s comes after the end of the run at {case.duration:g} s" for name, t in events if t > case.duration]
+
+
+class Held(NamedTuple):
+    """What a winch holds and how: weight W [N], diameter of the layer in use d [m], displacement of the active motors alpha [-],
+    peak-to-peak motion of the tip to compensate s_tip_pp [m], gas pressure held; manual at some time, compensating at some time."""
+
+    W: float
+    d: float
+    alpha: float
+    s_tip_pp: float
+    gas_held: bool
+    manual: bool
+    compensates: bool
+
+    @classmethod
+    def of(cls, crane: Crane, case: Scenario, s_tip_pp: float) -> Self:
+        """A scenario's."""
+        d = layer_diameter_at(crane, case.s_w)
+        manual = {case.mode, *(m for _, m in case.modes)} == {Mode.MANUAL}
+        alpha = alpha_wanted(crane, case, crane.drum.d_max / d, 0.0)
+        return cls(load_record(crane, case).W, d, alpha, s_tip_pp, case.gas_held, manual, not manual)
+
+
+def type_notes(crane: Crane, held: Held) -> list[str]:
+    """What the crane's winch type means for a weight and a motion, in lines; every answer of runs carries them.
+
+    Errors: SpecError of a type that has none.
+    """
+    plant_of(crane)
+    return NOTES[crane.plant](crane, held)
+
+
+def notes_of(cranes: Sequence[Crane], cases: Sequence[Scenario]) -> list[str]:
+    """Those of many runs in few lines: the heaviest run of each mode, and of several such the one with most motion."""
+    found: dict[Mode, tuple[tuple[float, float], Crane, Scenario]] = {}
+    for crane, case in zip(cranes, cases, strict=True):
+        if case.mode not in found or case.load >= found[case.mode][0][0]:
+            rank = (case.load, Drive(crane, case).asked().s_tip_pp)
+            if case.mode not in found or rank > found[case.mode][0]:
+                found[case.mode] = (rank, crane, case)
+    lines: dict[str, list[str]] = {}
+    for mode, ((load, s_tip_pp), crane, case) in found.items():
+        for note in type_notes(crane, Held.of(crane, case, s_tip_pp)):
+            lines.setdefault(f"with {show(load, 'mass', 4)}: {note}", []).append(mode.value)
+    return [f"{', '.join(modes)} {line}" for line, modes in lines.items()]
+
+
+def _stroke_notes(crane: Crane, held: Held) -> list[str]:
+    """Passive motors too small for the load, an accumulator too small for the motion.
+
+    The passive circuit moves W s_tip_pp / dp of oil, whatever its gear and displacement: work is pressure times volume.
+    """
+    passive = crane.passive
+    assert passive is not None
+    acc, out = passive.accumulator, []
+    alpha = alpha_for_weight(crane, passive, held.W, held.d)
+    if alpha > 1.0:
+        p_0 = show(acc.gas.p_0, "pressure")
+        out.append(f"holding the load takes {alpha:.0%} of the passive motors at {p_0}: the rest loads the active circuit")
+    V = held.W * held.s_tip_pp / (acc.gas.p_0 - passive.p_lp)
+    if V > acc.V_stroke and not held.gas_held:
+        out.append(
+            f"compensating {show(held.s_tip_pp, 'length')} at this load moves about {show(V, 'volume')} of oil, more than the "
+            f"accumulator's stroke of {show(acc.V_stroke, 'volume')}: the piston will run into its ends"
+        )
+    return out
+
+
+def _pure_active_notes(crane: Crane, held: Held) -> list[str]:
+    lever, D = 0.5 * held.d / crane.i_hD, crane.active.motor.D_total * held.alpha
+    dp = held.W * lever / D
+    A, p_b = active_record(crane), crane.active.boost.p
+    f = active_flows(0.0, D, 0.0, p_b + dp, p_b, 1.0, A)
+    leak = f.Q_int + f.Q_ext_a
+    out = []
+    relief = crane.active.relief.p - crane.active.boost.p
+    if dp > relief:
+        out.append(
+            f"holding the load takes {show(dp, 'pressure')} with the motors at {held.alpha:.2f}, more than the {show(relief, 'pressure')} "
+            "up to the relief valves: the load will sink"
+        )
+    if held.compensates:
+        e_c = show(leak / (A.pumps.D_max * A.pumps.omega_p) / max(crane.control.K_p, 1e-12), "length")
+        out.append(f"the load is held by the pumps against leakage: under P control expect a standing offset of about {e_c}")
+    if held.manual and crane.brake is None:  # else the brake holds at rest
+        sinks = show(leak / D * lever, "speed", 2)
+        out.append(f"nothing makes up for leakage in manual mode: with the joystick at rest the load sinks by {sinks}")
+    return out
+
+
+NOTES: Mapping[Plant, Callable[[Crane, Held], list[str]]] = {Plant.ACTIVE_PASSIVE: _stroke_notes, Plant.PURE_ACTIVE: _pure_active_notes}
+"""What each winch type has to say before a run."""

@@ -1,0 +1,1 @@
+"""Files that come in and go out, apart from logs: cases, lifts, motions, vessels, waves, weather, results."""

@@ -1,0 +1,1 @@
+"""Binary files, each read in a process of its own."""

@@ -1,0 +1,185 @@
+"""The one way in for binary files (HDF5, NetCDF, Parquet, Excel, MAT, MDF, TDMS): each is opened and read in a process of its own.
+
+The libraries that read these formats may wait for ever inside C on a damaged file, end the process, or take all memory, and no thread or
+signal of Python can stop them. A process can be stopped: every step has a time limit, on Linux the process has a memory limit, and
+whatever goes wrong comes back as an `UnreadableError` with a reason in a few words. It guards against damage; it is no sandbox: the process
+runs with the rights of the user.
+"""
+
+from __future__ import annotations
+
+import atexit
+import contextlib
+import os
+import pickle
+import re
+import subprocess
+import sys
+import threading
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, TypeVar
+
+from stillhook.errors import StillhookError, UnreadableError
+from stillhook.formats.binary.process import FAILED, REFUSED, receive
+from stillhook.units import came, parse
+
+T = TypeVar("T")
+
+TIME, MEMORY = "STILLHOOK_READ_TIME", "STILLHOOK_READ_MEMORY"
+"""Environment variables that change the limits."""
+LONGEST = 60.0
+"""One step may take this long [s], and a second more for each megabyte of the file."""
+SLOWEST = 1e6
+"""Bytes a second of the slowest drive that is waited for without TIME."""
+MOST_MEMORY = "8 GB"
+SMALL = 100_000_000
+"""What any file may unpack to [bytes]."""
+DENSEST = 2000
+"""A file unpacks to no more than this many times its size: deflate reaches 1032."""
+
+_BOOT = (
+    "import sys, pickle; sys.path[:] = pickle.load(sys.stdin.buffer); from stillhook.formats.binary.process import serve; serve()"
+)
+
+
+def read_binary(function: Callable[..., T], path: Path, *arguments: Any) -> T:
+    """`function(path, *arguments)` in the process that reads, which is kept for the next file.
+
+    function: of a module's top level, and its module light to import. Errors: StillhookError as the function raises it; UnreadableError
+    for everything else that goes wrong, and where the time limit is passed.
+    """
+    limit = time_limit(path)
+    with _LOCK:
+        reader = _idle() or Reader()
+        _IDLE.clear()
+        try:
+            value = reader.call(limit, function, _absolute(path), *arguments)
+        except BaseException:  # a library may hold on to what it could not read
+            reader.close()
+            raise
+        _IDLE[os.getpid()] = reader
+        return value
+
+
+class Reader:
+    """A process that reads. Everything is asked of it by `call`; `close` ends it."""
+
+    def __init__(self) -> None:
+        hidden = getattr(subprocess, "CREATE_NO_WINDOW", 0)
+        try:
+            self._process = subprocess.Popen(
+                [sys.executable, "-I", "-c", _BOOT],
+                stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, creationflags=hidden,
+                env={**os.environ, "OPENBLAS_NUM_THREADS": "1", "POLARS_MAX_THREADS": "2"},
+            )  # fmt: skip
+        except OSError as problem:
+            raise UnreadableError(f"no process to read it could be started: {problem.strerror or problem}") from None
+        self._tell(list(sys.path))
+        self._tell(memory_limit())
+
+    def _tell(self, message: Any) -> None:
+        assert self._process.stdin is not None
+        with contextlib.suppress(OSError):  # it has ended, which the wait for its answer finds
+            pickle.dump(message, self._process.stdin)
+            self._process.stdin.flush()
+
+    def call(self, limit: float, function: Callable[..., T], *arguments: Any) -> T:
+        """The function's value, within a time limit [s]. Errors: as `read_binary`; the process has ended after one of time."""
+        answers: list[tuple[str, Any]] = []
+        self._tell((limit, function, arguments))
+        waiting = threading.Thread(target=self._wait, args=(answers,), daemon=True)
+        waiting.start()
+        waiting.join(limit)
+        if waiting.is_alive():
+            self.close()
+            raise UnreadableError(f'not read within {limit:.3g} s; for a slow drive set {TIME}, such as {TIME}="10 min"')
+        if not answers:
+            self.close()
+            raise UnreadableError(f"its reader broke down, on damage or for want of memory; {MEMORY} is {memory_limit() / 1e9:g} GB")
+        kind, value = answers[0]
+        if kind == REFUSED:
+            raise value
+        if kind == FAILED:
+            raise UnreadableError(str(value))
+        return value  # type: ignore[no-any-return]
+
+    def _wait(self, answers: list[tuple[str, Any]]) -> None:
+        assert self._process.stdout is not None
+        with contextlib.suppress(EOFError, OSError, pickle.UnpicklingError):
+            answers.append(receive(self._process.stdout))
+
+    def close(self) -> None:
+        """End the process, whatever it does."""
+        self._process.kill()
+        self._process.wait()
+        for stream in (self._process.stdin, self._process.stdout):
+            if stream is not None:
+                with contextlib.suppress(OSError):
+                    stream.close()
+
+
+_LOCK = threading.Lock()
+_IDLE: dict[int, Reader] = {}
+"""The process that waits for the next file, by the process that started it: a fork has none."""
+
+
+def _idle() -> Reader | None:
+    return _IDLE.get(os.getpid())
+
+
+@atexit.register
+def _close_idle() -> None:
+    if (reader := _idle()) is not None:
+        reader.close()
+
+
+def _absolute(path: Path) -> Path:
+    return Path(os.path.abspath(path))
+
+
+def time_limit(path: Path) -> float:
+    """How long a step of reading a file may take [s]: `LONGEST` and a second for each megabyte; where the environment variable `TIME` is
+    set, that alone. Errors: StillhookError for a variable that is no time above 0."""
+    text = os.environ.get(TIME)
+    if not text:
+        return LONGEST + _size(path) / SLOWEST
+    value = parse(text, "time", TIME)
+    if not value > 0.0:
+        raise StillhookError(f'{TIME} = {came(text)}: a time above 0, such as "10 min".')
+    return value
+
+
+def _size(path: Path) -> int:
+    try:
+        return path.stat().st_size
+    except OSError:
+        return 0
+
+
+def memory_limit() -> int:
+    """Memory that reading a file may take [bytes]: `MOST_MEMORY` or the environment variable `MEMORY`."""
+    text = os.environ.get(MEMORY) or MOST_MEMORY
+    match = re.fullmatch(r"([0-9]+(?:\.[0-9]+)?) (GB|MB)", text.strip())
+    size = float(match[1]) * (1e9 if match[2] == "GB" else 1e6) if match else 0.0
+    if not 0.0 < size < 1e15:
+        raise StillhookError(f'{MEMORY} = {came(text)}: is no size. Give one in GB or MB, such as "{MOST_MEMORY}".')
+    return int(size)
+
+
+def refuse_bomb(path: Path, unpacked: float, *, allowed: float | None = None, at_once: bool = True) -> None:
+    """Refuse a file that claims to hold more than its size can, or than memory can: before anything is unpacked.
+
+    unpacked [bytes]: what its header claims; allowed: in place of what follows from its size; at_once: all of it is in memory together.
+    Errors: UnreadableError.
+    """
+    most = max(SMALL, DENSEST * _size(path)) if allowed is None else allowed
+    if unpacked > most:
+        raise UnreadableError(f"claims to hold {_shown(unpacked)} in a file of {_shown(_size(path))}; up to {_shown(most)} is read")
+    if at_once and unpacked > memory_limit():
+        limit = _shown(memory_limit())
+        raise UnreadableError(f'holds {_shown(unpacked)}; up to {limit} is read at once, more with {MEMORY}, such as {MEMORY}="32 GB"')
+
+
+def _shown(size: float) -> str:
+    return f"{size / 1e9:.3g} GB" if size >= 1e9 else f"{size / 1e6:.3g} MB" if size >= 1e6 else f"{size:.0f} bytes"

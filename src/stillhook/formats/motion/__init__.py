@@ -1,0 +1,1 @@
+"""Files of ship and crane-tip motion."""

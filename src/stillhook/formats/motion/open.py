@@ -1,0 +1,115 @@
+"""Ship and crane-tip motion from a file of either kind, told by its content and not by its name."""
+
+from __future__ import annotations
+
+import os
+import re
+from pathlib import Path
+from typing import Literal
+
+from stillhook.errors import MotionError
+from stillhook.formats.motion.psxn import read_psxn
+from stillhook.formats.motion.ship_log import DEFAULT_MAX_GAP, HeaveSign, head_of
+from stillhook.sea.motion.motion import Motion
+from stillhook.sea.motion.recorded import Recorded
+from stillhook.sea.motion.text import motion_from_json
+from stillhook.sea.vessel.ship_motion import Lever, ShipMotion, tip_motion
+
+_SENTENCE = re.compile(rb"\$(PSXN,|[A-Z]{2}(ZDA|GGA|VTG|HDT|RMC|GLL),)")
+
+
+def motion_form(path: str | os.PathLike[str]) -> Literal["psxn", "csv"]:
+    """What a file of ship motion holds: NMEA sentences as a Seapath sends them, or a table with a header."""
+    from stillhook.library.toml.kinds import toml_instead  # heavy: the library of cranes comes with it
+
+    if line := toml_instead(path, "a log of motion"):
+        raise MotionError(line)
+    file, head = head_of(path)
+    if _SENTENCE.search(head):
+        return "psxn"
+    lines = [line for line in head.replace(b"\r", b"\n").split(b"\n") if line.strip() and not line.startswith(b"#")]
+    if lines and re.search(rb"(?i)time|heave|tip|\[", lines[0]):
+        return "csv"
+    raise MotionError(
+        f"{file.name}: is neither a log of $PSXN,23 lines nor a CSV with a header such as "
+        '"time [s],heave [m],roll [deg],pitch [deg]" or "time [s],tip [m]".'
+    )
+
+
+def stored_motion(path: str | os.PathLike[str]) -> Motion | None:
+    """The motion that `stillhook tip --out` stored as tip.json, exact; None for a file that is no JSON.
+
+    Errors: MotionError for a file that cannot be read, JSON that is no motion, and a record, which is read from its own log.
+    """
+    file, head = head_of(path)
+    if not head.lstrip().startswith(b"{"):
+        return None
+    try:
+        motion = motion_from_json(file.read_text(encoding="utf-8"))
+    except (MotionError, UnicodeDecodeError) as problem:
+        raise MotionError(f"{file.name}: {problem}") from None
+    if isinstance(motion, Recorded):
+        raise MotionError(f"{file.name}: holds a recorded motion. Give the log that it was read from.")
+    return motion
+
+
+def read_ship_motion(
+    path: str | os.PathLike[str],
+    *,
+    heave: HeaveSign | None = None,
+    time: Literal["logger", "instrument"] | None = None,
+    max_gap: str = DEFAULT_MAX_GAP,
+    start: str | None = None,
+    duration: str | None = None,
+) -> ShipMotion:
+    """Ship motion from a Seapath log ($PSXN,23 lines) or a CSV.
+
+    Parameters: path; heave, which way the file counts it, None for what its form has as a rule (a Seapath "down", a
+    CSV "up"), the report says which; time, for Seapath logs only, "logger" (None) or "instrument"; max_gap, start,
+    duration as in `read_psxn`.
+    Errors: MotionError or UnitError, one line.
+    """
+    if motion_form(path) == "psxn":
+        return read_psxn(path, heave=heave or "down", time=time or "logger", max_gap=max_gap, start=start, duration=duration)
+    from stillhook.formats.motion.csv import read_ship_csv  # here, so that a Seapath log is read without polars
+
+    _only_seapath(path, time)
+    return read_ship_csv(path, heave=heave or "up", max_gap=max_gap, start=start, duration=duration)
+
+
+def read_tip_motion(
+    path: str | os.PathLike[str],
+    *,
+    tip: Lever | None = None,
+    heave: HeaveSign | None = None,
+    time: Literal["logger", "instrument"] | None = None,
+    max_gap: str = DEFAULT_MAX_GAP,
+    start: str | None = None,
+    duration: str | None = None,
+    every: str | None = "0.5 s",
+) -> Recorded:
+    """Crane-tip motion from a file: its column `tip` if no lever arm is given, else the ship's motion at that arm.
+
+    Parameters: tip, from the motion sensor's point to the crane tip, forward, to port and up, as texts; every, as in
+    `tip_motion`; the others as in `read_ship_motion`. Errors: MotionError or UnitError, one line.
+    """
+    if tip is not None:
+        ship = read_ship_motion(path, heave=heave, time=time, max_gap=max_gap, start=start, duration=duration)
+        return tip_motion(ship, tip, every=every)
+    if motion_form(path) == "csv":
+        from stillhook.formats.motion.csv import has_column, read_tip_csv  # here, so that polars loads when it is needed
+
+        if has_column(path, "tip"):
+            _only_seapath(path, time)
+            if heave is not None:
+                raise MotionError(f"{Path(path).name}: heave tells how a column heave counts; the column tip is up. Leave heave out.")
+            return read_tip_csv(path, max_gap=max_gap, start=start, duration=duration, every=every)
+    raise MotionError(
+        f"{Path(path).name}: holds the motion of the ship, not of the crane tip. Give the way from the motion sensor "
+        'to the crane tip, forward, to port and up, as tip=("-20 m", "12 m", "35 m").'
+    )
+
+
+def _only_seapath(path: str | os.PathLike[str], time: str | None) -> None:
+    if time is not None:
+        raise MotionError(f"{Path(path).name}: time chooses a clock of a Seapath log; a CSV has one. Leave time out.")

@@ -1,0 +1,126 @@
+"""Results on disk: NetCDF with everything that repeats the run, and a summary as JSON. Written whole or not at all."""
+
+from __future__ import annotations
+
+import errno
+import json
+import math
+import os
+import shutil
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from stillhook.base.atomic import whole_file
+from stillhook.engine.scenario.simulate import simulate
+from stillhook.errors import StillhookError, UnreadableError
+from stillhook.formats.binary.netcdf import read_dataset
+from stillhook.library import crane_from_toml
+from stillhook.spec.scenario import Scenario
+
+if TYPE_CHECKING:
+    import xarray
+
+    from stillhook.spec.crane import Crane
+
+
+HEADER = 500_000
+"""What a file holds beside its numbers, generously [bytes]."""
+
+
+def save_run(run: xarray.Dataset, path: str | Path) -> Path:
+    """Write a run to NetCDF (h5netcdf). The file appears under its name only when it is complete."""
+    target = Path(path)
+    with whole_file(target) as part:
+        if shutil.disk_usage(part.parent).free < run.nbytes + HEADER:  # HDF5 does not survive a full disk
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        packed = {v: {"zlib": True} for v in run.data_vars if run[v].ndim and run[v].dtype.kind == "f"}
+        run.to_netcdf(part, engine="h5netcdf", encoding=packed)
+    return target
+
+
+def load_run(path: str | Path) -> xarray.Dataset:
+    """The run that `save_run` wrote. Errors: StillhookError where the file is none."""
+    if not os.path.isfile(path):
+        what = "is a folder" if os.path.isdir(path) else "no such file"
+        raise StillhookError(f"{path}: {what}. Give a file that save_run or --out wrote.")
+    try:
+        run = read_dataset(Path(path))
+    except UnreadableError as problem:
+        raise StillhookError(f"{path}: not a NetCDF file of a run ({problem}). Simulate again.") from None
+    missing = {"crane", "scenarios", "step"} - set(run.attrs)
+    if missing:
+        raise StillhookError(f"{path}: not a run of Stillhook, {', '.join(sorted(missing))} missing. Write runs with save_run.")
+    return run
+
+
+def origin(run: xarray.Dataset) -> tuple[list[Crane], list[Scenario]]:
+    """Crane and scenario of every case of a run, in pairs. Errors: StillhookError where they cannot be read."""
+    try:
+        stored = json.loads(str(run.attrs["scenarios"]))
+    except ValueError:
+        raise StillhookError("stored scenarios: not JSON. Simulate again.") from None
+    if not isinstance(stored, list) or not stored:
+        raise StillhookError("stored scenarios: not a list. Simulate again.")
+    cases, texts = [Scenario.from_dict(s) for s in stored], _stored_cranes(run)
+    cranes = [crane_from_toml(text, "stored crane") for text in texts]
+    n = max(len(cases), len(cranes))
+    if not {len(cases), len(cranes)} <= {1, n}:
+        raise StillhookError(f"stored run: {len(cranes)} cranes and {len(cases)} scenarios. Simulate again.")
+    return (cranes * n if len(cranes) == 1 else cranes), (cases * n if len(cases) == 1 else cases)
+
+
+def _several(run: xarray.Dataset) -> bool:
+    """Whether a run is of a list of cranes, whose files are stored as a JSON list of texts."""
+    return str(run.attrs["crane"]).startswith("[")
+
+
+def _stored_cranes(run: xarray.Dataset) -> list[str]:
+    text = str(run.attrs["crane"])
+    if not _several(run):
+        return [text]
+    try:
+        texts = json.loads(text)
+    except ValueError:
+        raise StillhookError("stored cranes: not JSON. Simulate again.") from None
+    if not isinstance(texts, list) or not texts or not all(isinstance(t, str) for t in texts):
+        raise StillhookError("stored cranes: not a list of crane files. Simulate again.")
+    return texts
+
+
+def stored_steps(run: xarray.Dataset) -> tuple[str, str | None]:
+    """Integration step and spacing of the series as texts; no spacing where no series was stored."""
+    try:
+        step, every = float(run.attrs["step"]), float(run.attrs.get("every", 0.0))
+    except ValueError:
+        raise StillhookError("stored run: step or every is not a number. Simulate again.") from None
+    return f"{step * 1e3:.9g} ms", f"{every:.9g} s" if every else None
+
+
+def rerun(run: xarray.Dataset) -> xarray.Dataset:
+    """The same run again from its own record; the same version on the same machine gives the same bits."""
+    cranes, cases = origin(run)
+    step, every = stored_steps(run)
+    one_for_all = run.attrs.get("single", 1) or (_several(run) and all(c is cases[0] for c in cases))
+    case = cases[0] if one_for_all else cases
+    return simulate(cranes if _several(run) else cranes[0], case, step=step, every=every, series=every is not None, on_failure="mark")
+
+
+def save_json(data: Any, path: str | Path) -> Path:
+    """Write data as JSON, NaN as null; the file appears only when it is complete."""
+    target = Path(path)
+    with whole_file(target) as part:
+        part.write_text(to_json(data) + "\n", encoding="utf-8")
+    return target
+
+
+def to_json(data: Any) -> str:
+    """Strict JSON: numbers that are not finite become null."""
+    return json.dumps(_finite(data), indent=2, allow_nan=False)
+
+
+def _finite(x: Any) -> Any:
+    if isinstance(x, dict):
+        return {k: _finite(v) for k, v in x.items()}
+    if isinstance(x, list | tuple):
+        return [_finite(v) for v in x]
+    return None if isinstance(x, float) and not math.isfinite(x) else x

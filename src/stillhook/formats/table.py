@@ -1,0 +1,363 @@
+"""Long-form tables (a supplier's map: one row a cell) from CSV, Parquet and Excel: named columns in SI, with row numbers for messages.
+
+A heading carries its unit, `D_m [cm^3/rev]`, or a mapping file says which column is what:
+
+    [columns]
+    D_m = { column = "Vg", unit = "cm^3/rev" }
+    eta_hm = { column = "hm. efficiency", unit = "%", scale = 1.0 }
+
+A unit is never guessed. CSV: separator comma, semicolon or tab; decimal comma with the latter two, or in quotes; comments begin with #;
+a byte-order mark, CRLF and quotes do no harm.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+import os
+import re
+import tomllib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stillhook.base.arrays import FloatArray
+from stillhook.errors import LogError, UnitError, UnreadableError
+from stillhook.formats.binary.reader import read_binary, refuse_bomb
+from stillhook.library.toml.kinds import told_kind, toml_instead
+from stillhook.units import KINDS, came, parse
+
+LARGEST_TABLE = 50_000_000
+"""Bytes; a million cells. Logs are read elsewhere, streamed."""
+LARGEST_CELLS = 5_000_000
+"""What a header may claim, far above every map."""
+LARGEST_UNPACKED = 500_000_000
+"""Bytes of all parts of an Excel file; the sheet of a million cells takes some 50 MB."""
+LARGEST_MAPPING = 1_000_000
+EMPTY = frozenset({"", "-", "--", "nan", "na", "n/a", "null", "none", "#n/a"})
+"""What suppliers write where there is no value, in lower case."""
+_THOUSANDS = re.compile(r"[+-]?[1-9][0-9]{0,2}(,[0-9]{3})+")
+RATIO = {"1": 1.0, "%": 0.01}
+"""Units of a pure number."""
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """A column that may be read: our name, other names for it (lower case), kind of quantity ("" for a ratio), an example."""
+
+    name: str
+    kind: str
+    aliases: tuple[str, ...]
+    example: str
+
+    @property
+    def units(self) -> tuple[str, ...]:
+        return KINDS[self.kind].allowed if self.kind else tuple(RATIO)
+
+
+@dataclass(frozen=True)
+class Chosen:
+    """One row of a mapping file."""
+
+    column: str
+    unit: str | None = None
+    scale: float = 1.0
+
+
+@dataclass(frozen=True)
+class Raw:
+    """A table as it was written: headings, cells (texts, numbers or None), the number of each row in the file, comments."""
+
+    name: str
+    headings: tuple[str, ...]
+    rows: tuple[tuple[Any, ...], ...]
+    numbers: tuple[int, ...]
+    comments: tuple[str, ...] = ()
+    comma: bool = False
+    """Whether a decimal comma is to be expected: columns are not separated by commas."""
+
+
+@dataclass(frozen=True)
+class Columns:
+    """Columns in SI, NaN where a cell is empty, and the number of each row in the file."""
+
+    source: str
+    values: Mapping[str, FloatArray]
+    headings: Mapping[str, str]
+    numbers: NDArray[np.int64]
+    comments: tuple[str, ...]
+    unused: tuple[str, ...]
+
+
+def read_columns(path: str | os.PathLike[str], wanted: Sequence[Wanted], mapping: str | os.PathLike[str] | None = None) -> Columns:
+    """The wanted columns that a table has, in SI.
+
+    Parameters: path .csv, .txt, .tsv, .parquet or .xlsx; wanted what may be there; mapping a TOML file with a table [columns].
+    Errors: LogError, UnitError of one line with file, row, column, what came and what is allowed.
+    """
+    if line := toml_instead(path, "a table of numbers"):
+        raise LogError(line)
+    chosen = _mapping(Path(mapping), wanted) if mapping is not None else {}
+    raw = _raw(Path(path))
+    if not raw.rows:
+        raise LogError(f"{raw.name}: has headings and no rows below them. Give a table with one row a measured point.")
+    places = {w.name: place for w in wanted if (place := _place(raw, w, chosen.get(w.name))) is not None}
+    _one_decimal_sign(raw, sorted(places.values()))
+    values = {w.name: _values(raw, w, places[w.name], chosen.get(w.name)) for w in wanted if w.name in places}
+    unused = tuple(h for i, h in enumerate(raw.headings) if i not in places.values() and h)
+    headings = {name: raw.headings[i] for name, i in places.items()}
+    return Columns(raw.name, values, headings, np.array(raw.numbers), raw.comments, unused)
+
+
+def _raw(path: Path) -> Raw:
+    try:
+        if not path.is_file():
+            what = "a folder" if path.is_dir() else "no such file"
+            raise LogError(f"{came(str(path))}: {what}. Give the path of a CSV, Parquet or Excel file.")
+        if path.stat().st_size > LARGEST_TABLE:
+            raise LogError(f"{path.name}: larger than {LARGEST_TABLE // 1_000_000} MB, so it is no map. Give the map alone.")
+        kind = path.suffix.lower()
+        if kind in (".xlsx", ".xlsm"):
+            return _excel(path)
+        if kind in (".parquet", ".pq"):
+            return _parquet(path)
+        if kind in (".xls", ".ods"):
+            raise LogError(f"{path.name}: {kind} is not read. Save it as .xlsx or .csv.")
+        return _csv(path.name, path.read_bytes())
+    except (OSError, ValueError) as e:
+        raise LogError(f"{came(str(path))}: cannot be read ({getattr(e, 'strerror', None) or e}). Check the path.") from None
+
+
+def _parquet(path: Path) -> Raw:
+    try:
+        headings, rows = read_binary(_parquet_cells, path)
+    except UnreadableError as problem:
+        raise LogError(f"{path.name}: not a Parquet file ({problem}). Write it again.") from None
+    return Raw(path.name, headings, rows, tuple(range(1, len(rows) + 1)))
+
+
+def _parquet_cells(path: Path) -> tuple[tuple[str, ...], tuple[tuple[Any, ...], ...]]:
+    """In the process that reads: headings and rows."""
+    import polars as pl
+
+    scan = pl.scan_parquet(path, glob=False)
+    _refuse_cells(int(scan.select(pl.len()).collect().item()) * len(scan.collect_schema()))
+    frame = scan.collect()
+    return tuple(frame.columns), tuple(frame.rows())
+
+
+def _refuse_cells(count: int) -> None:
+    if count > LARGEST_CELLS:
+        raise UnreadableError(f"claims {count} cells; up to {LARGEST_CELLS} make a map")
+
+
+def _excel(path: Path) -> Raw:
+    try:
+        lines = read_binary(_excel_cells, path)
+    except UnreadableError as problem:
+        raise LogError(f"{path.name}: not an Excel file ({problem}). Save it again as .xlsx.") from None
+    return _headed(path.name, list(enumerate(lines, start=1)))
+
+
+def _excel_cells(path: Path) -> list[tuple[Any, ...]]:
+    """In the process that reads: rows of the first sheet."""
+    import zipfile
+
+    import openpyxl
+
+    with zipfile.ZipFile(path) as archive:
+        refuse_bomb(path, sum(part.file_size for part in archive.infolist()), allowed=LARGEST_UNPACKED)
+    book = openpyxl.load_workbook(path, read_only=True, data_only=True)
+    lines, count = [], 0
+    for row in book.worksheets[0].iter_rows(values_only=True):
+        count += max(1, len(row))
+        _refuse_cells(count)
+        lines.append(tuple(row))
+    book.close()
+    return lines
+
+
+def _csv(name: str, data: bytes) -> Raw:
+    text = _text(name, data)
+    plain = text.replace("\r\n", "\n").replace("\r", "\n")
+    lines = [(i, line) for i, line in enumerate(plain.split("\n"), start=1) if line.strip()]
+    head = next((line for _, line in lines if not line.lstrip().startswith("#")), None)
+    if head is None:
+        raise LogError(f"{name}: empty. Give a table with a line of headings and one row a measured point.")
+    separator = _separator(head)
+    return replace(_headed(name, [(i, _cells(name, i, line, separator)) for i, line in lines]), comma=separator != ",")
+
+
+def _cells(name: str, row: int, line: str, separator: str) -> tuple[str, ...]:
+    if line.lstrip().startswith("#"):
+        return (line,)
+    try:
+        return tuple(next(csv.reader(io.StringIO(line), delimiter=separator)))
+    except (csv.Error, StopIteration) as e:
+        raise LogError(f"{name}: row {row}: cannot be read as CSV ({e}). Mend the row.") from None
+
+
+def _text(name: str, data: bytes) -> str:
+    if data.startswith((b"\xff\xfe", b"\xfe\xff")):
+        return data.decode("utf-16", errors="replace")
+    try:
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError as e:
+        line = data.count(b"\n", 0, e.start) + 1
+        raise LogError(f"{name}: row {line}: not UTF-8 text. Save the file as CSV UTF-8.") from None
+
+
+def _separator(head: str) -> str:
+    """The separator of the line of headings; signs inside quotes and brackets do not count."""
+    bare, quoted, depth = "", False, 0
+    for c in head:
+        quoted ^= c == '"'
+        depth += (c == "[") - (c == "]")
+        bare += "" if quoted or depth > 0 else c
+    return next((sign for sign in ("\t", ";", ",") if sign in bare), ",")
+
+
+def _headed(name: str, lines: Sequence[tuple[int, tuple[Any, ...]]]) -> Raw:
+    """Comments, the line of headings and the rows below it."""
+    comments, body = [], []
+    for number, cells in lines:
+        first = str(cells[0]).strip() if cells and cells[0] is not None else ""
+        if first.startswith("#"):
+            comments.append(first.lstrip("# "))
+        elif any(_is_text(c) for c in cells):
+            body.append((number, cells))
+    if not body:
+        raise LogError(f"{name}: empty. Give a table with a line of headings and one row a measured point.")
+    (at, top), rows = body[0], body[1:]
+    headings = tuple("" if h is None else " ".join(str(h).split()) for h in top)
+    while headings and not headings[-1]:
+        headings = headings[:-1]
+    wide = len(headings)
+    for number, cells in rows:
+        if len(cells) < wide or any(_is_text(c) for c in cells[wide:]):
+            hint = ' A decimal comma needs ";" or a tab between columns.' if len(cells) > wide else ""
+            raise LogError(f"{name}: row {number}: {len(cells)} cells where row {at} has {wide} headings.{hint} Mend the row.")
+    return Raw(name, headings, tuple(r[:wide] for _, r in rows), tuple(n for n, _ in rows), tuple(comments))
+
+
+def _is_text(cell: Any) -> bool:
+    return cell is not None and str(cell).strip() != ""
+
+
+def _mapping(path: Path, wanted: Sequence[Wanted]) -> dict[str, Chosen]:
+    """The table [columns] of a mapping file."""
+    try:
+        if path.stat().st_size > LARGEST_MAPPING:
+            raise LogError(f"{path.name}: larger than {LARGEST_MAPPING} bytes, so it is no mapping. Give a TOML file with [columns].")
+        tables = tomllib.loads(path.read_bytes().decode("utf-8-sig"))
+    except (OSError, ValueError) as e:
+        problem = getattr(e, "strerror", None) or " ".join(str(e).split())
+        raise LogError(f"{came(str(path))}: no mapping can be read ({problem}). Give a TOML file with a table [columns].") from None
+    columns = tables.get("columns")
+    if not isinstance(columns, dict) or not columns or set(tables) != {"columns"}:
+        other = ", ".join(came(k) for k in tables if k != "columns") or "nothing"
+        rows = f"a mapping has one table [columns] with rows such as {_example(wanted[0])}."
+        raise LogError(f"{path.name}: came {other}; {rows}{told_kind(tables)}")
+    return {name: _chosen(path.name, name, row, wanted) for name, row in columns.items()}
+
+
+def _example(w: Wanted) -> str:
+    return f'{w.name} = {{ column = "my heading", unit = "{w.units[-1]}" }}'
+
+
+def _chosen(where: str, name: str, row: Any, wanted: Sequence[Wanted]) -> Chosen:
+    known = {w.name: w for w in wanted}
+    if name not in known:
+        raise LogError(f"{where}: columns.{name}: unknown; give one of {', '.join(known)}.")
+    if not isinstance(row, dict) or not isinstance(row.get("column"), str) or set(row) - {"column", "unit", "scale"}:
+        raise LogError(f"{where}: columns.{name} = {came(row)}: write it as {_example(known[name])}, scale if wanted.")
+    scale, unit = row.get("scale", 1.0), row.get("unit")
+    if isinstance(scale, bool) or not isinstance(scale, int | float) or not math.isfinite(scale) or scale == 0.0:
+        raise LogError(f"{where}: columns.{name}.scale = {came(scale)}: give a number that is not 0.")
+    if unit is not None and unit not in known[name].units:
+        raise UnitError(f"{where}: columns.{name}.unit = {came(unit)}: not one of {', '.join(known[name].units)}.")
+    return Chosen(row["column"], unit, float(scale))
+
+
+def split_heading(heading: str) -> tuple[str, str | None]:
+    """Name in lower case and unit of a heading such as `D_m [cm^3/rev]`."""
+    name, bracket, rest = heading.partition("[")
+    return name.strip().lower(), rest.rpartition("]")[0].strip() if bracket else None
+
+
+def _place(raw: Raw, wanted: Wanted, chosen: Chosen | None) -> int | None:
+    """Which column of the table is the wanted one."""
+    if chosen is not None:
+        found = [i for i, h in enumerate(raw.headings) if h == chosen.column] or [
+            i for i, h in enumerate(raw.headings) if split_heading(h)[0] == chosen.column.strip().lower()
+        ]
+        if not found:
+            have = ", ".join(came(h) for h in raw.headings)
+            raise LogError(f"{raw.name}: no column {came(chosen.column)} for {wanted.name}; it has {have}. Mend the mapping.")
+    else:
+        names = {wanted.name.lower(), *wanted.aliases}
+        found = [i for i, h in enumerate(raw.headings) if split_heading(h)[0].replace(" ", "_") in names]
+    if len(found) > 1:
+        both = " and ".join(came(raw.headings[i]) for i in found)
+        raise LogError(f"{raw.name}: columns {both} both read as {wanted.name}. Keep one, or choose one in a mapping file.")
+    return found[0] if found else None
+
+
+def _values(raw: Raw, wanted: Wanted, place: int, chosen: Chosen | None) -> FloatArray:
+    heading = raw.headings[place]
+    where = f"{raw.name}: column {came(heading)}"
+    unit = chosen.unit if chosen is not None and chosen.unit is not None else split_heading(heading)[1]
+    if unit is None:
+        raise UnitError(f'{where}: no unit. Write the heading as "{wanted.example}" (allowed: {", ".join(wanted.units)}), or map it.')
+    if unit not in wanted.units:
+        raise UnitError(f"{where}: unit {came(unit)} is not one of {', '.join(wanted.units)}.")
+    cells = [row[place] for row in raw.rows]
+    numbers = np.array([_number(cell, raw, i, heading) for i, cell in enumerate(cells)], dtype=np.float64)
+    scale = 1.0 if chosen is None else chosen.scale
+    with np.errstate(over="ignore"):
+        values = numbers * (scale * (parse(f"1 {unit}", wanted.kind, where) if wanted.kind else RATIO[unit]))
+    if np.isinf(values).any():
+        i = int(np.flatnonzero(np.isinf(values))[0])
+        raise LogError(f"{raw.name}: row {raw.numbers[i]}: column {came(heading)} = {cells[i]}: too large. Correct or empty the cell.")
+    return values
+
+
+def _one_decimal_sign(raw: Raw, places: Sequence[int]) -> None:
+    """Refuse numbers that may mean two things: commas here and points there, or "1,500" which may be fifteen hundred."""
+    texts = [(raw.headings[i], cell.strip()) for i in places for row in raw.rows if isinstance(cell := row[i], str)]
+    comma, point = (next(((h, c) for h, c in texts if sign in c), None) for sign in ",.")
+    if comma is not None and point is not None:
+        raise LogError(
+            f"{raw.name}: {came(comma[1])} in column {came(comma[0])} has a comma and {came(point[1])} in column {came(point[0])} a point. "
+            "Write one decimal sign and no thousands sign."
+        )
+    for heading in () if raw.comma else dict.fromkeys(h for h, c in texts if "," in c):
+        with_comma = [c for h, c in texts if h == heading and "," in c]
+        if all(_THOUSANDS.fullmatch(c) for c in with_comma):
+            raise LogError(
+                f"{raw.name}: column {came(heading)}: {came(with_comma[0])} may be a thousand or a decimal comma. "
+                "Write numbers without a thousands sign, with a decimal point."
+            )
+
+
+def _number(cell: Any, raw: Raw, row: int, heading: str) -> float:
+    """A cell as a number; NaN where it is empty."""
+    if cell is None:
+        return math.nan
+    if isinstance(cell, int | float) and not isinstance(cell, bool):
+        return float(cell) if math.isfinite(cell) else math.nan
+    text = str(cell).strip().strip('"').strip()
+    if text.lower() in EMPTY:
+        return math.nan
+    try:
+        number = float(text.replace(",", "."))
+    except ValueError:
+        number = math.nan
+    if not math.isfinite(number) or "_" in text:
+        raise LogError(f"{raw.name}: row {raw.numbers[row]}: column {came(heading)} = {came(text)}: no number. Mend or empty the cell.")
+    return number

@@ -1,0 +1,1 @@
+"""Motion transfer functions (RAO) as programs write them."""

@@ -1,0 +1,167 @@
+"""Motion transfer functions from a Capytaine data set (NetCDF), ready or from its forces.
+
+Where the file holds a variable `rao` (omega, wave_direction, radiating_dof), that is taken. Otherwise motions X are found from
+
+    (-omega^2 (M + A) - i omega (B + B_more) + C + C_more) X = F_diffraction + F_Froude-Krylov
+
+with inertia_matrix M, added_mass A, radiation_damping B, hydrostatic_stiffness C, and, where the file holds them, `dissipation` B_more
+and `stiffness` C_more (influenced_dof, radiating_dof), such as viscous roll damping and mooring. M and C are taken as they are: about the
+rotation centre, which is the caller's to see to. Capytaine's own convention: exp(-i omega t); x, y, z of the mesh, which must be forward,
+port, up here; wave_direction [rad] is where waves go, counter-clockwise from +x; phases are of a crest at x = y = 0, and are moved to the
+rotation centre of the degrees of freedom, the reference point. Capytaine need not be installed.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from stillhook.base.arrays import ComplexArray, FloatArray
+from stillhook.errors import SeaError, UnreadableError
+from stillhook.formats.binary.netcdf import read_dataset
+from stillhook.sea.vessel.rao import DOFS, Rao
+from stillhook.sea.vessel.rao_convention import CAPYTAINE, SAME_HEADING, to_rao
+
+if TYPE_CHECKING:
+    import xarray
+
+READY = ("rao", "RAO")
+MATRICES = ("added_mass", "radiation_damping", "inertia_matrix", "hydrostatic_stiffness")
+FORCES = ("diffraction_force", "Froude_Krylov_force")
+DIMS = ("omega", "wave_direction", "influenced_dof", "radiating_dof")
+AXES = ("omega", "wave_direction")
+
+
+def read_capytaine(path: Path) -> Rao:
+    """The vessel in a Capytaine data set. Errors: SeaError of one line for a file that is none, lacks a variable or a degree of freedom,
+    holds several bodies, speeds or depths, or numbers that are not finite."""
+    data = _opened(path)
+    found = next((name for name in READY if name in data), None)
+    H = _ready(path.name, data, found) if found else _solved(path.name, data)
+    bad = ~np.isfinite(H).all(axis=(0, 1))
+    omega, heading = _axis(path.name, data, "omega"), _axis(path.name, data, "wave_direction")
+    usable = np.isfinite(omega) & (omega > 0.0)
+    if (bad & usable).any():
+        first = omega[bad & usable][0]
+        raise SeaError(f"{path.name}: motions at omega {first:g} rad/s are not finite. Solve that frequency again or leave it out.")
+    centre = _point(data, "rotation_center")
+    origin, crest = _origin(data, centre)
+    convention = replace(CAPYTAINE, mirror=bool(np.abs(np.sort(heading)[[0, -1]] - (0.0, np.pi)).max() < SAME_HEADING))
+    notes = (_damping(data, found), f"read as Capytaine: {convention.describe()}")
+    depth = _scalar(data, "water_depth", np.inf)
+    source = f"{path.name} (Capytaine {data.attrs.get('capytaine_version', 'data set')})"
+    name = str(data["body"].values) if "body" in data.coords and data["body"].ndim == 0 else path.stem
+    return to_rao(
+        convention, name=name, omega=omega[usable], heading=heading, H=H[:, :, usable], source=source, origin=origin,
+        notes=tuple(n for n in notes if n), depth=depth, crest=crest,
+    )  # fmt: skip
+
+
+def _opened(path: Path) -> xarray.Dataset:
+    try:
+        data = read_dataset(path)
+    except UnreadableError as problem:
+        raise SeaError(f"{path.name}: not a whole NetCDF file ({problem}). Export it again.") from None
+    if "complex" in data.coords:
+        if {"re", "im"} != {str(part) for part in data["complex"].values.ravel()}:
+            raise SeaError(f"{path.name}: its dimension complex does not name re and im. Export it again with Capytaine.")
+        split = {str(n): v for n, v in data.items() if "complex" in v.dims}
+        whole = {n: v.sel(complex="re", drop=True) + 1j * v.sel(complex="im", drop=True) for n, v in split.items()}
+        data = data.drop_dims("complex").assign(whole)
+    single = [d for d in data.dims if data.sizes[d] == 1 and d not in DIMS]
+    data = data.squeeze([str(d) for d in single])
+    speed = _scalar(data, "forward_speed", 0.0)
+    if speed != 0.0:
+        raise SeaError(f"{path.name}: is for {speed:g} m/s forward. Solve at zero speed: vessels at work stand still.")
+    return data
+
+
+def _of(file: str, data: xarray.Dataset, name: str, dims: tuple[str, ...]) -> Any:
+    """A variable as an array with these dimensions, degrees of freedom in order."""
+    if name not in data:
+        others = ", ".join(n for n in (*MATRICES, *FORCES) if n != name)
+        raise SeaError(f"{file}: has no {name}, which motions need beside {others}. Add it.")
+    variable = data[name]
+    over = [str(d) for d in variable.dims if d not in dims]
+    if over:
+        raise SeaError(f"{file}: {name} has {', '.join(f'{data.sizes[d]} values of {d}' for d in over)}. Select one.")
+    for dim in ("influenced_dof", "radiating_dof"):
+        if dim in variable.dims:
+            variable = variable.isel({dim: _order(file, variable[dim].values)})
+    missing = [d for d in dims if d not in variable.dims]
+    return variable.expand_dims({d: data.sizes[d] for d in missing if d in data.sizes}).transpose(*dims).values
+
+
+def _order(file: str, names: Any) -> list[int]:
+    """Places of surge to yaw among the names of degrees of freedom."""
+    plain = [str(n).rpartition("__")[2].lower() for n in names]
+    missing = [dof for dof in DOFS if plain.count(dof) != 1]
+    if missing or len(plain) != len(DOFS):
+        have = ", ".join(str(n) for n in names)
+        raise SeaError(f"{file}: degrees of freedom {have}. One rigid body is read: {', '.join(DOFS)}, each once.")
+    return [plain.index(dof) for dof in DOFS]
+
+
+def _ready(file: str, data: xarray.Dataset, name: str) -> ComplexArray:
+    """Transfer functions (6, headings, frequencies) that the file holds."""
+    dof = "radiating_dof" if "radiating_dof" in data[name].dims else "influenced_dof"
+    return np.asarray(_of(file, data, name, (dof, "wave_direction", "omega")), dtype=np.complex128)
+
+
+def _solved(file: str, data: xarray.Dataset) -> ComplexArray:
+    """Transfer functions (6, headings, frequencies) from the equation of motion."""
+    square = ("influenced_dof", "radiating_dof")
+    A, B = (_of(file, data, n, ("omega", *square)) for n in MATRICES[:2])
+    M, C = (_of(file, data, n, square) for n in MATRICES[2:])
+    more = [_of(file, data, n, square) if n in data else np.zeros((6, 6)) for n in ("dissipation", "stiffness")]
+    force = sum(_of(file, data, n, ("omega", "influenced_dof", "wave_direction")) for n in FORCES)
+    omega = _axis(file, data, "omega")[:, None, None]
+    H = np.full(force.shape, np.nan, dtype=np.complex128)
+    good = (np.isfinite(omega) & (omega > 0.0))[:, 0, 0]
+    for values in (A, B, force):
+        good &= np.isfinite(values).all((1, 2))
+    w = omega[good]
+    try:
+        H[good] = np.linalg.solve(-(w**2) * (M + A[good]) - 1j * w * (B[good] + more[0]) + C + more[1], force[good])
+    except np.linalg.LinAlgError:
+        raise SeaError(f"{file}: the equation of motion has no solution. Check inertia_matrix and hydrostatic_stiffness.") from None
+    return np.asarray(np.moveaxis(H, (1, 2, 0), (0, 1, 2)))
+
+
+def _axis(file: str, data: xarray.Dataset, name: str) -> FloatArray:
+    if name not in data.coords or data[name].ndim != 1:
+        raise SeaError(f"{file}: has no list of {name}. Give a data set over {' and '.join(AXES)}.")
+    return np.asarray(data[name].values, dtype=np.float64)
+
+
+def _scalar(data: xarray.Dataset, name: str, otherwise: float) -> float:
+    return float(data[name].values) if name in data.variables and data[name].ndim == 0 else otherwise
+
+
+def _point(data: xarray.Dataset, name: str) -> FloatArray | None:
+    if name not in data.variables or data[name].size != 3:
+        return None
+    return np.asarray(data[name].values, dtype=np.float64).ravel()
+
+
+def _origin(data: xarray.Dataset, centre: FloatArray | None) -> tuple[str, tuple[float, float]]:
+    """Where the reference point is, and where from there (x, y) [m] the crest of phase 0 passes."""
+    if centre is None:
+        return "rotation centre of the degrees of freedom (not in the file), taken to be at x = y = 0 of the mesh", (0.0, 0.0)
+    x, y, z = centre
+    text = f"x = {x:g} m, y = {y:g} m, z = {z:g} m of the mesh (rotation centre; z = 0 is the still waterline)"
+    mass = _point(data, "center_of_mass")
+    if mass is not None and np.isfinite(mass).all():
+        text += f"; centre of gravity {mass[0] - x:+.4g} m forward, {mass[1] - y:+.4g} m to port, {mass[2] - z:+.4g} m up of it"
+    return text, (-float(x), -float(y))
+
+
+def _damping(data: xarray.Dataset, ready: str | None) -> str:
+    if ready:
+        return f"motions as the file holds them ({ready}); what damping they have beside radiation it does not say"
+    if "dissipation" in data:
+        return "damping: radiation and the file's dissipation"
+    return "damping: radiation only, so that roll near its natural period is far too large; add dissipation to the file"

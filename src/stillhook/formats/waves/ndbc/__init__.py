@@ -1,0 +1,1 @@
+"""Files of the US National Data Buoy Center."""

@@ -1,0 +1,151 @@
+"""Directional spectra of hindcasts and buoys by way of the library wavespectra (extra `sea`).
+
+wavespectra gives densities in m^2/Hz/deg over directions that waves come from, clockwise from north, whatever the file meant; here they
+become a `SpectrumSeries` with its shares of direction.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from importlib.util import find_spec
+from pathlib import Path
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from stillhook.base.arrays import FloatArray
+from stillhook.errors import SeaError, UnreadableError
+from stillhook.formats.binary.reader import read_binary, refuse_bomb
+from stillhook.formats.waves.ndbc.text import bands
+from stillhook.sea.spectra.directional import Directional
+from stillhook.sea.spectra.directions import FULL, DirectionSense, coming_from
+from stillhook.sea.spectra.measured import SpectrumSeries
+from stillhook.sea.spectra.parametric import HIGHEST
+from stillhook.units import came
+
+if TYPE_CHECKING:
+    import xarray
+
+
+FORMATS: Mapping[str, str] = MappingProxyType(
+    {
+        "era5": "read_era5",
+        "ww3": "read_ww3",
+        "swan": "read_swan",
+        "octopus": "read_octopus",
+        "triaxys": "read_triaxys",
+        "wavespectra": "read_wavespectra",
+    }
+)
+"""Formats that can be asked for, and wavespectra's reader of each."""
+EVEN = 1e-3
+"""Part of their spacing by which directions may be off an even circle, and within which two directions are the same one."""
+PRINTED = 1e-2
+"""Part of the largest density by which two printings of one direction may differ without a note."""
+
+
+def read_wavespectra(path: str | os.PathLike[str], form: str, point: int | None = None) -> SpectrumSeries:
+    """Spectra of a file in one of `FORMATS` at one point of it (from 0; may be left out where there is only one).
+
+    Errors: SeaError of one line where wavespectra is not installed, cannot read the file, or the file holds no directional spectra.
+    """
+    file = Path(path)
+    if form not in FORMATS:
+        raise SeaError(f"--format {came(form)}: is not one of {', '.join(FORMATS)}. Leave it out for files of NDBC.")
+    if not file.exists():
+        raise SeaError(f"{came(str(file))}: no such file. Check the name and the folder.")
+    if find_spec("wavespectra") is None:
+        raise SeaError(f'{file.name}: reading {form} needs the library wavespectra. Install it: pip install "stillhook[sea]".')
+    try:
+        data = read_binary(_dataset, file, FORMATS[form])
+    except UnreadableError as problem:
+        raise SeaError(f"{file.name}: cannot be read as {form} ({problem}). Check the format.") from None
+    return from_wavespectra(data, file.name, point)
+
+
+def _dataset(path: Path, reader: str) -> xarray.Dataset:
+    """In the process that reads."""
+    import wavespectra
+
+    data: xarray.Dataset = getattr(wavespectra, reader)(str(path))
+    refuse_bomb(path, data.nbytes)
+    return data.load()
+
+
+def from_wavespectra(data: xarray.Dataset, source: str = "wavespectra", point: int | None = None) -> SpectrumSeries:
+    """The series of a Dataset of wavespectra (variable efth over time, freq and dir [m^2/Hz/deg]) at one of its points.
+
+    A direction that comes twice, such as 0 and 360 deg, is one direction with the mean of both densities, which keeps the integral over the
+    closed circle. A record with missing numbers is not valid. Errors: SeaError.
+    """
+    if "efth" not in data or not {"freq", "dir"} <= set(data["efth"].dims):
+        raise SeaError(f"{source}: holds no directional spectra (efth over freq and dir). Give another file.")
+    efth = data["efth"] if "time" in data["efth"].dims else data["efth"].expand_dims("time")
+    if "time" not in efth.coords:
+        raise SeaError(f"{source}: its spectra have no time. Give a file with times.")
+    efth = _at(efth, source, point).transpose("time", "freq", "dir").sortby(["time", "freq"])
+    f = efth["freq"].values.astype(np.float64)
+    density = efth.values.astype(np.float64)
+    if np.any(density < 0.0):
+        raise SeaError(f"{source}: negative energy in {int(np.sum(np.any(density < 0.0, axis=(1, 2))))} records. Correct the file.")
+    theta = coming_from(np.radians(efth["dir"].values.astype(np.float64)), DirectionSense.FROM_NORTH)
+    theta, density, notes = _each_once(theta, density)
+    step = FULL / len(theta)
+    if len(theta) < 4 or np.max(np.abs(np.diff(theta) - step)) > EVEN * step:
+        raise SeaError(f"{source}: {len(theta)} directions that are not even over the full circle. Give the whole directional spectrum.")
+    if len(f) > 2 and f[0] == 0.0 and not np.any(density[:, 0] > 0.0):  # an empty row at 0 Hz, as TRIAXYS writes it
+        f, density = f[1:], density[:, 1:]
+    return _series(source, f, theta, density * np.degrees(step), efth["time"].values.astype("datetime64[s]"), notes)
+
+
+def _each_once(theta: FloatArray, density: FloatArray) -> tuple[FloatArray, FloatArray, list[str]]:
+    """Directions (k,) ascending within the circle, each once, and their densities (n, m, k); a note where two printings of one differ."""
+    order = np.argsort(theta, kind="stable")
+    theta, density = theta[order], density[..., order]
+    near = EVEN * FULL / max(len(theta), 1)
+    if len(theta) > 1 and theta[-1] > theta[0] + FULL - near:  # just below the full circle: the same as just above 0
+        closing = theta > theta[0] + FULL - near
+        theta, density = np.roll(np.where(closing, theta - FULL, theta), closing.sum()), np.roll(density, closing.sum(), axis=2)
+    first = np.flatnonzero(np.concatenate(([True], np.diff(theta) > near)))
+    if len(first) == len(theta):
+        return theta, density, []
+    count = np.diff(np.append(first, len(theta)))
+    mean = np.add.reduceat(density, first, axis=2) / count
+    apart = np.abs(density - np.repeat(mean, count, axis=2)).max(axis=(1, 2), initial=0.0, where=np.isfinite(density))
+    unequal = int(np.sum(apart > PRINTED * density.max(axis=(1, 2), initial=0.0, where=np.isfinite(density))))
+    several = f"{len(theta) - len(first)} of {len(theta)} directions repeat another (such as 0 and 360 deg)"
+    told = f"{several}: each is counted once" + (f", with the mean of densities that differ in {unequal} records" if unequal else "")
+    return theta[first], mean, [told]
+
+
+def _at(efth: xarray.DataArray, source: str, point: int | None) -> xarray.DataArray:
+    """The spectra of one point; time, freq and dir are left."""
+    places = [d for d in efth.dims if d not in ("time", "freq", "dir")]
+    if not places:
+        return efth
+    stacked = efth.stack(point=places)
+    count = stacked.sizes["point"]
+    if point is None and count > 1:
+        raise SeaError(f"{source}: holds {count} points. Choose one with --point 0 to {count - 1}.")
+    if point is not None and not 0 <= point < count:
+        raise SeaError(f"{source}: --point {point}: is not between 0 and {count - 1}. Choose one of these.")
+    return stacked.isel(point=point or 0, drop=True)
+
+
+def _series(source: str, f: Any, theta: Any, E: Any, time: Any, notes: list[str]) -> SpectrumSeries:
+    """E (n, m, k) is energy per sector [m^2/Hz]."""
+    centre, width = bands(f, source)
+    S = E.sum(axis=2)
+    valid = np.isfinite(S).all(axis=1)
+    H = 4.0 * np.sqrt(np.where(valid, S @ width, 0.0))
+    if H.max(initial=0.0) > HIGHEST:
+        raise SeaError(f"{source}: Hm0 of {H.max():.4g} m is higher than any sea ({HIGHEST:g} m). Check the format.")
+    even = np.full_like(E, 1.0 / len(theta))
+    share = np.divide(E, S[..., None], out=even, where=S[..., None] > 0.0)
+    share[~valid] = np.nan
+    notes = [*notes, *([f"{int((~valid).sum())} of {len(valid)} records are missing"] if not valid.all() else [])]
+    S = np.where(valid[:, None], S, np.nan) / (2.0 * np.pi)
+    directional = Directional(theta, share)
+    return SpectrumSeries(2.0 * np.pi * centre, 2.0 * np.pi * width, S, time, valid, source, tuple(notes), directional)

@@ -1,0 +1,1 @@
+"""Torque-loss models of hydraulic motors from supplier maps."""

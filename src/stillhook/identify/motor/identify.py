@@ -1,0 +1,246 @@
+"""From a supplier's map to the torque loss of a motor: `identify_motor`, and what it writes."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from stillhook.base.arrays import FloatArray
+from stillhook.base.choice import choice
+from stillhook.errors import IdentifyError
+from stillhook.identify.motor.fit import LossFit, cannot_tell, spread_of_levels
+from stillhook.identify.motor.map import AXES, LossMap
+from stillhook.identify.motor.map_comparison import Compared, compare_mapped
+from stillhook.identify.motor.models import LossModel
+from stillhook.identify.motor.rank import (
+    THRESHOLD,
+    Borrowed,
+    Ranking,
+    Statement,
+    borrowed,
+    not_to_be_used,
+    percent,
+    rank_losses,
+    usable_share,
+)
+from stillhook.library import motor as library_motor
+from stillhook.library import motors as library_motors
+from stillhook.library.parameter_sets.evidence import Evidence
+from stillhook.library.parameter_sets.sets import LOSS_RANGE, LossSet, load_losses
+from stillhook.spec.crane import Source, SourceKind, TorqueLoss
+from stillhook.units import show
+
+SAME_SIZE = 0.02
+"""A library motor whose full displacement differs by less is taken for the mapped motor's other data (inertia, speed limits, leakage)."""
+USEFUL = 0.5
+"""A model within the threshold on less than half of the map is no model of this motor."""
+
+
+@dataclass(frozen=True)
+class MotorLoss:
+    """What a map says about one motor."""
+
+    map: LossMap
+    ranking: Ranking
+    model: LossModel
+    """The model asked for, or else the recommended one."""
+    threshold: float
+    """Error over nominal torque beyond which a model must not be used [-]."""
+    statements: tuple[Statement, ...]
+    """Where `model` must not be used."""
+    mj4_statements: tuple[Statement, ...]
+    """The same for MJ4, which the twin runs."""
+    covariance: FloatArray
+    """Of MJ4's parameters, SI: by leaving out displacements where there are enough, else from the residuals."""
+    by_levels: bool
+    notes: tuple[str, ...]
+    others: tuple[Borrowed, ...]
+    mapped: Compared | None
+    """The interpolated map against `model`; None where no level can be left out."""
+    like: str | None
+    """Motor that lends what a map does not say."""
+
+    @property
+    def fit(self) -> LossFit:
+        return self.ranking[self.model].fit
+
+    @property
+    def mj4(self) -> LossFit:
+        return self.ranking[LossModel.MJ4].fit
+
+    @property
+    def usable(self) -> bool:
+        """Whether the model holds on most of the map, and MJ4 is determined by it."""
+        return usable_share(self.map, self.fit, self.threshold) >= USEFUL and self.drops_in
+
+    @property
+    def drops_in(self) -> bool:
+        """Whether there is an MJ4 set for a crane file: determined, and right on most of the map."""
+        return not self.mj4.confounded and usable_share(self.map, self.mj4, self.threshold) >= USEFUL
+
+
+def identify_motor(
+    m: LossMap, *, model: LossModel | str | None = None, threshold: float = THRESHOLD, like: str | None = None
+) -> MotorLoss:
+    """Fit, rank and judge all torque-loss models on a map.
+
+    Parameters: model one to look at instead of the recommended one; threshold error over nominal torque beyond which a model must not be
+    used; like a motor of the library (or the path of a motor file) that lends inertia, speed limits and leakage; without it one of the
+    library of the same size.
+    Errors: IdentifyError where the map determines no model or not the one asked for; SpecError for an unknown motor.
+    """
+    if not 0.0 < threshold < 1.0:
+        raise IdentifyError(f"threshold = {threshold:g}: give a part of the nominal torque between 0 and 1, such as 0.01.")
+    chosen = None if model is None else choice(LossModel, model, "model")
+    if like is not None:
+        load_losses(like)
+    ranking = rank_losses(m)
+    have = [r.model for r in ranking.ranked]
+    chosen = chosen or ranking.recommended
+    for needed in (chosen, LossModel.MJ4):
+        if needed not in have:
+            raise IdentifyError(f"{m.source}: {len(m)} cells are too few for {needed.value}. Give more of the map.")
+    fit, mj4 = ranking[chosen].fit, ranking[LossModel.MJ4].fit
+    spread = spread_of_levels(m, mj4)
+    lender, others = like if like is not None else _same_size(m), borrowed(m)
+    return MotorLoss(
+        m, ranking, chosen, threshold, not_to_be_used(m, fit, threshold), not_to_be_used(m, mj4, threshold),
+        mj4.covariance if spread is None else spread, spread is not None, (*_doubts(others), *_notes(m, fit, mj4)), others,
+        compare_mapped(m, chosen), lender,
+    )  # fmt: skip
+
+
+def _same_size(m: LossMap) -> str | None:
+    sizes = {name: abs(library_motor(name).D_max / m.D_max - 1.0) for name in library_motors()}
+    name = min(sizes, key=lambda n: sizes[n])
+    return name if sizes[name] < SAME_SIZE else None
+
+
+FAR = 0.05
+"""Error over nominal torque that the library's motors, carried over to this size, stay below on each other's maps by far (they differ by
+one per cent): a map that is farther from all of them has another kind of motor in it, or another unit than its heading says."""
+
+
+def _doubts(others: tuple[Borrowed, ...]) -> tuple[str, ...]:
+    near = min((o.scaled for o in others), default=0.0)
+    if near < FAR:
+        return ()
+    return (
+        f"no motor of the library, carried over to this size, comes nearer than {percent(near, 0)} of nominal torque, where similar motors "
+        "differ by about 1 %: check the units of pressure, speed, displacement and torque, and whether they are those of one motor",
+    )
+
+
+def _notes(m: LossMap, fit: LossFit, mj4: LossFit) -> tuple[str, ...]:
+    """What the map cannot tell, about the model and about MJ4."""
+    both = (fit,) if fit.model is mj4.model else (fit, mj4)
+    lines = [f"{f.card.title}: {line}" for f in both for line in cannot_tell(f)]
+    ends = ", ".join(" to ".join(show(x, kind, 4) for x in m.range()[name]) for name, kind in AXES.items())
+    lines.append(f"the map ends at {ends}: beyond, nothing was tested")
+    return tuple(lines)
+
+
+def loss_set(result: MotorLoss, name: str) -> LossSet:
+    """The MJ4 loss with everything else that a motor file has, ready for `stillhook.library.parameter_sets.sets.set_toml`.
+
+    Errors: IdentifyError where MJ4 is not determined, or no motor lends the rest.
+    """
+    if not result.drops_in:
+        raise IdentifyError(f"{result.map.source}: MJ4 is not determined by this map, or wrong on most of it: there is no set for a crane.")
+    if result.like is None:
+        size = show(result.map.D_max, "displacement")
+        raise IdentifyError(
+            f"{result.map.source}: no motor of the library has {size}, and a map says nothing of inertia, speed limits and leakage. "
+            "Name a motor that lends them (like)."
+        )
+    lender, m, fit = load_losses(result.like), result.map, result.mj4
+    made = "SYNTHETIC " if m.synthetic else ""
+    text = f"MJ4 fitted to {m.source} ({len(m)} cells{', SYNTHETIC, measured on no motor' if m.synthetic else ''})"
+    lent = {path: s for path, s in lender.sources.items() if path not in LOSS_RANGE}
+    sources = lent | {f"loss.{n}": Source(text=text, kind=SourceKind.FITTED) for n in fit.names}
+    loss = TorqueLoss.model_construct(None, **dict(zip(fit.names, map(float, fit.values), strict=True)))
+    own: dict[str, float] = {}
+    if abs(lender.motor.D_max / m.D_max - 1.0) > SAME_SIZE:
+        own = {"D_max": m.D_max}
+        other = Source(text=f"as {lender.title}, a motor of another size", kind=SourceKind.ASSUMED)
+        sources = {k: v if k.startswith("loss.") else other for k, v in sources.items()}
+        sources["D_max"] = Source(text=f"largest displacement of {m.source}", kind=SourceKind.FITTED)
+    motor = lender.motor.model_copy(update={"loss": loss, **dict.fromkeys(LOSS_RANGE), **own})
+    return LossSet(name, f"{made}{lender.title}, torque loss fitted to {m.source}", motor, sources, _evidence(result, text))
+
+
+def _evidence(result: MotorLoss, text: str) -> Evidence:
+    free = [i for i, e in enumerate(result.mj4.errors) if np.isfinite(e)]
+    how = "by leaving out displacements in turn" if result.by_levels else "from the residuals"
+    matrix = result.covariance[np.ix_(free, free)]
+    names = [result.mj4.names[i] for i in free]
+    said = [*(avoid(s, result.threshold) for s in result.mj4_statements), *result.notes]
+    return Evidence.fitted(
+        names, matrix, dof=float(result.mj4.dof), data=f"{text}; covariance {how}", ranges=result.map.range(), statements=said
+    )
+
+
+def avoid(s: Statement, threshold: float) -> str:
+    """A region in one line."""
+    return f"{s.text}: off by up to {percent(s.worst, 1)} of nominal torque ({s.bad} of {s.cells} cells beyond {percent(threshold, 1)})"
+
+
+def to_dict(result: MotorLoss) -> dict[str, Any]:
+    """Everything in SI, ready for JSON."""
+    m, r = result.map, result.ranking
+    return {
+        "map": m.source,
+        "synthetic": m.synthetic,
+        "cells": len(m),
+        "D_max": m.D_max,
+        "range": {k: list(v) for k, v in m.range().items()},
+        "findings": list(m.findings),
+        "rule": r.rule,
+        "best": r.best.value,
+        "recommended": r.recommended.value,
+        "reason": r.reason,
+        "model": result.model.value,
+        "usable": result.usable,
+        "usable_share": usable_share(m, result.fit, result.threshold),
+        "threshold": result.threshold,
+        "not_to_be_used": [{"text": s.text, "cells": s.cells, "bad": s.bad, "worst": s.worst} for s in result.statements],
+        "mj4_not_to_be_used": [{"text": s.text, "cells": s.cells, "bad": s.bad, "worst": s.worst} for s in result.mj4_statements],
+        "notes": list(result.notes),
+        "mj4_covariance": result.covariance.tolist(),
+        "mj4_covariance_by_levels": result.by_levels,
+        "interpolated_map": None if result.mapped is None else asdict(result.mapped),
+        "other_motors": [{"name": o.name, "unscaled": o.unscaled, "scaled": o.scaled} for o in result.others],
+        "models": [
+            {
+                "model": x.model.value,
+                "title": x.fit.card.title,
+                "author": x.fit.card.author,
+                "year": x.fit.card.year,
+                "equation": x.fit.card.equation,
+                "validity": x.fit.card.validity,
+                "sees_displacement": x.fit.card.sees_displacement,
+                "eligible": x.eligible,
+                "why_not": x.why_not,
+                "cv": x.cv,
+                "cv_by_axis": dict(x.cv_by_axis),
+                "worst_left_out": x.worst_fold,
+                "normalised_fixed": None if x.fixed is None else x.fixed.normalised,
+                "normalised": x.fit.normalised,
+                "rms": x.fit.rms,
+                "rms_share": x.fit.rms_share,
+                "aicc": x.fit.aicc,
+                "bic": x.fit.bic,
+                "at_bound": list(x.fit.at_bound),
+                "confounded": [list(g) for g in x.fit.confounded],
+                "parameters": {
+                    p.name: {"value": float(v), "standard_error": float(e), "unit": p.unit}
+                    for p, v, e in zip(x.fit.card.parameters, x.fit.values, x.fit.errors, strict=True)
+                },
+                "covariance": x.fit.covariance.tolist(),
+                "correlation": x.fit.correlation.tolist(),
+            }
+            for x in r.ranked
+        ],
+    }

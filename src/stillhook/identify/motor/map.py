@@ -1,0 +1,336 @@
+"""A supplier's map of one motor: torque loss over displacement, speed and pressure drop; read from a table, and interpolated."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stillhook.base.arrays import BoolArray, FloatArray
+from stillhook.errors import LogError
+from stillhook.formats.table import Columns, Wanted, read_columns
+from stillhook.physics.hydraulics.motor_losses import LossMotor
+from stillhook.units import came, parse, show
+
+FEWEST_CELLS = 10
+"""A fit of five parameters wants at least twice as many cells."""
+MOST_LEFT_OUT = 0.5
+"""Part of the rows: a map that loses more than half of them to bad values was misread."""
+D_RANGE = (1.0e-7, 1.0e-3)
+"""Displacements of motors, about 0.6 to 6000 cm^3/rev [m^3/rad]; outside, the unit in the heading is wrong."""
+OMEGA_LARGEST = 2000.0
+"""No hydraulic motor turns at 19 000 rev/min [rad/s]."""
+OMEGA_SLOWEST = 2.0
+"""A map that ends below 19 rev/min had its thousands sign read as a decimal sign [rad/s]."""
+DP_LARGEST = 1.0e8
+"""Nor stands 1000 bar [Pa]."""
+SPREADSHEET = 0.0101
+"""Best efficiency of a column of parts of 1 that is read as per cent."""
+MOSTLY_LOST = 0.5
+"""Losses beyond half of the nominal torque in the middle of a map are more likely another quantity."""
+SAME = 0.01
+"""Settings within one per cent of the largest one are one level: a bench sets them no closer."""
+WIDE, SLICES = 0.05, 12
+"""Widest level, as part of the largest setting, and the number of slices of an axis without levels."""
+SYNTHETIC = "synthetic"
+
+SETTINGS = (
+    Wanted("D_m", "displacement", ("d", "displacement", "vg", "v_g"), "D_m [cm^3/rev]"),
+    Wanted("omega_m", "rotation", ("n", "n_m", "speed", "rpm", "omega"), "n [rev/min]"),
+    Wanted("dp_m", "pressure", ("dp", "delta_p", "pressure", "pressure_drop", "p"), "dp [bar]"),
+)
+LOSSES = (
+    Wanted("T_f", "torque", ("t_fm", "loss", "torque_loss"), "T_f [N m]"),
+    Wanted("T_shaft", "torque", ("t", "t_m", "torque", "shaft_torque"), "T_shaft [N m]"),
+    Wanted("eta_hm", "", ("efficiency", "hydromechanical_efficiency", "eta_mh"), "eta_hm [%]"),
+)
+
+
+@dataclass(frozen=True)
+class LossMap:
+    """Cells of a map: arrays of one length, D_m [m^3/rad], omega_m [rad/s] and dp_m [Pa] not negative, T_f [N m]."""
+
+    D_m: FloatArray
+    omega_m: FloatArray
+    dp_m: FloatArray
+    T_f: FloatArray
+    D_max: float
+    source: str
+    synthetic: bool = False
+    findings: tuple[str, ...] = ()
+    """What was found, left out or changed while the map was read: nothing is dropped in silence."""
+
+    def __len__(self) -> int:
+        return len(self.T_f)
+
+    @property
+    def T_N(self) -> FloatArray:
+        """Nominal torque D_m dp_m of each cell [N m] (paper A eq. 21)."""
+        return self.D_m * self.dp_m
+
+    @property
+    def motor(self) -> LossMotor:
+        return LossMotor(self.D_max)
+
+    def at(self, rows: NDArray[Any]) -> LossMap:
+        """The map with these cells alone (mask or indices)."""
+        return replace(self, D_m=self.D_m[rows], omega_m=self.omega_m[rows], dp_m=self.dp_m[rows], T_f=self.T_f[rows])
+
+    def axis(self, name: str) -> FloatArray:
+        return {"D_m": self.D_m, "omega_m": self.omega_m, "dp_m": self.dp_m}[name]
+
+    def range(self) -> dict[str, tuple[float, float]]:
+        """Least and largest setting on each axis, SI."""
+        return {name: (float(self.axis(name).min()), float(self.axis(name).max())) for name in AXES}
+
+    def full(self) -> LossMap:
+        """The cells at the largest displacement of the map: the fixed motor of paper A figure 3."""
+        label = levels(self.D_m)
+        return self.at(label == label.max())
+
+
+AXES: Mapping[str, str] = {"D_m": "displacement", "omega_m": "rotation", "dp_m": "pressure"}
+"""Axes of a map and their kinds of quantity."""
+
+
+def levels(values: FloatArray) -> NDArray[np.intp]:
+    """Number of the level that each value belongs to, rising.
+
+    Values with less than one per cent of the largest one between them are one level. Where that makes a level wider than five per cent
+    the settings are scattered, not stepped, and levels are slices of equal width.
+    """
+    order = np.argsort(values, kind="stable")
+    largest = float(np.max(np.abs(values), initial=0.0))
+    ranked = values[order]
+    steps = np.concatenate(([0], np.cumsum(np.diff(ranked) > SAME * largest)))
+    ends = [ranked[steps == i] for i in range(int(steps[-1]) + 1)]
+    label = np.empty(len(values), dtype=np.intp)
+    label[order] = steps
+    if any(float(np.ptp(x)) > WIDE * largest for x in ends):
+        part = np.floor((values - ranked[0]) / float(np.ptp(values)) * SLICES)
+        label = np.unique(np.minimum(part, SLICES - 1), return_inverse=True)[1].astype(np.intp)
+    return label
+
+
+def blocks(values: FloatArray, most: int) -> NDArray[np.intp]:
+    """Levels, put together to at most `most` neighbouring blocks of about the same number of levels."""
+    label = levels(values)
+    count = int(label.max()) + 1
+    return label if count <= most else label * most // count
+
+
+def read_map(
+    path: str | os.PathLike[str], *, mapping: str | os.PathLike[str] | None = None, D_max: str | None = None
+) -> LossMap:
+    """A supplier's map from CSV, Parquet or Excel in long form: a row a cell, with displacement, speed, pressure drop and a loss.
+
+    Columns: D_m, omega_m (or n), dp_m (or dp), and one of T_f (torque loss), T_shaft (torque at the shaft of the driving motor) or eta_hm
+    (hydromechanical efficiency T_shaft / (D_m dp_m)), with the unit in the heading or in the mapping file (see `stillhook.formats.table`).
+    Parameters: D_max full displacement, text with its unit; without it the largest of the map.
+    Rows that cannot be a loss (empty cells, efficiency not in (0, 100 %], negative loss, standstill) are left out and told in `findings`.
+    Errors: LogError, UnitError of one line with file, row and column.
+    """
+    table = read_columns(path, (*SETTINGS, *LOSSES), mapping)
+    missing = [w for w in SETTINGS if w.name not in table.values]
+    if missing:
+        have = ", ".join(came(h) for h in (*table.headings.values(), *table.unused))
+        raise LogError(f'{table.source}: no column "{missing[0].example}" among {have}. Name it so, or map it with --mapping.')
+    _in_range(table)
+    found: list[str] = []
+    loss = _loss(table, found)
+    keep = _good(table, loss, found)
+    D, n, dp = (table.values[w.name][keep] for w in SETTINGS)
+    if (n < 0.0).any():
+        found.append(f"{int((n < 0.0).sum())} rows have negative speed: taken as positive, the loss is even in the speed")
+    D, n, dp, T_f = _single(D, np.abs(n), dp, loss[keep], found)
+    if len(T_f) < FEWEST_CELLS:
+        raise LogError(f"{table.source}: {len(T_f)} cells are left; a fit needs at least {FEWEST_CELLS}. Give more of the map.")
+    share = T_f[D * dp > 0.0] / (D * dp)[D * dp > 0.0]
+    if len(share) and float(np.median(share)) > MOSTLY_LOST:
+        found.append(f"half of the cells lose more than {100.0 * float(np.median(share)):.0f} % of nominal torque: is it a loss?")
+    if table.unused:
+        found.append("columns not used: " + ", ".join(came(h) for h in table.unused))
+    full = float(D.max()) if D_max is None else parse(D_max, "displacement", "D_max")
+    if full < D.max() * (1.0 - SAME):
+        raise LogError(
+            f"{table.source}: displacement {show(float(D.max()), 'displacement')} is beyond the motor's full {show(full, 'displacement')}. "
+            "Check the unit in the heading and the motor."
+        )
+    made = SYNTHETIC in " ".join((table.source, *table.comments)).lower()
+    return _with_thin_axes(LossMap(D, n, dp, T_f, full, table.source, made, tuple(found)))
+
+
+def _with_thin_axes(m: LossMap) -> LossMap:
+    """The map with a finding for every axis that it has one level of."""
+    thin = [name for name in AXES if levels(m.axis(name)).max() == 0]
+    more = tuple(
+        f"one {'displacement' if name == 'D_m' else 'speed' if name == 'omega_m' else 'pressure drop'} only "
+        f"({show(float(m.axis(name)[0]), AXES[name])}): how the loss depends on it cannot be told from this map"
+        for name in thin
+    )
+    return replace(m, findings=m.findings + more)
+
+
+def _in_range(table: Columns) -> None:
+    """Refuse values that no motor has: a wrong unit in a heading."""
+    limits = {"D_m": D_RANGE, "omega_m": (-OMEGA_LARGEST, OMEGA_LARGEST), "dp_m": (-DP_LARGEST, DP_LARGEST)}
+    for w in SETTINGS:
+        x, (lo, hi) = table.values[w.name], limits[w.name]
+        bad = (x < lo) | (x > hi)
+        if bad.any():
+            i = int(np.argmax(bad))
+            raise LogError(
+                f"{table.source}: row {table.numbers[i]}: column {came(table.headings[w.name])} reads {show(float(x[i]), w.kind)}; "
+                f"a motor has {show(lo, w.kind)} to {show(hi, w.kind)}. Check the number and the unit."
+            )
+    fastest = float(np.nanmax(np.abs(table.values["omega_m"]), initial=0.0))
+    if fastest < OMEGA_SLOWEST:
+        raise LogError(
+            f"{table.source}: column {came(table.headings['omega_m'])} ends at {show(fastest, 'rotation')}. Check the unit, and that no "
+            "thousands sign was read as a decimal sign."
+        )
+
+
+def _loss(table: Columns, found: list[str]) -> FloatArray:
+    """Torque loss of every row [N m] from the first of torque loss, shaft torque and efficiency that the table has."""
+    D, dp = table.values["D_m"], table.values["dp_m"]
+    have = [w for w in LOSSES if w.name in table.values]
+    if not have:
+        wanted = ", ".join(f'"{w.example}"' for w in LOSSES)
+        raise LogError(f"{table.source}: no column with the loss. Give one of {wanted}, or map it with --mapping.")
+    first = have[0]
+    ways = {"T_f": lambda x: x, "T_shaft": lambda x: D * dp - x, "eta_hm": lambda x: D * dp * (1.0 - x)}
+    loss: FloatArray = ways[first.name](table.values[first.name])
+    heading = came(table.headings[first.name])
+    _plausible(table, first.name, heading)
+    meaning = {"T_f": "torque loss", "T_shaft": "shaft torque of the driving motor", "eta_hm": "hydromechanical efficiency"}
+    found.append(f"column {heading} read as {meaning[first.name]}")
+    for other in have[1:]:
+        gap = np.abs(ways[other.name](table.values[other.name]) - loss)
+        most = f"{np.nanmax(gap):.3g} N m" if np.isfinite(gap).any() else "nothing to compare"
+        found.append(f"column {came(table.headings[other.name])} not used; losses from it differ by up to {most}")
+    return loss
+
+
+def _plausible(table: Columns, name: str, heading: str) -> None:
+    """Refuse efficiencies that are written as parts of 1 under a heading in per cent, as spreadsheets do."""
+    eta = table.values.get("eta_hm")
+    if name == "eta_hm" and eta is not None and np.isfinite(eta).any() and float(np.nanmax(eta)) <= SPREADSHEET:
+        raise LogError(
+            f"{table.source}: column {heading} reads at most {100.0 * float(np.nanmax(eta)):.2g} %, and no motor is that bad. "
+            'Where the cells hold parts of 1, write the heading as "eta_hm [1]".'
+        )
+
+
+def _good(table: Columns, loss: FloatArray, found: list[str]) -> BoolArray:
+    """Rows that hold a loss of a running, driving motor; why the others are left out is added to `found`."""
+    keep = np.ones(len(loss), dtype=bool)
+    D, n, dp = (table.values[w.name] for w in SETTINGS)
+    eta = table.values.get("eta_hm", np.full(len(loss), 0.5)) if "T_f" not in table.values and "T_shaft" not in table.values else None
+    reasons = [
+        (~np.isfinite(D + n + dp + loss), "an empty cell"),
+        (dp < 0.0, "a negative pressure drop (a motor that is driven)"),
+        (n == 0.0, "standstill, where a running loss has no meaning"),
+    ]
+    if eta is not None:
+        reasons += [
+            (dp == 0.0, "no pressure drop, where an efficiency says nothing"),
+            (eta > 1.0, "an efficiency above 100 %"),
+            (eta <= 0.0, "an efficiency of 0 or below"),
+        ]
+    reasons.append((loss < 0.0, "a negative loss"))
+    for bad, reason in reasons:
+        new = bad & keep
+        if new.any():
+            at = ", ".join(str(table.numbers[i]) for i in np.flatnonzero(new)[:3])
+            found.append(f"{int(new.sum())} rows left out for {reason} (row {at}{', ...' if new.sum() > 3 else ''})")
+            keep &= ~bad
+    if keep.sum() < (1.0 - MOST_LEFT_OUT) * len(keep):
+        last = found[-1]
+        raise LogError(f"{table.source}: {int((~keep).sum())} of {len(keep)} rows make no sense, {last}. Check columns and units.")
+    return keep
+
+
+def _single(
+    D: FloatArray, n: FloatArray, dp: FloatArray, T_f: FloatArray, found: list[str]
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Cells given more than once are averaged, and told."""
+    settings, inverse, count = np.unique(np.column_stack((D, n, dp)), axis=0, return_inverse=True, return_counts=True)
+    if len(settings) == len(T_f):
+        return D, n, dp, T_f
+    inverse = inverse.ravel()
+    mean = np.bincount(inverse, T_f) / count
+    apart = float(np.abs(T_f - mean[inverse]).max())
+    twice = int((count > 1).sum())
+    found.append(f"{twice} cells are given more than once: their mean is used, single rows differ from it by up to {apart:.3g} N m")
+    return settings[:, 0], settings[:, 1], settings[:, 2], mean
+
+
+class MappedLoss:
+    """The map itself as a loss model: linear between its cells; outside, the loss at the edge is held and marked.
+
+    Held, not continued: a straight line through the last two cells may cross zero or invent a loss nobody measured. With held values the
+    loss stays inside what the map has. Full grids are interpolated in each axis in turn (trilinear), others over the simplices between
+    scattered cells, with the axes scaled to their range; outside of those the nearest cell counts.
+    Source of the comparison: Moslatt 2020 paper D figure 3, section 2.1.
+    """
+
+    def __init__(self, m: LossMap) -> None:
+        from scipy.interpolate import LinearNDInterpolator, NearestNDInterpolator, RegularGridInterpolator
+        from scipy.spatial import QhullError
+
+        points = np.column_stack([m.axis(name) for name in AXES])
+        self.source = m.source
+        self.lo, self.hi = points.min(axis=0), points.max(axis=0)
+        self.used = np.flatnonzero(self.hi > self.lo)
+        if not len(self.used):
+            raise LogError(f"{m.source}: one cell cannot be interpolated. Give more of the map.")
+        axes = [np.unique(points[:, i]) for i in self.used]
+        self.grid = bool(np.prod([len(a) for a in axes]) == len(points))
+        scaled = self._scaled(points)
+        if self.grid:
+            order = np.lexsort([points[:, i] for i in self.used[::-1]])
+            table = m.T_f[order].reshape([len(a) for a in axes])
+            self._at = RegularGridInterpolator([self._scaled_axis(a, i) for a, i in zip(axes, self.used, strict=True)], table)
+        elif len(self.used) == 1:
+            order = np.argsort(scaled[:, 0])
+            x, y = scaled[order, 0], m.T_f[order]
+            self._at = lambda q: np.interp(q[:, 0], x, y)
+        else:
+            try:
+                self._at = LinearNDInterpolator(scaled, m.T_f)
+            except QhullError:  # the settings move together: nothing lies between the cells
+                self._at = lambda q: np.full(len(q), np.nan)
+        self._nearest = NearestNDInterpolator(scaled, m.T_f) if len(self.used) > 1 else None
+
+    def _scaled_axis(self, values: FloatArray, i: Any) -> FloatArray:
+        return np.asarray((values - self.lo[i]) / (self.hi[i] - self.lo[i]))
+
+    def _scaled(self, points: FloatArray) -> FloatArray:
+        return np.column_stack([self._scaled_axis(points[:, i], i) for i in self.used])
+
+    def __call__(self, omega_m: Any, D_m: Any, dp_m: Any) -> tuple[FloatArray, BoolArray]:
+        """Torque loss [N m] and whether the point lies inside the map; floats or arrays, SI, even in omega_m and dp_m."""
+        D, n, dp = np.broadcast_arrays(np.asarray(D_m, float), np.abs(np.asarray(omega_m, float)), np.abs(np.asarray(dp_m, float)))
+        points = np.column_stack([a.ravel() for a in (D, n, dp)])
+        slack = SAME_POINT * np.maximum(np.abs(self.lo), np.abs(self.hi))
+        inside = ((points >= self.lo - slack) & (points <= self.hi + slack)).all(axis=1)
+        held = self._scaled(np.clip(points, self.lo, self.hi))
+        T_f = np.array(self._at(held), dtype=np.float64)
+        empty = np.isnan(T_f)
+        if empty.any() and self._nearest is not None:
+            T_f[empty] = self._nearest(held[empty])
+        return T_f.reshape(D.shape), (inside & ~empty).reshape(D.shape)
+
+
+SAME_POINT = 1.0e-9
+"""Relative: a setting that went through its unit and back is still on the edge of the map."""
+
+
+def mapped_loss(m: LossMap) -> MappedLoss:
+    """The map as a loss model, to be compared with a fitted one."""
+    return MappedLoss(m)

@@ -1,0 +1,1 @@
+"""Steady parts of tests."""

@@ -1,0 +1,1 @@
+"""Friction of the power transmission from crane tests."""

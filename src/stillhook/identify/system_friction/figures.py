@@ -1,0 +1,223 @@
+"""Figures of a campaign as the thesis draws them: friction pressure and torque, system friction, model against measurement, errors."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from stillhook.base.arrays import FloatArray
+from stillhook.identify.system_friction.fitting.fit import predicted_sd
+from stillhook.identify.system_friction.fitting.model import Loss, mj4, motor_loss_at, system_friction
+from stillhook.identify.system_friction.fitting.points import Points
+from stillhook.identify.system_friction.fitting.uncertainty import t_factor
+from stillhook.identify.system_friction.identify import JUDGED_FROM, Friction, nominal_share
+from stillhook.report.plots.run import COLOURS, GREY
+from stillhook.units import in_display, parse, show
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+SIZE = (9.0, 5.0)
+MARK = "SYNTHETIC: simulated, measured on no crane"
+MARKERS = "osD^v<>pP*Xh"
+SPEED = "motor speed [rev/min]"
+
+
+def figures(result: Friction) -> Mapping[str, Figure]:
+    """All figures of a result by file stem, in the order in which a report shows them."""
+    out = {
+        "friction-pressure": friction_pressure(result),
+        "friction-torque": friction_torque(result),
+        "system-friction": system_friction_figure(result),
+        "model-against-measured": model_against_measured(result),
+        "error": error_figure(result),
+    }
+    if result.second is not None:
+        out["second-loop-motor"] = motor_old_and_new(result)
+        out["second-loop-system"] = derived_system_friction(
+            result,
+            {"first loop": result.loss, "second loop": mj4(result.second.loss)},
+            "System friction derived with the motor model of each loop (as paper D figures 11, 12, 14)",
+        )
+    if result.mapped is not None:
+        out["model-and-map"] = derived_system_friction(
+            result,
+            {"fitted model (MJ4)": result.loss, "supplier's map": result.mapped.loss},
+            "System friction derived with the fitted motor model and with the supplier's map itself (as paper D figure 13)",
+        )
+    if result.campaign.synthetic:
+        for figure in out.values():
+            figure.text(0.995, 0.005, MARK, ha="right", va="bottom", fontsize="x-small", color="#a00000")
+    return out
+
+
+def friction_pressure(result: Friction) -> Figure:
+    """dp_F over motor speed, by test (thesis figure 2.6): pairs with 95 % bars, the 25 rev/min grid as lines."""
+    figure, ax = _axes("Friction as pressure, dp_F = (dp_up - dp_down) / 2 (as figure 2.6)", "dp_F [bar]")
+    for style, k, name in _tests(result.points):
+        mine = result.points.where(result.points.test == k)
+        bars = 1.96 * np.hypot(mine.u_dp, result.fit.tau)
+        ax.errorbar(_rpm(mine.omega), _bar(mine.dp_F), yerr=_bar(bars), ls="none", ms=4, capsize=2, label=_label(result, k, name), **style)
+        grid = result.grid.where(result.grid.test == k)
+        ax.plot(_rpm(grid.omega), _bar(grid.dp_F), lw=0.8, color=style["color"])
+    return _finished(figure, ax)
+
+
+def friction_torque(result: Friction) -> Figure:
+    """Friction torque per motor shaft over speed, by test, with the model (figures 2.7, 2.12; paper D figure 7)."""
+    figure, ax = _axes("Friction torque per motor shaft, measured (points) and modelled (lines) (as figures 2.7, 2.12)", "T_f [N m]")
+    for style, k, name in _tests(result.points):
+        mine = _sorted(result.points.where(result.points.test == k))
+        ax.plot(_rpm(mine.omega), mine.T_f, ls="none", ms=4, label=_label(result, k, name), **style)
+        ax.plot(_rpm(mine.omega), _model(mine, result), lw=1.0, color=style["color"], ls="--" if mine.hold_out.any() else "-")
+    return _finished(figure, ax)
+
+
+def system_friction_figure(result: Friction) -> Figure:
+    """System friction per motor shaft: measured less motor loss, and the fitted curve with its 95 % band (figure 2.13)."""
+    figure, ax = _axes("System friction per motor shaft: measured less motor loss, fit with 95 % band (as figure 2.13)", "T_fs [N m]")
+    omega = np.linspace(0.0, float(result.points.omega.max()), 200)
+    loads: set[float] = set()
+    for style, k, name in _tests(result.points):
+        mine = result.points.where(result.points.test == k)
+        T_d = float(mine.T_d.mean())
+        ax.plot(_rpm(mine.omega), mine.T_f - motor_loss_at(mine, result.loss), ls="none", ms=4, label=_label(result, k, name), **style)
+        if round(T_d, -3) not in loads:
+            loads.add(round(T_d, -3))
+            _band(ax, omega, T_d, result, style["color"])
+    ax.set_xlim(left=0.0)
+    ax.set_ylim(bottom=min(0.0, ax.get_ylim()[0]))
+    return _finished(figure, ax)
+
+
+def _band(ax: Axes, omega: FloatArray, T_d: float, result: Friction, colour: str) -> None:
+    n = len(omega)
+    at = Points(
+        names=("curve",), test=np.zeros(n, dtype=np.intp), omega_up=omega, omega_down=omega, dp_up=np.zeros(n), dp_down=np.zeros(n),
+        D_m=np.ones(n), T_d=np.full(n, T_d), count=np.ones(n), u_dp=np.zeros(n), hold_out=np.zeros(n, dtype=bool),
+    )  # fmt: skip
+    T = system_friction(omega, at.T_d, result.fit.y)
+    half = t_factor(result.fit.dof) * predicted_sd(at, result.fit)
+    ax.plot(_rpm(omega), T, color=colour, lw=1.2)
+    ax.fill_between(_rpm(omega), np.maximum(T - half, 0.0), T + half, color=colour, alpha=0.15, lw=0)
+
+
+def model_against_measured(result: Friction) -> Figure:
+    """Total winch friction at the motor shaft, all motors together: modelled over measured (paper D figure 16)."""
+    figure, ax = _axes("Friction of the whole winch: modelled against measured (as paper D figure 16)", "modelled [N m]", "measured [N m]")
+    top = 0.0
+    for style, k, name in _tests(result.points):
+        mine = result.points.where(result.points.test == k)
+        measured, modelled = mine.count * mine.T_f, mine.count * _model(mine, result)
+        ax.plot(measured, modelled, ls="none", ms=4, label=_label(result, k, name), **style)
+        top = max(top, float(measured.max()), float(modelled.max()))
+    ax.plot([0.0, 1.05 * top], [0.0, 1.05 * top], color=GREY, lw=0.8)
+    ax.set_xlim(0.0, 1.05 * top)
+    ax.set_ylim(0.0, 1.05 * top)
+    return _finished(figure, ax)
+
+
+def error_figure(result: Friction) -> Figure:
+    """Model error in % of the nominal torque over speed, by test (paper D figure 17)."""
+    figure, ax = _axes("Model less measured, in % of the nominal torque D_m dp_m (as paper D figure 17)", "error [% of nominal torque]")
+    for style, k, name in _tests(result.points):
+        mine = _sorted(result.points.where(result.points.test == k))
+        ls = "--" if mine.hold_out.any() else "-"
+        error = nominal_share(mine, result.loss, result.fit.y)
+        ax.plot(_rpm(mine.omega), error, ms=4, lw=0.8, ls=ls, label=_label(result, k, name), **style)
+    ax.axhspan(-1.0, 1.0, color=GREY, alpha=0.15, lw=0)
+    ax.axvline(in_display(JUDGED_FROM, "rotation"), color=GREY, lw=0.8, ls=":")
+    return _finished(figure, ax)
+
+
+def motor_old_and_new(result: Friction) -> Figure:
+    """Motor loss before and after the second loop, over speed at three displacements and 200 bar (paper D figure 10)."""
+    assert result.second is not None
+    figure, ax = _axes("Motor loss at 200 bar before (solid) and after (dashed) the second loop (as paper D figure 10)", "T_fm [N m]")
+    omega = np.linspace(0.0, parse("2000 rev/min", "rotation"), 100)
+    for colour, share in zip(COLOURS, (1.0, 0.7, 0.4), strict=False):
+        D = np.full_like(omega, share * result.campaign.motor.D_max)
+        for loss, ls in ((result.campaign.motor.loss, "-"), (result.second.loss, "--")):
+            label = show(float(D[0]), "displacement", 3) if ls == "-" else None
+            ax.plot(_rpm(omega), mj4(loss)(omega, D, np.full_like(omega, 2e7)), color=colour, ls=ls, label=label)
+    ax.set_ylim(bottom=0.0)
+    return _finished(figure, ax)
+
+
+def derived_system_friction(result: Friction, losses: Mapping[str, Loss], title: str) -> Figure:
+    """Measured friction less the motor loss of each model, one panel a model, one colour a displacement: with a right motor model
+    the points of one load fall on one curve, whatever the displacement (paper D figures 11 to 14)."""
+    from matplotlib.figure import Figure as Canvas
+
+    figure = Canvas(figsize=(5.0 * len(losses), 5.0), layout="constrained")
+    axes = figure.subplots(1, len(losses), sharey=True, squeeze=False)[0]
+    for ax, (label, loss) in zip(axes, losses.items(), strict=True):
+        for style, k, name in _tests(result.points):
+            mine = _sorted(result.points.where(result.points.test == k))
+            derived = mine.count * (mine.T_f - motor_loss_at(mine, loss))
+            ax.plot(_rpm(mine.omega), derived, ms=4, lw=0.8, label=_label(result, k, name), **style)
+        ax.set_title(label, fontsize="medium")
+        ax.set_xlabel(SPEED)
+        ax.grid(alpha=0.3)
+    axes[0].set_ylabel("system friction of the whole winch [N m]")
+    handles, labels = axes[0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncols=3, fontsize="x-small", frameon=False)
+    figure.suptitle(title, fontsize="medium")
+    return figure
+
+
+def _axes(title: str, y: str, x: str = SPEED) -> tuple[Figure, Axes]:
+    from matplotlib.figure import Figure as Canvas
+
+    figure = Canvas(figsize=SIZE, layout="constrained")
+    ax = figure.subplots()
+    figure.suptitle(title, fontsize="medium")
+    ax.set_xlabel(x)
+    ax.set_ylabel(y)
+    ax.grid(alpha=0.3)
+    return figure, ax
+
+
+def _finished(figure: Figure, ax: Axes) -> Figure:
+    handles, labels = ax.get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside right center", fontsize="x-small", frameon=False)
+    return figure
+
+
+def _tests(points: Points) -> Sequence[tuple[dict[str, Any], int, str]]:
+    """Style, index and name of every test; held-out ones are drawn hollow."""
+    out = []
+    for i, k in enumerate(np.unique(points.test)):
+        held = bool(points.hold_out[points.test == k].any())
+        style = {"color": COLOURS[i % len(COLOURS)], "marker": MARKERS[i % len(MARKERS)], "mfc": "none" if held else None}
+        out.append((style, int(k), points.names[k]))
+    return out
+
+
+def _label(result: Friction, k: int, name: str) -> str:
+    test = result.campaign.tests[k]
+    D = float(result.points.D_m[result.points.test == k].mean())
+    held = ", held out" if test.hold_out else ""
+    return f"{name}: {show(test.load, 'mass', 3)}, {show(D, 'displacement', 3)}{held}"
+
+
+def _sorted(points: Points) -> Points:
+    return points.where(np.argsort(points.omega))  # type: ignore[arg-type]
+
+
+def _model(points: Points, result: Friction) -> FloatArray:
+    from stillhook.identify.system_friction.fitting.fit import predicted
+
+    return predicted(points, result.loss, result.fit.y)
+
+
+def _rpm(omega: FloatArray) -> FloatArray:
+    return omega * 60.0 / math.tau
+
+
+def _bar(p: FloatArray) -> FloatArray:
+    return p / 1e5

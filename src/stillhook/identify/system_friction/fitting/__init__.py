@@ -1,0 +1,1 @@
+"""The friction model and its fit, with drift and uncertainty."""

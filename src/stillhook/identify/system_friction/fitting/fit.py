@@ -1,0 +1,342 @@
+"""System friction from crane tests by bounded least squares that cannot miss the best answer.
+
+With Y_4 given the model is linear in the other five parameters, none of which may be negative: that is one convex problem with
+one answer (non-negative least squares). What is left is a search along Y_4 alone, made on a grid and then refined. The thesis
+used Box's complex method on all six at once (`stillhook.statistics.complex_method`); both are offered.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from stillhook.base.arrays import FloatArray
+from stillhook.errors import IdentifyError
+from stillhook.identify.system_friction.fitting.drift import DP_FLOOR, Noise, freedom, noise_of, spread
+from stillhook.identify.system_friction.fitting.model import (
+    Y_FADING,
+    Y_LINEAR,
+    Y_NAMES,
+    Loss,
+    Y,
+    motor_loss_at,
+    system_columns,
+    system_friction_at,
+    system_slope,
+)
+from stillhook.identify.system_friction.fitting.points import Points
+from stillhook.units import parse
+
+Y_4_LEAST, Y_4_MOST = parse("5 rev/min", "rotation"), parse("1500 rev/min", "rotation")
+"""Bounds of the search: a winch does not run steadily below 5 rev/min of its motors, and an exponential that fades over more
+than 1500 rev/min is a straight line over the speeds that it can reach, which Y_5 describes already."""
+Y_4_GRID = np.geomspace(Y_4_LEAST, Y_4_MOST, 61)
+EVIDENCE = 2.0
+"""Improvement of AICc that a constant term Y_2 must bring to be kept (Burnham and Anderson's "substantial support" ends there)."""
+FADING = [Y_LINEAR.index(n) for n in Y_FADING]
+ROUNDS = 2
+"""Rounds of estimating variances and parameters in turn: a third changes the scatter by less than a thousandth."""
+
+
+@dataclass(frozen=True)
+class FrictionFit:
+    """Identified system friction.
+
+    ``y`` parameters in SI (a dropped one is 0); ``names`` those that were free; ``covariance`` of them in SI, in that order, taken
+    as if bounds were not there (so never too small), ``own`` the part of it that the weights of the fit know; ``at_bound`` free ones
+    that ended on zero, or Y_4 on an end of its range;
+    ``dropped`` those left out (Y_4 too where nothing fades); ``given`` those that were not asked; ``evidence`` by name, how much
+    AICc improves with it (negative: worse); ``residual`` measured less modelled friction per shaft at the fitted points, what the sums
+    of pressure show of the drifting zero taken off [N m]; ``tau`` scatter of dp_F beyond what the stretches themselves showed [Pa];
+    ``chi2`` whitened; ``dof`` degrees of freedom of the predicted friction, ``freedom`` by parameter (fewer than points less parameters
+    where errors go together); ``noise`` how the points' errors go together.
+    """
+
+    y: Y
+    names: tuple[str, ...]
+    covariance: FloatArray
+    own: FloatArray
+    at_bound: tuple[str, ...]
+    dropped: tuple[str, ...]
+    given: Mapping[str, float]
+    evidence: Mapping[str, float]
+    residual: FloatArray
+    tau: float
+    chi2: float
+    dof: float
+    freedom: Mapping[str, float]
+    noise: Noise
+
+    def sd(self, name: str) -> float:
+        """Standard error of a free parameter in SI, NaN for one that was left out."""
+        if name not in self.names:
+            return math.nan
+        i = self.names.index(name)
+        return math.sqrt(self.covariance[i, i])
+
+
+class Target:
+    """Points and the friction per shaft that the system must explain there, ``T`` [N m]; the model's columns on the grid of Y_4 are
+    kept, because they take most of a fit's time and do not hang on weights."""
+
+    def __init__(self, points: Points, T: FloatArray) -> None:
+        self.points, self.T = points, T
+        self._steady = system_columns(points, Y_4_LEAST)
+        self._columns: dict[float, FloatArray] = {}
+
+    def columns(self, Y_4: float) -> FloatArray:
+        """Shape (n, 5), as `system_columns`."""
+        if Y_4 in self._columns:
+            return self._columns[Y_4]
+        found = self._steady.copy()
+        found[:, FADING] = system_columns(self.points, Y_4, Y_FADING)
+        if len(self._columns) < len(Y_4_GRID):
+            self._columns[Y_4] = found
+        return found
+
+
+class _Reduced(NamedTuple):
+    """Whitened columns as Q R, their sizes, the whitened target along Q, and the square of what lies beside Q."""
+
+    Q: FloatArray
+    R: FloatArray
+    size: FloatArray
+    q: FloatArray
+    beside: float
+
+
+class Problem:
+    """Generalised least squares in the five linear parameters, for any Y_4.
+
+    ``target`` what is to be explained; ``sigma`` its standard uncertainties [N m], shape (n,), or the lower triangular root of its
+    covariance, (n, n); ``used`` the linear parameters that are free; ``given`` parameters that keep a value [SI]; ``shift`` error of
+    the target that is known and taken off [N m], shape (n,).
+    """
+
+    def __init__(
+        self,
+        target: Target,
+        sigma: FloatArray,
+        used: tuple[str, ...] = Y_LINEAR,
+        given: Mapping[str, float] | None = None,
+        shift: FloatArray | None = None,
+    ) -> None:
+        self.target, self.sigma, self.used, self.given = target, sigma, used, dict(given or {})
+        self.points, self.T = target.points, target.T if shift is None else target.T - shift
+        self._b = self.whitened(self.T)
+        self._reduced: dict[float, _Reduced] = {}
+
+    def whitened(self, A: FloatArray) -> FloatArray:
+        """Rows (n,) or (n, k) as independent ones of unit variance."""
+        if self.sigma.ndim == 1:
+            return np.asarray(A / (self.sigma if A.ndim == 1 else self.sigma[:, None]))
+        from scipy.linalg import solve_triangular
+
+        return np.asarray(solve_triangular(self.sigma, A, lower=True, check_finite=False))
+
+    def whitened_transposed(self, A: FloatArray) -> FloatArray:
+        """Whitened rows (n, k) turned into weights of the target itself."""
+        if self.sigma.ndim == 1:
+            return np.asarray(A / self.sigma[:, None])
+        from scipy.linalg import solve_triangular
+
+        return np.asarray(solve_triangular(self.sigma, A, lower=True, trans="T", check_finite=False))
+
+    def _at(self, Y_4: float) -> _Reduced:
+        if Y_4 in self._reduced:
+            return self._reduced[Y_4]
+        Q, R = np.linalg.qr(self.whitened(self.target.columns(Y_4)))
+        size = np.linalg.norm(R, axis=0)
+        size[size == 0.0] = 1.0
+        q = Q.T @ self._b
+        out = _Reduced(Q, R, size, q, float(np.sum((self._b - Q @ q) ** 2)))
+        if len(self._reduced) < len(Y_4_GRID):
+            self._reduced[Y_4] = out
+        return out
+
+    def _least(self, Y_4: float, free: list[int], fixed: Mapping[str, float], b: FloatArray | None) -> tuple[FloatArray, float]:
+        """Best values of the free columns at this Y_4, and chi^2; ``b`` another whitened target."""
+        from scipy.optimize import nnls
+
+        Q, R, size, q, beside = self._at(Y_4)
+        if b is not None:
+            q = Q.T @ b
+            beside = float(np.sum((b - Q @ q) ** 2))
+        for name, value in fixed.items():
+            q = q - value * R[:, Y_LINEAR.index(name)]
+        if not free:
+            return np.zeros(0), float(q @ q) + beside
+        found, norm = nnls((R / size)[:, free], q)
+        return found / size[free], float(norm) ** 2 + beside
+
+    def solve(self, Y_4: float, fixed: Mapping[str, float] | None = None, b: FloatArray | None = None) -> tuple[Y, float]:
+        """Best parameters at this Y_4 and their chi^2; ``fixed`` linear parameters keep the values given [SI]; ``b`` another whitened
+        target."""
+        fixed = fixed or {}
+        free = self._free(fixed)
+        found, chi2 = self._least(Y_4, free, fixed, b)
+        values = {**dict.fromkeys(Y_LINEAR, 0.0), **{Y_LINEAR[i]: float(v) for i, v in zip(free, found, strict=True)}, **fixed}
+        return Y(**values, Y_4=Y_4), chi2
+
+    def _free(self, fixed: Mapping[str, float]) -> list[int]:
+        return [Y_LINEAR.index(n) for n in self.used if n not in fixed]
+
+    def best(self, fixed: Mapping[str, float] | None = None, T: FloatArray | None = None, *, fine: float = 1e-7) -> tuple[Y, float]:
+        """Best parameters over all Y_4, and their chi^2; ``fixed`` may hold Y_4 itself; ``T`` another target [N m]; ``fine`` how well
+        ln Y_4 is to be found."""
+        fixed = {**self.given, **(fixed or {})}
+        b = None if T is None else self.whitened(T)
+        if "Y_4" in fixed:
+            return self.solve(fixed.pop("Y_4"), fixed, b)
+        from scipy.optimize import minimize_scalar
+
+        free = self._free(fixed)
+        rough = [self._least(v, free, fixed, b)[1] for v in Y_4_GRID]
+        i = int(np.argmin(rough))
+        lo, hi = np.log(Y_4_GRID[max(i - 1, 0)]), np.log(Y_4_GRID[min(i + 1, len(Y_4_GRID) - 1)])
+        found = minimize_scalar(
+            lambda v: self._least(math.exp(v), free, fixed, b)[1], bounds=(lo, hi), method="bounded", options={"xatol": fine}
+        )
+        at = math.exp(found.x) if found.fun < rough[i] else float(Y_4_GRID[i])
+        return self.solve(at, fixed, b)
+
+
+def fit_system(
+    points: Points,
+    loss: Loss,
+    *,
+    keep_Y_2: bool | None = None,
+    used: tuple[str, ...] = Y_LINEAR,
+    given: Mapping[str, float] | None = None,
+    u_extra: float | None = None,
+) -> FrictionFit:
+    """System friction that explains the points together with the motor loss.
+
+    Parameters: points measured ones (held-out ones are left out here); loss of one motor shaft; keep_Y_2 keep the constant term
+    (None: only where AICc improves by more than ``EVIDENCE``, as eq. 2.13 drops it for want of need); used linear parameters
+    that may be free at all; given parameters that keep these values [SI] because the data cannot tell them; u_extra scatter of
+    dp_F beyond the stretches' own [Pa] (None: found from the residuals).
+    Errors: IdentifyError for fewer points than parameters.
+    """
+    seen, given = points.fitted(), dict(given or {})
+    used = tuple(n for n in used if n not in given)
+    wanted = len(_free(tuple(n for n in used if n != "Y_2" or keep_Y_2 is not False), given)) + 1
+    if len(seen) < wanted:
+        raise IdentifyError(f"{len(seen)} measured points for {wanted - 1} parameters: at least {wanted} are needed. Add steps or tests.")
+    target = Target(seen, seen.T_f - motor_loss_at(seen, loss))
+    if "Y_2" not in used or keep_Y_2 is True:
+        return _fit(target, loss, used, given, u_extra)
+    full = _fit(target, loss, used, given, u_extra)
+    without = tuple(n for n in used if n != "Y_2")
+    lean = _fit(target, loss, without, given, u_extra, known=full.noise)
+    gain = _aicc(lean) - _aicc(full)
+    if keep_Y_2 is None and gain > EVIDENCE:
+        return replace(full, evidence={"Y_2": gain})
+    return replace(_fit(target, loss, without, given, u_extra, start=full.noise), evidence={"Y_2": gain})
+
+
+def _aicc(fit: FrictionFit) -> float:
+    """Akaike's criterion for small samples with the scatter held; only differences count."""
+    k, n = len(fit.names), len(fit.residual)
+    return fit.chi2 + 2 * k + 2 * k * (k + 1) / max(n - k - 1, 1)
+
+
+def _fit(
+    target: Target,
+    loss: Loss,
+    used: tuple[str, ...],
+    given: Mapping[str, float],
+    u_extra: float | None,
+    *,
+    known: Noise | None = None,
+    start: Noise | None = None,
+) -> FrictionFit:
+    """One fit; with known noise no variance is estimated, else from start, where there is one."""
+    seen, noise = target.points, known if known is not None else start
+    problem = Problem(target, sigma_of(seen, float(np.sqrt(np.mean(seen.u_dp**2)))), used, given)
+    for _ in range(ROUNDS if noise is None else 1):
+        if noise is not None:
+            problem = Problem(target, noise.root, used, given, noise.shift)
+        y, _ = problem.best()
+        names = tuple(n for n in _free(used, given) if n != "Y_4" or y.Y_1 > 0.0 or y.Y_3 > 0.0)
+        J = jacobian(seen, y, names)
+        if known is None:
+            noise = noise_of(seen, loss, y, J, noise.sd if noise is not None else None, pair=u_extra)
+    assert noise is not None
+    problem = Problem(target, noise.root, used, given, noise.shift)
+    y, chi2 = problem.best()
+    names = tuple(n for n in _free(used, given) if n != "Y_4" or y.Y_1 > 0.0 or y.Y_3 > 0.0)
+    J = jacobian(seen, y, names)
+    white = problem.whitened(J)
+    own = covariance(white)
+    weights = own @ problem.whitened_transposed(white).T
+    dof = freedom(noise, np.vstack([weights, J.mean(axis=0) @ weights]))
+    beyond = float(np.mean((noise.sigma / seen.D_m) ** 2 - seen.u_dp**2 - DP_FLOOR**2))
+    return FrictionFit(
+        y=y, names=names, covariance=spread(noise, weights, own), own=own, at_bound=_at_bound(y, names),
+        dropped=tuple(n for n in Y_NAMES if n not in names and n not in given), given=dict(given), evidence={},
+        residual=problem.T - system_friction_at(seen, y), tau=math.sqrt(max(beyond, 0.0)), chi2=chi2,
+        dof=float(dof[-1]), freedom=dict(zip(names, map(float, dof), strict=False)), noise=noise,
+    )  # fmt: skip
+
+
+def _free(used: tuple[str, ...], given: Mapping[str, float]) -> tuple[str, ...]:
+    """Free parameters in the order Y_1 to Y_6; Y_4 is free where something fades with it."""
+    fading = ("Y_1" in used or "Y_3" in used) and "Y_4" not in given
+    return tuple(n for n in Y_NAMES if n in used or (n == "Y_4" and fading))
+
+
+def sigma_of(points: Points, tau: float) -> FloatArray:
+    """Standard uncertainty of the friction torque with the common scatter tau [Pa] in it [N m]."""
+    return np.asarray(points.D_m * np.sqrt(points.u_dp**2 + tau**2 + DP_FLOOR**2))
+
+
+def jacobian(points: Points, y: Y, names: tuple[str, ...]) -> FloatArray:
+    """Shape (n, k): change of the friction per shaft at the points per change of each parameter (SI)."""
+    linear = system_columns(points, y.Y_4)
+    return np.column_stack([system_slope(points, y) if n == "Y_4" else linear[:, Y_LINEAR.index(n)] for n in names])
+
+
+def scaled_directions(J: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Sizes of the columns of J, and singular values and right singular vectors (rows) of J with its columns scaled to unit size."""
+    size = np.linalg.norm(J, axis=0)
+    size[size == 0.0] = 1.0  # a parameter without any effect: its direction is blind
+    _, s, V = np.linalg.svd(J / size, full_matrices=False)
+    return size, s, V
+
+
+def covariance(J: FloatArray) -> FloatArray:
+    """Inverse of J'J by its singular values; a direction that the data do not see gets a very large variance, not an error."""
+    size, s, V = scaled_directions(J)
+    half = (V / np.maximum(s, BLIND)[:, None]) / size
+    return np.asarray(half.T @ half)
+
+
+BLIND = 1e-9
+"""Singular value of the scaled sensitivities that counts as nothing."""
+
+
+def _at_bound(y: Y, names: tuple[str, ...]) -> tuple[str, ...]:
+    zero = [n for n in names if n != "Y_4" and getattr(y, n) <= 0.0]
+    end = "Y_4" in names and not Y_4_LEAST * 1.001 < y.Y_4 < Y_4_MOST * 0.999
+    return tuple(zero + (["Y_4"] if end else []))
+
+
+def predicted(points: Points, loss: Loss, y: Y) -> FloatArray:
+    """Friction per shaft that motor loss and system friction together predict at the points [N m]."""
+    return motor_loss_at(points, loss) + system_friction_at(points, y)
+
+
+def predicted_sd(points: Points, fit: FrictionFit) -> FloatArray:
+    """Standard error of the predicted system friction per shaft at the points, from the covariance [N m]."""
+    J = jacobian(points, fit.y, fit.names)
+    return np.asarray(np.sqrt(np.maximum(np.einsum("ij,jk,ik->i", J, fit.covariance, J), 0.0)))
+
+
+def cost(points: Points, loss: Loss, y: Y) -> float:
+    """The thesis's cost E: squared error summed over the points, per motor shaft (eq. 2.8) [N^2 m^2]."""
+    return float(np.sum((points.T_f - predicted(points, loss, y)) ** 2))

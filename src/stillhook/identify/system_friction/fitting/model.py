@@ -1,0 +1,90 @@
+"""Motor loss plus system friction at measured points: one place where the equations of the twin meet the measurements."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from stillhook.base.arrays import FloatArray
+from stillhook.identify.system_friction.fitting.points import Points
+from stillhook.physics import friction
+from stillhook.physics.hydraulics import motor
+from stillhook.spec.crane import SystemFriction, TorqueLoss
+
+Y_NAMES = ("Y_1", "Y_2", "Y_3", "Y_4", "Y_5", "Y_6")
+Y_LINEAR = ("Y_1", "Y_2", "Y_3", "Y_5", "Y_6")
+Y_FADING = ("Y_1", "Y_3")
+"""Parameters whose terms fade with the speed by Y_4; the others' columns are the same for any Y_4."""
+X_NAMES = ("X_1", "X_2", "X_3", "X_4", "X_5")
+
+Loss = Callable[[FloatArray, FloatArray, FloatArray], FloatArray]
+"""Torque loss of one motor shaft [N m] from speed [rad/s], displacement [m^3/rad] and pressure drop [Pa], arrays of one shape."""
+
+
+class Y(NamedTuple):
+    """System friction parameters in SI: Y_1 [-], Y_2 [N m], Y_3 [N m], Y_4 [rad/s], Y_5 [N m s/rad], Y_6 [-]."""
+
+    Y_1: float
+    Y_2: float
+    Y_3: float
+    Y_4: float
+    Y_5: float
+    Y_6: float
+
+    @classmethod
+    def of(cls, system: SystemFriction) -> Y:
+        """The parameters of a set of the library or of a crane."""
+        return cls(*(getattr(system, name) for name in Y_NAMES))
+
+
+def system_friction(omega: FloatArray, T_d: FloatArray, y: Y) -> FloatArray:
+    """System friction per motor shaft (Moslatt 2020 eq. 2.7) [N m]; omega [rad/s], T_d [N m], same shapes."""
+    record = friction.SystemFriction(y.Y_1, y.Y_2, y.Y_3, 1.0 / y.Y_4, y.Y_5, y.Y_6)
+    return np.asarray(friction.system_friction(np.asarray(omega, dtype=np.float64), T_d, record)) + 0.0 * omega
+
+
+def mj4(loss: TorqueLoss) -> Loss:
+    """The twin's motor loss with the parameters of a motor."""
+    fit = motor.TorqueLossFit(*(getattr(loss, name) for name in X_NAMES))
+    return lambda omega, D_m, dp: np.asarray(motor.torque_loss(omega, D_m, dp, fit), dtype=np.float64)
+
+
+def mean_of_pair(f: Callable[[FloatArray, FloatArray], FloatArray], points: Points) -> FloatArray:
+    """Mean of f(omega, dp) over the hoisting and the lowering stretch of every point."""
+    return 0.5 * (f(points.omega_up, points.dp_up) + f(points.omega_down, points.dp_down))
+
+
+def motor_loss_at(points: Points, loss: Loss) -> FloatArray:
+    """Motor loss per shaft at the points, mean over both pressures and speeds [N m]."""
+    return mean_of_pair(lambda omega, dp: loss(omega, points.D_m, dp), points)
+
+
+def system_friction_at(points: Points, y: Y) -> FloatArray:
+    """System friction per shaft at the points, mean over both speeds [N m]."""
+    return mean_of_pair(lambda omega, _: system_friction(omega, points.T_d, y), points)
+
+
+def system_columns(points: Points, Y_4: float, names: tuple[str, ...] = Y_LINEAR) -> FloatArray:
+    """Shape (n, k): what each of these linear parameters adds per unit, with Y_4 [rad/s] given; the model is linear in them."""
+    return np.column_stack([system_friction_at(points, _unit(name, Y_4)) for name in names])
+
+
+def system_slope(points: Points, y: Y) -> FloatArray:
+    """Shape (n,): change of the friction at the points per change of Y_4 [N m s/rad], by a central difference."""
+    h = 1e-4 * y.Y_4
+    return (system_friction_at(points, y._replace(Y_4=y.Y_4 + h)) - system_friction_at(points, y._replace(Y_4=y.Y_4 - h))) / (2 * h)
+
+
+def motor_columns(points: Points) -> FloatArray:
+    """Shape (n, 5): what X_1 to X_5 of MJ4 each add per unit at the points."""
+    columns = []
+    for name in X_NAMES:
+        fit = motor.TorqueLossFit(**{n: float(n == name) for n in X_NAMES})
+        columns.append(mean_of_pair(lambda omega, dp, fit=fit: motor.torque_loss(omega, points.D_m, dp, fit) + 0.0 * omega, points))  # type: ignore[misc]
+    return np.column_stack(columns)
+
+
+def _unit(name: str, Y_4: float) -> Y:
+    return Y(**{n: Y_4 if n == "Y_4" else float(n == name) for n in Y_NAMES})

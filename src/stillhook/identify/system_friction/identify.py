@@ -1,0 +1,284 @@
+"""`friction`: a campaign of crane tests in, system friction with its uncertainty out."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from enum import StrEnum
+from pathlib import Path
+
+import numpy as np
+
+from stillhook.base.choice import choice
+from stillhook.base.progress import Progress
+from stillhook.errors import IdentifyError
+from stillhook.identify.system_friction.diagnosis import Design, Statement, design, judge
+from stillhook.identify.system_friction.fitting.fit import (
+    Y_4_LEAST,
+    Y_4_MOST,
+    FrictionFit,
+    Problem,
+    Target,
+    cost,
+    fit_system,
+    predicted,
+)
+from stillhook.identify.system_friction.fitting.model import Y_LINEAR, Y_NAMES, Loss, Y, mj4, motor_loss_at, system_friction_at
+from stillhook.identify.system_friction.fitting.points import Points, joined
+from stillhook.identify.system_friction.fitting.uncertainty import Interval, bootstrap, posterior, profile_intervals, quantile_intervals
+from stillhook.identify.system_friction.motor_refit import SecondLoop, second_loop
+from stillhook.identify.system_friction.next_tests import Proposal, propose
+from stillhook.identify.system_friction.remarks import log_statements, motor_statement, unlike
+from stillhook.identify.system_friction.tests.campaign import Campaign, load_campaign
+from stillhook.identify.system_friction.tests.measure import Measured, measure
+from stillhook.physics.scalar import G
+from stillhook.spec.crane import SystemFriction
+from stillhook.statistics.complex_method import Found, Variant, complex_method
+from stillhook.units import parse
+
+JUDGED_FROM = parse("250 rev/min", "rotation")
+"""Speed from which the thesis claims 1 % of the nominal torque (paper D, conclusions) [rad/s]."""
+UPPER = Y(Y_1=2e-4, Y_2=30.0, Y_3=50.0, Y_4=Y_4_MOST, Y_5=0.2, Y_6=2e-4)
+"""Upper bounds of the complex method's first population: four times and more above every published parameter."""
+AGREE = 1e-3
+"""Relative difference of the two methods' costs that counts as agreement."""
+
+
+
+class Intervals(StrEnum):
+    """How the 95 % intervals are found."""
+
+    PROFILE = "profile"
+    BOOTSTRAP = "bootstrap"
+    MCMC = "mcmc"
+
+
+@dataclass(frozen=True)
+class Check:
+    """The thesis's own way: cost E on the 25 rev/min grid (eq. 2.8, per motor shaft), by least squares and by the complex method.
+    ``on_grid`` false: too few grid points, so the pairs themselves stand for them."""
+
+    cost_ours: float
+    y_grid: Y
+    cost_grid: float
+    y_complex: Y
+    found: Found
+    on_grid: bool
+
+    @property
+    def agree(self) -> bool:
+        """Both methods reached the same cost."""
+        return self.found.cost <= self.cost_grid * (1.0 + AGREE) + 1e-9
+
+
+@dataclass(frozen=True)
+class HeldOut:
+    """Errors over held-out pairs from 250 rev/min on, in % of nominal torque, by test: root mean square and largest."""
+
+    test: str
+    rms: float
+    worst: float
+    count: int
+
+
+@dataclass(frozen=True)
+class Mapped:
+    """The supplier's map itself as motor loss beside the fitted MJ4 (paper D figure 13): its interpolation, the system friction fitted
+    with it, root mean square residuals of both per motor shaft [N m], and the share of points that lie outside the map."""
+
+    source: str
+    loss: Loss
+    fit: FrictionFit
+    rms_model: float
+    rms_map: float
+    outside: float
+
+
+@dataclass(frozen=True)
+class Friction:
+    """Everything that a campaign gave. ``measured`` by test; ``points`` all pairs; ``grid`` the thesis's grid points; ``fit`` the
+    system friction; ``intervals`` 95 %; ``check`` the thesis's way beside ours; ``held_out``; ``second`` loop, ``mapped`` where asked for;
+    ``proposals`` what to test next; ``statements`` what the data cannot tell; ``like`` where filled-in parameters come from."""
+
+    campaign: Campaign
+    loss: Loss
+    measured: tuple[Measured, ...]
+    points: Points
+    grid: Points
+    design: Design
+    fit: FrictionFit
+    intervals: tuple[Interval, ...]
+    method: Intervals
+    check: Check
+    held_out: tuple[HeldOut, ...]
+    second: SecondLoop | None
+    mapped: Mapped | None
+    proposals: tuple[Proposal, ...]
+    statements: tuple[Statement, ...]
+    like: str | None
+
+    @property
+    def usable(self) -> bool:
+        """Nothing severe stands against using the set."""
+        return not any(s.severe for s in self.statements)
+
+    @property
+    def system(self) -> SystemFriction:
+        """The parameters as a crane has them."""
+        return SystemFriction.model_construct(None, **{n: float(getattr(self.fit.y, n)) for n in Y_NAMES})
+
+
+def friction(
+    source: Campaign | str | Path,
+    *,
+    keep_Y_2: bool | None = None,
+    like: str | None = None,
+    intervals: Intervals | str = Intervals.PROFILE,
+    loops: int = 0,
+    loss_map: str | Path | None = None,
+    variant: Variant | str = Variant.KRUS,
+    proposals: int = 3,
+    seed: int = 0,
+    progress: Progress | None = None,
+) -> Friction:
+    """Identify system friction from a campaign of crane tests.
+
+    Parameters
+    ----------
+    source: campaign, or path of its file (see `load_campaign`).
+    keep_Y_2: keep the constant term; None: only where the data ask for it.
+    like: set of a similar winch (library name or file) for parameters that these tests cannot tell.
+    intervals: "profile", "bootstrap" or "mcmc" (extra ``mcmc``). loops: rounds of paper D's second loop (0: none).
+    loss_map: supplier's map of the motor, to be compared with its fitted model (see `read_map`).
+    variant: of the complex method that checks the fit. proposals: how many further tests to propose. seed: of everything random.
+    progress: called with the share done, 0..1.
+
+    Errors: LogError, IdentifyError, SpecError, UnitError of one line.
+    """
+    campaign = source if isinstance(source, Campaign) else load_campaign(source)
+    method, variant = choice(Intervals, intervals, "intervals"), choice(Variant, variant, "variant")
+    measured = _measured(campaign, progress)
+    campaign = replace(campaign, tests=tuple(m.test for m in measured))  # with the weight of the wire that the logs show
+    points, grid = joined([m.points for m in measured]), joined([m.grid_points for m in measured])
+    if not len(points.fitted()):
+        raise IdentifyError(f"{campaign.source}: every test is held out. Leave hold_out = false for those that are to be fitted.")
+    loss = mj4(campaign.motor.loss)
+    swl = (campaign.crane.SWL + campaign.crane.hook_mass) * G * _lever(campaign, points)
+    plan = design(points, swl, _like(like))
+    keep = plan.keep_Y_2 if keep_Y_2 is None else keep_Y_2
+    fit = fit_system(points, loss, keep_Y_2=keep, used=plan.used, given=plan.given)
+    profile = profile_intervals(points, loss, fit)  # what is severe must not hang on the method of the intervals
+    found = profile if method is Intervals.PROFILE else _sampled_intervals(method, points, loss, fit, seed)
+    held = held_out_errors(points, loss, fit.y)
+    statements = (
+        *plan.statements, *judge(points, fit, profile), *_beyond_claim(held), *motor_statement(campaign, points, fit),
+        *unlike(points, fit.y), *log_statements(measured),
+    )  # fmt: skip
+    second = second_loop(points, campaign.motor.loss, fit, rounds=loops) if loops else None
+    mapped = with_map(points, loss_map, campaign.motor.D_max, fit) if loss_map is not None else None
+    return Friction(
+        campaign=campaign, loss=loss, measured=measured, points=points, grid=grid, design=plan, fit=fit, intervals=found, method=method,
+        check=thesis_check(grid, points, loss, fit, variant, seed), held_out=held, second=second,
+        mapped=mapped, proposals=propose(campaign, points, loss, fit, n=proposals) if proposals else (), statements=statements, like=like,
+    )  # fmt: skip
+
+
+def thesis_check(
+    grid: Points, points: Points, loss: Loss, fit: FrictionFit, variant: Variant = Variant.KRUS, seed: int = 0
+) -> Check:
+    """The same parameters by the thesis's cost on its speed grid, by least squares and by the complex method.
+
+    The parameters that are free, and the ones given, are those of ``fit``.
+    """
+    enough = len(grid.fitted()) > len(fit.names) + 1
+    seen = grid.fitted() if enough else points.fitted()
+    target = seen.T_f - motor_loss_at(seen, loss)
+    used = tuple(n for n in Y_LINEAR if n in fit.names)
+    problem = Problem(Target(seen, target), np.ones(len(seen)), used, fit.given)
+    y_grid, cost_grid = problem.best()
+    names = [n for n in Y_NAMES if n in fit.names]
+    blank = Y(**{**dict.fromkeys(Y_NAMES, 0.0), "Y_4": fit.y.Y_4, **fit.given})
+
+    def y_of(x: np.ndarray) -> Y:
+        return blank._replace(**dict(zip(names, map(float, x), strict=True)))
+
+    def E(x: np.ndarray) -> float:
+        return float(np.sum((target - system_friction_at(seen, y_of(x))) ** 2))
+
+    lower = np.array([Y_4_LEAST if n == "Y_4" else 0.0 for n in names])
+    upper = np.array([getattr(UPPER, n) for n in names])
+    found = complex_method(E, lower, upper, variant=variant, seed=seed)
+    return Check(cost(seen, loss, fit.y), y_grid, cost_grid, y_of(found.x), found, enough)
+
+
+def with_map(points: Points, path: str | Path, D_max: float, fit: FrictionFit) -> Mapped:
+    """The same points with the supplier's map as motor loss. Errors: LogError, UnitError of one line for a map that cannot be read."""
+    from stillhook.identify.motor.map import mapped_loss, read_map
+
+    supplier = read_map(path, D_max=f"{D_max!r} m^3/rad")
+    table = mapped_loss(supplier)
+    loss: Loss = lambda omega, D_m, dp: table(omega, D_m, dp)[0]
+    again = fit_system(points, loss, used=tuple(n for n in Y_LINEAR if n in fit.names), keep_Y_2="Y_2" in fit.names, given=fit.given)
+    inside = table(points.omega_up, points.D_m, points.dp_up)[1] & table(points.omega_down, points.D_m, points.dp_down)[1]
+    rms_model, rms_map = (float(np.sqrt(np.mean(f.residual**2))) for f in (fit, again))
+    return Mapped(supplier.source, loss, again, rms_model, rms_map, float(np.mean(~inside)))
+
+
+def held_out_errors(points: Points, loss: Loss, y: Y) -> tuple[HeldOut, ...]:
+    """How well the friction of tests that no fit has seen is predicted."""
+    held = points.held_out()
+    held = held.where(held.omega >= JUDGED_FROM)
+    error = 100.0 * (predicted(held, loss, y) - held.T_f) / held.T_N
+    out = []
+    for k in np.unique(held.test):
+        e = error[held.test == k]
+        out.append(HeldOut(held.names[k], float(np.sqrt(np.mean(e**2))), float(np.max(np.abs(e))), len(e)))
+    return tuple(out)
+
+
+def _measured(campaign: Campaign, progress: Progress | None) -> tuple[Measured, ...]:
+    out, n = [], len(campaign.tests)
+    for i, test in enumerate(campaign.tests):
+        done = None if progress is None else (lambda share, i=i: progress((i + share) / n))
+        out.append(measure(campaign, test, progress=done))
+    if progress is not None:
+        progress(1.0)
+    return tuple(out)
+
+
+def _lever(campaign: Campaign, points: Points) -> float:
+    """Mean radius of the wire on the drum during the tests [m]."""
+    weight = np.array([campaign.weight(t) for t in campaign.tests])[points.test]
+    hanging = weight > 0.0
+    return float(np.mean(points.T_d[hanging] / weight[hanging])) if hanging.any() else 0.5 * campaign.crane.drum.d_max
+
+
+def _like(name: str | None) -> Mapping[str, float] | None:
+    if name is None:
+        return None
+    from stillhook.library.parameter_sets.sets import load_friction
+
+    return Y.of(load_friction(name).system)._asdict()
+
+
+CLAIM = 1.0
+"""The thesis's claim [% of nominal torque] (paper D, conclusions)."""
+
+
+def _beyond_claim(held: tuple[HeldOut, ...]) -> tuple[Statement, ...]:
+    worst = max(held, key=lambda h: h.worst, default=None)
+    if worst is None or worst.worst <= CLAIM:
+        return ()
+    text = f'Held-out test "{worst.test}" is predicted within {worst.worst:.1f} % of nominal torque only; the thesis claims {CLAIM:g} %.'
+    return (Statement("held out", False, text),)
+
+
+def _sampled_intervals(method: Intervals, points: Points, loss: Loss, fit: FrictionFit, seed: int) -> tuple[Interval, ...]:
+    draw = bootstrap if method is Intervals.BOOTSTRAP else posterior
+    return quantile_intervals(draw(points, loss, fit, seed=seed), fit)
+
+
+def nominal_share(points: Points, loss: Loss, y: Y) -> np.ndarray:
+    """Model error in % of the nominal torque at every point (paper D figure 17)."""
+    return 100.0 * (predicted(points, loss, y) - points.T_f) / np.where(points.T_N > 0.0, points.T_N, math.nan)

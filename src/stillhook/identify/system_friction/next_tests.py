@@ -1,0 +1,137 @@
+"""What to test next: the staircases that shrink the uncertainty of predicted friction most.
+
+Each candidate (load, displacement) adds the information of its staircase of speeds to what the campaign knows already; the gain is
+judged where the crane works: mean variance of the predicted friction over loads, displacements and speeds (I-optimality). The best
+is taken, then the next best with it, and so on.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from stillhook.base.arrays import FloatArray
+from stillhook.engine.pack.winch import drum_record
+from stillhook.errors import IdentifyError
+from stillhook.identify.system_friction.fitting.fit import FrictionFit, jacobian, sigma_of
+from stillhook.identify.system_friction.fitting.model import Y_NAMES, Loss, Y, system_friction
+from stillhook.identify.system_friction.fitting.points import Points, joined
+from stillhook.identify.system_friction.tests.campaign import Campaign
+from stillhook.physics.load_path.drum import layer_diameter
+from stillhook.physics.scalar import G
+from stillhook.units import parse
+
+STAIRCASE = tuple(parse(f"{n} rev/min", "rotation") for n in (30, 60, 90, 130, 180, 250, 350, 500, 650, 800, 1000))
+"""Speeds of a proposed staircase [rad/s]: dense where break-away friction fades."""
+SHARES = (0.0, 0.25, 0.5, 0.75, 1.0)
+DISPLACEMENTS = (1.0, 0.8, 0.65, 0.5)
+LEAST_SD = 5.0e3
+"""Scatter assumed for a new pair where the campaign shows less [Pa]: 0.05 bar, what a good sensor repeats."""
+ANYTHING = 1e3
+"""Uncertainty of a friction torque that means that nothing is known [N m]: ten times the friction of any motor here."""
+UNKNOWN = 1e-12
+"""Share of the prior information that stands for knowing nothing about a parameter (keeps the matrix invertible)."""
+
+
+@dataclass(frozen=True)
+class Proposal:
+    """One staircase to run: load on the hook [kg], displacement of one motor [m^3/rad]; ``sd_before``, ``sd_after`` root mean square
+    standard error of the predicted system friction over the working range, in N m per motor shaft."""
+
+    load: float
+    D_m: float
+    sd_before: float
+    sd_after: float
+
+
+def propose(campaign: Campaign, points: Points, loss: Loss, fit: FrictionFit, *, n: int = 3) -> tuple[Proposal, ...]:
+    """The n staircases worth most, in the order in which to run them, no two alike.
+
+    Loads from the empty hook to SWL and displacements down to half of the full one are candidates, as far as the active circuit's
+    relief pressure allows. Errors: IdentifyError where no candidate can be run.
+    """
+    names = _names(fit)
+    sigma = max(float(np.sqrt(fit.tau**2 + np.median(points.u_dp) ** 2)), LEAST_SD)
+    d = _diameter(campaign, points)
+    range_ = joined([_staircase(campaign, loss, fit, s * campaign.crane.SWL, campaign.motor.D_max, d, sigma) for s in SHARES])
+    goal = jacobian(range_, _seen_by(fit), names)
+    known = _information(points.fitted(), fit, names, fit.tau)
+    candidates = _candidates(campaign, loss, fit, d, sigma)
+    if not candidates:
+        raise IdentifyError("No staircase can be proposed: even the empty hook is beyond the relief pressure at every displacement.")
+    worth = [_information(c, fit, names, 0.0) for *_, c in candidates]
+    out: list[Proposal] = []
+    taken: set[int] = set()
+    for _ in range(min(n, len(candidates))):
+        before = _rms(goal, known)
+        after = [math.inf if k in taken else _rms(goal, known + w) for k, w in enumerate(worth)]
+        best = int(np.argmin(after))
+        taken.add(best)
+        out.append(Proposal(candidates[best][0], candidates[best][1], before, after[best]))
+        known = known + worth[best]
+    return tuple(out)
+
+
+def _names(fit: FrictionFit) -> tuple[str, ...]:
+    """All parameters but a dropped Y_2: what could not be told yet is what new tests should tell."""
+    return tuple(n for n in Y_NAMES if n != "Y_2" or n in fit.names)
+
+
+def _seen_by(fit: FrictionFit) -> Y:
+    """The fitted parameters, with a little break-away friction where none was found, so that Y_4 has an effect."""
+    y = fit.y
+    return y._replace(Y_3=max(y.Y_3, 0.1)) if y.Y_1 <= 0.0 and y.Y_3 <= 0.0 else y
+
+
+def _information(points: Points, fit: FrictionFit, names: tuple[str, ...], tau: float) -> FloatArray:
+    J = jacobian(points, _seen_by(fit), names) / sigma_of(points, tau)[:, None]
+    return np.asarray(J.T @ J)
+
+
+def _rms(goal: FloatArray, information: FloatArray) -> float:
+    """Root mean square of the predicted standard errors."""
+    size = np.sqrt(np.diag(information))
+    size[size == 0.0] = 1.0  # nothing is known of it: UNKNOWN alone stands there
+    scaled = information / np.outer(size, size) + UNKNOWN * np.eye(len(size))
+    half = np.linalg.solve(scaled, (goal / size).T)
+    return math.sqrt(float(np.mean(np.sum((goal / size).T * half, axis=0))))
+
+
+def _diameter(campaign: Campaign, points: Points) -> float:
+    """Layer of the campaign's tests: new ones are proposed on the same."""
+    for test in campaign.tests:
+        d = campaign.diameter(test)
+        if d is not None:
+            return d
+    weights = [campaign.weight(t) for t in campaign.tests]
+    if len(points):
+        return float(2.0 * np.mean(points.T_d) / np.mean([weights[i] for i in points.test]))
+    return float(layer_diameter(float(campaign.crane.drum.layers), drum_record(campaign.crane)))
+
+
+def _candidates(campaign: Campaign, loss: Loss, fit: FrictionFit, d: float, sigma: float) -> list[tuple[float, float, Points]]:
+    a = campaign.crane.active
+    found = []
+    for share in SHARES:
+        for part in DISPLACEMENTS:
+            load, D_m = share * campaign.crane.SWL, part * campaign.motor.D_max
+            stair = _staircase(campaign, loss, fit, load, D_m, d, sigma)
+            if float(stair.dp_up.max()) < a.relief.p - a.boost.p:
+                found.append((load, D_m, stair))
+    return found
+
+
+def _staircase(campaign: Campaign, loss: Loss, fit: FrictionFit, load: float, D_m: float, d: float, sigma: float) -> Points:
+    """The points that a staircase would give."""
+    omega = np.array(STAIRCASE)
+    n = len(omega)
+    T_d = np.full(n, (load + campaign.crane.hook_mass) * G * 0.5 * d)
+    D = np.full(n, D_m)
+    dp_L = T_d / campaign.crane.i_hD / (campaign.count * D)
+    dp_F = (loss(omega, D, dp_L) + system_friction(omega, T_d, fit.y)) / D
+    return Points(
+        names=("planned",), test=np.zeros(n, dtype=np.intp), omega_up=omega, omega_down=omega, dp_up=dp_L + dp_F, dp_down=dp_L - dp_F,
+        D_m=D, T_d=T_d, count=np.full(n, float(campaign.count)), u_dp=np.full(n, sigma), hold_out=np.zeros(n, dtype=bool),
+    )  # fmt: skip

@@ -1,0 +1,254 @@
+"""What `identify friction` writes: parameter set with evidence, numbers for machines, tables of points and stretches."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from stillhook.identify.system_friction.fitting.fit import FrictionFit, predicted
+from stillhook.identify.system_friction.fitting.model import X_NAMES, Y_NAMES, motor_loss_at
+from stillhook.identify.system_friction.fitting.points import Points
+from stillhook.identify.system_friction.fitting.uncertainty import correlation
+from stillhook.identify.system_friction.identify import Friction, HeldOut, nominal_share
+from stillhook.identify.system_friction.next_tests import ANYTHING
+from stillhook.identify.system_friction.tests.measure import LOAD_CODE, Measured, carried
+from stillhook.library.parameter_sets.evidence import Evidence
+from stillhook.library.parameter_sets.sets import LOSS_RANGE, FrictionSet, LossSet
+from stillhook.spec.crane import Motor, Source, SourceKind, SystemFriction
+from stillhook.units import from_display, in_display, number
+
+if TYPE_CHECKING:
+    import polars
+
+
+def friction_set(result: Friction, name: str) -> FrictionSet:
+    """The identified parameters as a set for the library or a crane file, with where each is from and how well it is known."""
+    fit, campaign, seen = result.fit, result.campaign, result.points.fitted()
+    made = "SYNTHETIC " if campaign.synthetic else ""
+    what = f"{len(np.unique(seen.test))} tests, {len(seen)} pairs"
+    text = f"identified from {made}campaign {campaign.source} ({what}), motor loss {campaign.motor_name}"
+    sources = _sources(result, fit, text)
+    said = [s.text for s in result.statements]
+    evidence = Evidence.fitted(fit.names, fit.covariance, dof=fit.dof, data=text, ranges=_ranges(seen), statements=said)
+    title = f"System friction of {campaign.crane.name}, from {campaign.title}"
+    return FrictionSet(name, title if "SYNTHETIC" in title else made + title, result.system, sources, evidence)
+
+
+def warnings(result: Friction) -> str:
+    """Comment lines at the top of a set whose loads are in doubt; empty where none is."""
+    lines = [" ".join(s.text.split()) for s in result.statements if s.code == LOAD_CODE]
+    return "".join(f"# WARNING: {line}\n" for line in lines)
+
+
+def _sources(result: Friction, fit: FrictionFit, text: str) -> dict[str, Source]:
+    """Where each parameter of a fit is from; text says it of the fitted ones."""
+    out = {n: Source(text=text, kind=SourceKind.FITTED) for n in Y_NAMES}
+    for n in fit.given:
+        out[n] = Source(text=f"taken from {result.like}: these tests cannot tell it", kind=SourceKind.ASSUMED)
+    for n in fit.dropped:
+        out[n] = Source(text=_left_out(result, n), kind=SourceKind.FITTED)
+    return out
+
+
+def _left_out(result: Friction, name: str) -> str:
+    if name in result.design.used:
+        return f"left out: {result.campaign.source} does not ask for it"
+    return f"left out: the tests of {result.campaign.source} cannot tell it"
+
+
+def second_loop_sets(result: Friction) -> tuple[LossSet, FrictionSet]:
+    """The motor loss refined on the crane's tests and the system friction that belongs to it: use both, or neither.
+
+    What held-out tests say of them stands in their evidence. Errors: ValueError where no second loop was asked for.
+    """
+    loop, campaign = result.second, result.campaign
+    if loop is None:
+        raise ValueError("no second loop was run: give loops=1")
+    made = "SYNTHETIC " if campaign.synthetic else ""
+    seen = result.points.fitted()
+    text = f"second loop (paper D section 3) on {made}campaign {campaign.source}, {len(seen)} pairs: {loop.verdict}"
+    fitted = Source(text=text, kind=SourceKind.FITTED)
+    free = [i for i, n in enumerate(X_NAMES) if getattr(loop.loss, n) > 0.0]
+    names, matrix = [X_NAMES[i] for i in free], loop.covariance[np.ix_(free, free)]
+    said = list(loop.statements)
+    about = _ranges(seen)
+    motor_ranges = {k: v for k, v in about.items() if k != "T_d"}
+    plain = {n: getattr(campaign.motor, n) for n in Motor.model_fields if n not in LOSS_RANGE}
+    motor = Motor.model_construct(None, **plain | {"loss": loop.loss})
+    kept = {path: s for path, s in campaign.motor_sources.items() if path not in LOSS_RANGE}
+    sources = kept | {f"loss.{n}": fitted for n in X_NAMES}
+    of_motor = Evidence.fitted(names, matrix, dof=float(len(seen) - len(names)), data=text, ranges=motor_ranges, statements=said)
+    title = f"{made}{campaign.motor_name}, torque loss refined on {campaign.title}"
+    system = SystemFriction.model_construct(None, **{n: float(getattr(loop.system.y, n)) for n in Y_NAMES})
+    of_system = Evidence.fitted(
+        loop.system.names, loop.system.covariance, dof=float(loop.system.dof), data=text, ranges=about, statements=said
+    )
+    friction_title = f"{made}System friction of {campaign.crane.name} with its refined motor loss, from {campaign.title}"
+    return (
+        LossSet("second-loop-motor", title, motor, sources, of_motor),
+        FrictionSet("second-loop-friction", friction_title, system, _sources(result, loop.system, text), of_system),
+    )
+
+
+RANGE_DIGITS = 4
+
+
+def _ranges(seen: Points) -> dict[str, tuple[float, float]]:
+    return {
+        "omega_m": _range(seen.omega, "rotation"),
+        "T_d": _range(seen.T_d, "drum_torque"),
+        "D_m": _range(seen.D_m, "displacement"),
+        "dp_m": _range(np.concatenate([seen.dp_up, seen.dp_down]), "pressure"),
+    }
+
+
+def _range(values: np.ndarray, kind: str) -> tuple[float, float]:
+    """Ends of the data, rounded in display units: a range is no measurement."""
+    low, high = (from_display(float(number(in_display(float(v), kind), RANGE_DIGITS)), kind) for v in (values.min(), values.max()))
+    return low, high
+
+
+def to_dict(result: Friction) -> dict[str, Any]:
+    """Everything in SI, ready for JSON; names as in the nomenclature."""
+    fit, check = result.fit, result.check
+    return {
+        "campaign": result.campaign.title,
+        "crane": result.campaign.crane.name,
+        "motor": result.campaign.motor_name,
+        "synthetic": result.campaign.synthetic,
+        "usable": result.usable,
+        "parameters": {n: _parameter(result, n) for n in Y_NAMES},
+        "method": result.method.value,
+        "names": list(fit.names),
+        "covariance": fit.covariance.tolist(),
+        "correlation": correlation(fit).tolist(),
+        "evidence": dict(fit.evidence),
+        "chi2": fit.chi2,
+        "dof": fit.dof,
+        "scatter_dp_F": fit.tau,
+        "thesis": {
+            "E_ours": check.cost_ours,
+            "E_least_squares": check.cost_grid,
+            "least_squares": check.y_grid._asdict(),
+            "E_complex": check.found.cost,
+            "complex": check.y_complex._asdict(),
+            "evaluations": check.found.evaluations,
+            "agree": check.agree,
+            "on_grid": check.on_grid,
+        },
+        "tests": test_rows(result),
+        "held_out": [_held(held) for held in result.held_out],
+        "second_loop": _second(result),
+        "map": _mapped(result),
+        "proposals": [
+            {"load": p.load, "D_m": p.D_m, "sd_before": _known(p.sd_before), "sd_after": _known(p.sd_after)} for p in result.proposals
+        ],
+        "statements": [{"code": s.code, "severe": s.severe, "text": s.text} for s in result.statements],
+    }
+
+
+def _known(sd: float) -> float | None:
+    """A standard error of a friction torque, None where nothing is known."""
+    return sd if sd < ANYTHING else None
+
+
+def _held(h: HeldOut) -> dict[str, Any]:
+    return {"test": h.test, "rms_percent": h.rms, "worst_percent": h.worst, "pairs": h.count}
+
+
+def _parameter(result: Friction, name: str) -> dict[str, Any]:
+    found = {i.name: i for i in result.intervals}
+    interval = found.get(name)
+    state = "given" if name in result.fit.given else "left out" if name in result.fit.dropped else "fitted"
+    return {
+        "value": float(getattr(result.fit.y, name)),
+        "low": interval.low if interval else None,
+        "high": interval.high if interval else None,
+        "standard_error": result.fit.sd(name) if name in result.fit.names else None,
+        "state": state,
+    }
+
+
+def test_rows(result: Friction) -> list[dict[str, Any]]:
+    """What each test gave, SI, errors in % of nominal torque."""
+    return [_test(result, m) for m in result.measured]
+
+
+def _test(result: Friction, m: Measured) -> dict[str, Any]:
+    error = nominal_share(m.points, result.loss, result.fit.y)
+    return {
+        "name": m.test.name, "load": m.test.load, "wire": m.test.wire, "load_carried": carried(result.campaign, m.test, m.points),
+        "D_m": float(m.points.D_m.mean()), "T_d": float(m.points.T_d.mean()), "hold_out": m.test.hold_out, "log": m.test.log.name,
+        "pairs": len(m.points), "stretches": len(m.steady.windows), "rejected": len(m.steady.rejected), "unpaired": len(m.pairs.unpaired),
+        "omega_m_min": float(m.points.omega.min()), "omega_m_max": float(m.points.omega.max()),
+        "rms_percent": float(np.sqrt(np.nanmean(error**2))), "notes": [n.text for n in m.notes],
+        "findings": [f.text for f in m.log.findings],
+    }  # fmt: skip
+
+
+def _second(result: Friction) -> dict[str, Any] | None:
+    s = result.second
+    if s is None:
+        return None
+    return {
+        "motor": {n: float(getattr(s.loss, n)) for n in X_NAMES},
+        "system": s.system.y._asdict(),
+        "E_fitted": [s.first.fitted, s.second.fitted],
+        "E_held_out": [s.first.held_out, s.second.held_out],
+        "verdict": s.verdict,
+        "statements": list(s.statements),
+    }
+
+
+def _mapped(result: Friction) -> dict[str, Any] | None:
+    m = result.mapped
+    if m is None:
+        return None
+    return {"source": m.source, "rms_model": m.rms_model, "rms_map": m.rms_map, "outside": m.outside, "system": m.fit.y._asdict()}
+
+
+def points_table(result: Friction) -> polars.DataFrame:
+    """Every pair in display units, units in the headings: what was measured, what the models make of it."""
+    import polars as pl
+
+    p = result.points
+    rpm, bar = 60.0 / math.tau, 1e-5
+    return pl.DataFrame(
+        {
+            "campaign": [result.campaign.title] * len(p),
+            "test": [p.names[i] for i in p.test],
+            "held_out": p.hold_out,
+            "omega_up [rev/min]": p.omega_up * rpm,
+            "omega_down [rev/min]": p.omega_down * rpm,
+            "dp_up [bar]": p.dp_up * bar,
+            "dp_down [bar]": p.dp_down * bar,
+            "dp_F [bar]": p.dp_F * bar,
+            "u_dp_F [bar]": p.u_dp * bar,
+            "dp_L [bar]": p.dp_L * bar,
+            "D_m [cm^3/rev]": p.D_m * math.tau * 1e6,
+            "T_d [kN m]": p.T_d / 1e3,
+            "T_f [N m]": p.T_f,
+            "T_f_total [N m]": p.T_f * p.count,
+            "T_fm [N m]": motor_loss_at(p, result.loss),
+            "T_f_model [N m]": predicted(p, result.loss, result.fit.y),
+            "error [% of nominal]": nominal_share(p, result.loss, result.fit.y),
+        }
+    )
+
+
+def stretches_table(result: Friction) -> polars.DataFrame:
+    """Every stretch of every log, used or not, and why not."""
+    import polars as pl
+
+    rows = []
+    for m in result.measured:
+        used = [(w.start, w.end, w.direction, w.speed, w.effort, "used") for w in m.steady.windows]
+        rest = [(r.start, r.end, r.direction, r.speed, r.effort, r.reason) for r in (*m.steady.rejected, *m.pairs.unpaired)]
+        rows += [(m.test.name, *row) for row in sorted(used + rest)]
+    columns = ["test", "start [s]", "end [s]", "direction", "omega_m [rad/s]", "dp_m [Pa]", "use"]
+    frame = pl.DataFrame(rows, schema=columns, orient="row")
+    return frame.with_columns(
+        (pl.col("omega_m [rad/s]") * 60.0 / math.tau).alias("omega_m [rev/min]"), (pl.col("dp_m [Pa]") / 1e5).alias("dp_m [bar]")
+    ).drop("omega_m [rad/s]", "dp_m [Pa]")

@@ -1,0 +1,1 @@
+"""Crane tests that friction is identified from."""

@@ -1,0 +1,379 @@
+"""From the log of one crane test to measured friction: signals, steady stretches, pairs, speed grid, and checks on the way."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from stillhook.base.arrays import FloatArray
+from stillhook.base.progress import Progress
+from stillhook.engine.pack.winch import drum_record
+from stillhook.engine.pack.wire_weight import wire_carried
+from stillhook.errors import IdentifyError, LogError, StillhookError
+from stillhook.identify.steady_state.windows import Steady, Window, steady_windows
+from stillhook.identify.system_friction.diagnosis import Statement
+from stillhook.identify.system_friction.fitting.points import Points
+from stillhook.identify.system_friction.tests.campaign import Campaign, CraneTest
+from stillhook.identify.system_friction.tests.pairs import Grid, Pairs, on_grid, pair_windows
+from stillhook.logs.hook_depth import wire_text
+from stillhook.logs.log import Log, read_log
+from stillhook.physics.load_path.drum import wire_to_layer
+from stillhook.physics.scalar import G
+from stillhook.units import parse, show
+
+GRID = parse("25 rev/min", "rotation")
+"""Speed grid of the thesis (eq. 2.8) [rad/s]."""
+LOAD_DOUBT, LOAD_WRONG = 0.03, 0.07
+"""Difference between the load that is stated and the one that the pressures carry, over the carried one, from which a test is called
+into question, and from which its friction must not be used. The mean of both directions knows the load to some tenths of a per cent; a
+wrong load, layer, displacement or gain makes the friction wrong in the same proportion, and the system friction by about twice that."""
+LOAD_KNOWN, LOAD_MATTERS = parse("1.5 t", "mass"), parse("3 t", "mass")
+"""What the weight of hook and wire may be off by, so that a smaller difference says nothing (half a hook block and some wire), and what
+it cannot be off by: both count where the load is light."""
+SPEED_DOUBT, SPEED_WRONG = 0.03, 0.25
+"""The same for the motor speed against the wire paid out; a wrong layer makes four per cent."""
+CELL_DOUBT = 0.1  # of the load: a load cell in a sheave has its own friction
+LEAST_TRAVEL = parse("0.2 m", "length")  # of wire in a stretch from which a speed can be told
+MOST_LOST = 0.5  # share of the stretches that are not used from which that is worth a word
+WIRE_ROOM = parse("20 m", "length")  # by which a wire counter's zero may be off
+SAME_SPEED = 1.05  # ratio of speeds that are one where the slope of friction over speed is taken
+D_DOUBT, D_WRONG = 0.02, 0.25  # of D_max, between the stated and the logged displacement; a closed servo holds it within one per cent
+
+LOAD_CODE = "load"
+
+
+
+@dataclass(frozen=True)
+class Measured:
+    """What one test gave: its log, steady stretches with rejects, pairs, the thesis's speed grid, and points for a fit.
+
+    ``log`` with omega_m and dp_m among its signals whatever was logged; ``points`` one entry a pair; ``grid_points`` one entry a
+    grid speed (as the thesis fits); ``notes`` what a reader must know.
+    """
+
+    test: CraneTest
+    log: Log
+    steady: Steady
+    pairs: Pairs
+    grid: Grid
+    points: Points
+    grid_points: Points
+    notes: tuple[Statement, ...]
+
+
+def measure(campaign: Campaign, test: CraneTest, *, progress: Progress | None = None) -> Measured:
+    """Read one test's log and reduce it to measured friction.
+
+    Errors: LogError, IdentifyError of one line that names the test: signals that are missing, that contradict each other, no
+    pair of steady stretches.
+    """
+    try:
+        return _measure(campaign, test, progress)
+    except StillhookError as e:
+        place = f'{campaign.source}: test "{test.name}": '
+        raise type(e)(str(e) if str(e).startswith(place) else place + str(e)) from None
+
+
+def _measure(campaign: Campaign, test: CraneTest, progress: Progress | None) -> Measured:
+    notes: list[Statement] = []
+    log = _cut(read_log(test.log, test.mapping, progress=progress), test)
+    if (campaign.diameter(test) is None or test.hook is not None) and "s_w" in log.signals:
+        log = _with_whole_wire(campaign, log, notes)
+    dp_m = pressure_drop(log)
+    omega_m, d = shaft_speed(campaign, test, log)
+    signals = {**log.signals, "omega_m": omega_m, "dp_m": dp_m}
+    doubtful = {**log.doubtful, **_inherited(log)}
+    whole = replace(log, signals=signals, doubtful=doubtful)
+    held = [n for n in ("alpha_m", "D_m") if n in log.signals]
+    command = "u_p" if "u_p" in log.signals else None
+    limits = layer_limits(campaign) if "s_w" in log.signals else ()
+    steady = steady_windows(whole, "omega_m", "dp_m", command=command, held=held, layer_limits=limits)
+    pairs = pair_windows(steady.windows, text=_speed)
+    if not pairs.pairs:
+        raise IdentifyError(_no_pair(log, steady))
+    grid = _grid(steady.windows, notes)
+    D_m = _displacement(campaign, test, pairs, notes)
+    wire = _wire(campaign, test, log, pairs, notes)
+    test = replace(test, wire=float(np.mean(wire)))
+    weight = campaign.weight(test)
+    diameters = np.array([_diameter(campaign, p.up, p.down, d) for p in pairs.pairs])
+    points = _points(campaign, test, pairs, D_m, (weight + (wire - test.wire) * G) * 0.5 * diameters)
+    if len(np.unique(np.round(diameters, 6))) > 1:
+        notes.append(_note("layers", "the wire changed its layer; every pair has the drum torque of its own layer"))
+    notes += _speed_check(campaign, whole, pairs, diameters) + _load_check(campaign, test, points) + _cell_check(weight, pairs)
+    lost = len(steady.rejected) + len(pairs.unpaired)
+    if lost > MOST_LOST * (lost + 2 * len(pairs.pairs)):
+        text = f"{lost} stretches are not used and {2 * len(pairs.pairs)} are; most often: {_commonest(steady, pairs)}"
+        notes.append(_note("few stretches", text))
+    return Measured(test, whole, steady, pairs, grid, points, _grid_points(campaign, test, grid, points), tuple(notes))
+
+
+def _with_whole_wire(campaign: Campaign, log: Log, notes: list[Statement]) -> Log:
+    """The log with holes in the wire paid out filled by straight lines: it tells the layer, and moves steadily.
+
+    Errors: LogError where the wire is not on the drum.
+    """
+    s_w = log.signals["s_w"]
+    good = np.isfinite(s_w)
+    L_full = drum_record(campaign.crane).L_full
+    low, high = float(s_w[good].min()), float(s_w[good].max())
+    if low < -WIRE_ROOM or high > L_full + WIRE_ROOM:
+        raise LogError(
+            f"{log.source}: s_w goes from {show(low, 'length')} to {show(high, 'length')}, the drum holds 0 m to {show(L_full, 'length')}. "
+            "Check its unit, sign and zero, or give the layer."
+        )
+    if good.all():
+        return log
+    share = float(np.mean(~good))
+    notes.append(_note("wire", f"s_w is missing in {share:.1%} of the log: filled by straight lines, for the layer and the wire's weight"))
+    return replace(log, signals={**log.signals, "s_w": np.interp(log.t, log.t[good], s_w[good])})
+
+
+def _wire(campaign: Campaign, test: CraneTest, log: Log, pairs: Pairs, notes: list[Statement]) -> FloatArray:
+    """Mass of the wire out that the winch carries at every pair, less its buoyancy [kg]; 0 where the file does not say how deep the hook
+    is. Errors: IdentifyError where depth and wire out contradict each other."""
+    n, crane = len(pairs.pairs), campaign.crane
+    if test.hook is None:
+        return np.zeros(n)
+    if "s_w" in log.signals:
+        h_tip = test.hook.tip_height(float(log.signals["s_w"][0]))
+        s_w = np.array([0.5 * (p.up.others["s_w"] + p.down.others["s_w"]) for p in pairs.pairs])
+    elif test.s_w is not None:
+        h_tip, s_w = test.hook.tip_height(test.s_w), np.full(n, test.s_w)
+    else:
+        s_w, h_tip = np.full(n, test.hook.wire_out()), float(test.hook.h_tip or 0.0)
+    on_hook = show(test.load + crane.hook_mass, "mass", 3)
+    text = f"the winch carries load and hook, {on_hook}, and {wire_text(crane, float(s_w.mean()), h_tip)}"
+    notes.append(_note("wire weight", f"{text} in the mean of the pairs" if np.ptp(s_w) > LEAST_TRAVEL else text))
+    return np.array([wire_carried(crane, float(x), h_tip) for x in s_w])
+
+
+def _note(code: str, text: str, *, severe: bool = False) -> Statement:
+    return Statement(code, severe, text)
+
+
+def _no_pair(log: Log, steady: Steady) -> str:
+    """Why there is nothing to compare."""
+    seen = {w.direction for w in steady.windows} | {r.direction for r in steady.rejected if r.direction}
+    if steady.windows and len(seen) == 1:
+        which = "negative" if steady.windows[0].direction > 0 else "positive"
+        return (
+            f"{log.source}: all {len(steady.windows)} steady stretches run one way: the speed is never {which}. Is its sensor unsigned, or "
+            "was the winch only hoisted or only lowered? Friction needs both directions."
+        )
+    reason = f", most often: {_commonest(steady, None)}" if steady.rejected else ""
+    return (
+        f"{log.source}: no hoisting and lowering stretch of one speed among {len(steady.windows)} steady ones "
+        f"({len(steady.rejected)} were rejected{reason}). Hold each speed for 10 s or more, up and down."
+    )
+
+
+def _commonest(steady: Steady, pairs: Pairs | None) -> str:
+    """The reason that most stretches share, in the words of the first of them."""
+    every = [*steady.rejected, *(pairs.unpaired if pairs is not None else ())]
+    code = Counter(r.code for r in every).most_common(1)[0][0]
+    return next(r.reason for r in every if r.code == code)
+
+
+def _grid(windows: Sequence[Window], notes: list[Statement]) -> Grid:
+    """The thesis's grid; an empty one, with a note, where a direction has fewer than two speeds."""
+    try:
+        return on_grid(windows, GRID, text=_speed)
+    except IdentifyError as problem:
+        notes.append(_note("grid", f"not on the thesis's speed grid: {str(problem).rstrip('.')}"))
+        none, nothing = np.zeros(0), np.zeros((0, 0))
+        return Grid(none, none, none, none, none, nothing, nothing, nothing)
+
+
+def _speed(omega: float) -> str:
+    return show(omega, "rotation", 3)
+
+
+def layer_limits(campaign: Campaign) -> tuple[float, ...]:
+    """Wire paid out at which the wire in use changes its layer [m]."""
+    drum = drum_record(campaign.crane)
+    return tuple(drum.L_full - wire_to_layer(float(n), drum) for n in range(1, campaign.crane.drum.layers))
+
+
+def pressure_drop(log: Log) -> FloatArray:
+    """p_a - p_b, or the logged dp_m [Pa]. Errors: LogError where there is neither."""
+    s = log.signals
+    if "dp_m" in s:
+        return s["dp_m"]
+    for name in ("p_a", "p_b"):
+        if name not in s:
+            raise LogError(f"{log.source}: no signal {name}. Map p_a and p_b, or their difference dp_m.")
+    return s["p_a"] - s["p_b"]
+
+
+def shaft_speed(campaign: Campaign, test: CraneTest, log: Log) -> tuple[FloatArray, float | None]:
+    """Motor speed [rad/s], from the wire speed where the log has no other; and the layer's diameter where it is stated [m].
+
+    Errors: LogError where there is no speed, or a wire speed without a layer; IdentifyError where nothing gives the layer.
+    """
+    s, d = log.signals, campaign.diameter(test)
+    if d is None and "s_w" not in s:
+        raise IdentifyError("layer: missing, and the log has no signal s_w. Give layer or s_w: the drum torque depends on it.")
+    if "omega_m" in s:
+        return s["omega_m"], d
+    if "v_w" not in s:
+        raise LogError(f"{log.source}: no signal omega_m. Map the motor speed omega_m, or the wire speed v_w.")
+    if d is None:
+        diameters = np.array([campaign.layer_diameter(float(x)) for x in s["s_w"]])
+        return s["v_w"] * campaign.crane.i_hD / (0.5 * diameters), d
+    return s["v_w"] * campaign.crane.i_hD / (0.5 * d), d
+
+
+def _cut(log: Log, test: CraneTest) -> Log:
+    if not (math.isfinite(test.start) or math.isfinite(test.end)):
+        return log
+    keep = (log.t >= test.start) & (log.t <= test.end)
+    if not keep.any():
+        raise IdentifyError(f"start, end: nothing of the log {log.source} ({log.t[-1]:.1f} s long) lies between them. Change them.")
+    signals, doubtful = {k: v[keep] for k, v in log.signals.items()}, {k: v[keep] for k, v in log.doubtful.items()}
+    findings = tuple(f for f in log.findings if not (f.end < test.start or f.start > test.end))
+    return replace(log, t=log.t[keep], signals=signals, doubtful=doubtful, findings=findings)
+
+
+def _inherited(log: Log) -> Mapping[str, np.ndarray]:
+    """What makes p_a, p_b or v_w doubtful makes dp_m and omega_m doubtful."""
+    none = np.zeros(len(log.t), dtype=bool)
+    pressures = [log.doubtful.get(n, none) for n in ("p_a", "p_b", "dp_m") if n in log.signals]
+    speeds = [log.doubtful.get(n, none) for n in ("omega_m", "v_w") if n in log.signals]
+    return {"dp_m": np.any(pressures, axis=0), "omega_m": np.any(speeds[:1], axis=0)}
+
+
+def _diameter(campaign: Campaign, up: Window, down: Window, d: float | None) -> float:
+    if d is not None:
+        return d
+    return 0.5 * (campaign.layer_diameter(up.others["s_w"]) + campaign.layer_diameter(down.others["s_w"]))
+
+
+def _displacement(campaign: Campaign, test: CraneTest, pairs: Pairs, notes: list[Statement]) -> FloatArray:
+    """Displacement of one motor at every pair [m^3/rad]: the logged one where there is one, else the stated one."""
+    logged: FloatArray | None = None
+    for name, factor in (("D_m", 1.0), ("alpha_m", campaign.motor.D_max)):
+        if name in pairs.pairs[0].up.others:
+            logged = factor * np.array([0.5 * (p.up.others[name] + p.down.others[name]) for p in pairs.pairs])
+            break
+    if logged is None and test.D_m is None:
+        raise IdentifyError("D_m: missing, and the log has neither D_m nor alpha_m. Give the displacement of one motor.")
+    if logged is None:
+        assert test.D_m is not None
+        return np.full(len(pairs.pairs), test.D_m)
+    if np.any(logged <= 0.0) or np.any(logged > 1.05 * campaign.motor.D_max):
+        worst = float(logged[np.argmax(np.abs(logged - 0.5 * campaign.motor.D_max))])
+        raise LogError(
+            f"displacement {show(worst, 'displacement')} in the log: the motors have above 0 up to "
+            f"{show(campaign.motor.D_max, 'displacement')} each. Check unit and scale of the signal."
+        )
+    off = abs(float(logged.mean()) - test.D_m) / campaign.motor.D_max if test.D_m is not None else 0.0
+    if test.D_m is not None and off > D_DOUBT:
+        found, stated = show(float(logged.mean()), "displacement"), show(test.D_m, "displacement")
+        text = f"displacement {found} a motor in the log, {stated} in the campaign file: the log's is used"
+        notes.append(_note("displacement", text, severe=off > D_WRONG))
+    return logged
+
+
+def _points(campaign: Campaign, test: CraneTest, pairs: Pairs, D_m: FloatArray, T_d: FloatArray) -> Points:
+    up, down = [p.up for p in pairs.pairs], [p.down for p in pairs.pairs]
+    omega_up, omega_down = np.array([w.speed for w in up]), np.array([-w.speed for w in down])
+    dp_up, dp_down = np.array([w.effort for w in up]), np.array([w.effort for w in down])
+    u_dp = 0.5 * np.hypot([w.u_effort for w in up], [w.u_effort for w in down])
+    u_speed = 0.5 * np.hypot(
+        np.hypot([w.u_speed for w in up], campaign.r_omega * omega_up), np.hypot([w.u_speed for w in down], campaign.r_omega * omega_down)
+    )
+    slope = _slope(0.5 * (omega_up + omega_down), 0.5 * (dp_up - dp_down))
+    u_dp = np.sqrt(u_dp**2 + campaign.u_p**2 + (slope * u_speed) ** 2)
+    n = len(pairs.pairs)
+    return Points(
+        names=(test.name,), test=np.zeros(n, dtype=np.intp), omega_up=omega_up, omega_down=omega_down, dp_up=dp_up, dp_down=dp_down,
+        D_m=D_m, T_d=T_d, count=np.full(n, float(campaign.count)), u_dp=u_dp, hold_out=np.full(n, test.hold_out),
+        t_up=np.array([w.middle for w in up]), t_down=np.array([w.middle for w in down]),
+    )  # fmt: skip
+
+
+def _slope(omega: FloatArray, dp: FloatArray) -> FloatArray:
+    """Slope of the measured friction over speed [Pa s/rad], by which a speed's uncertainty becomes one of pressure."""
+    order = np.argsort(omega)
+    first = [0]
+    for i, x in enumerate(omega[order]):
+        if x > SAME_SPEED * omega[order][first[-1]]:
+            first.append(i)
+    count = np.diff([*first, len(order)])
+    x, y = (np.add.reduceat(values[order], first) / count for values in (omega, dp))
+    return np.zeros_like(omega) if len(x) < 3 else np.asarray(np.interp(omega, x, np.gradient(y, x)))
+
+
+def _grid_points(campaign: Campaign, test: CraneTest, grid: Grid, points: Points) -> Points:
+    """The thesis's points: both directions interpolated to the same speed."""
+    n = len(grid.speed)
+    order = np.argsort(points.omega)
+
+    def at(values: FloatArray) -> FloatArray:
+        return np.asarray(np.interp(grid.speed, points.omega[order], values[order])) if n else np.zeros(0)
+
+    return Points(
+        names=(test.name,), test=np.zeros(n, dtype=np.intp), omega_up=grid.speed, omega_down=grid.speed, dp_up=grid.up, dp_down=grid.down,
+        D_m=at(points.D_m), T_d=at(points.T_d), count=np.full(n, float(campaign.count)), u_dp=np.hypot(grid.u_F, campaign.u_p),
+        hold_out=np.full(n, test.hold_out),
+    )  # fmt: skip
+
+
+def carried(campaign: Campaign, test: CraneTest, points: Points) -> float:
+    """Load on the hook that the pressures of a test carry in the mean of both directions [kg]; NaN where nothing hangs."""
+    if not len(points) or float(points.T_d.min()) <= 0.0:
+        return math.nan
+    torque = points.count * points.D_m * points.dp_L * campaign.crane.i_hD
+    return float(np.mean(torque / points.T_d)) * campaign.weight(test) / G - campaign.crane.hook_mass - test.wire
+
+
+def _load_check(campaign: Campaign, test: CraneTest, points: Points) -> list[Statement]:
+    """A line where pressures and stated load do not belong together."""
+    mass = carried(campaign, test, points)
+    off, whole = abs(mass - test.load), abs(mass + campaign.crane.hook_mass + test.wire)
+    if math.isnan(mass) or off <= max(LOAD_KNOWN, LOAD_DOUBT * whole):
+        return []
+    text = (
+        f"the pressures carry {show(mass, 'mass', 3)}, the campaign file says {show(test.load, 'mass', 3)}: check load, hook, depth, "
+        "layer, displacement, number of motors, gear ratio and the pressure sensors' gain and offset"
+        f" ({off / whole:.1%} of the carried weight; from {LOAD_WRONG:.0%} on no set is written)"
+    )
+    return [_note(LOAD_CODE, text, severe=off > max(LOAD_MATTERS, LOAD_WRONG * whole))]
+
+
+def _cell_check(weight: float, pairs: Pairs) -> list[Statement]:
+    """A line where the load cell, if it is logged, reads another load."""
+    read = [0.5 * (p.up.others["F_w"] + p.down.others["F_w"]) for p in pairs.pairs if "F_w" in p.up.others and "F_w" in p.down.others]
+    force = float(np.mean(read)) if read else math.nan
+    if math.isnan(force) or abs(force - weight) <= max(CELL_DOUBT * weight, LOAD_KNOWN * G):
+        return []
+    stated = show(weight, "force", 3)
+    text = f"the load cell reads {show(force, 'force', 3)} where load and hook weigh {stated}: check its unit and the load"
+    return [_note("load cell", text)]
+
+
+def _speed_check(campaign: Campaign, log: Log, pairs: Pairs, diameters: FloatArray) -> list[Statement]:
+    """A line where motor speed and wire paid out, if both are logged, do not belong together. Errors: LogError for a wrong unit."""
+    if "s_w" not in log.signals:
+        return []
+    ratios = []
+    for p, d in zip(pairs.pairs, diameters, strict=True):
+        for w in (p.up, p.down):
+            inside = (log.t >= w.start) & (log.t <= w.end) & np.isfinite(log.signals["s_w"])
+            t, s_w = log.t[inside], log.signals["s_w"][inside]
+            if len(t) > 1 and abs(s_w[-1] - s_w[0]) > LEAST_TRAVEL:
+                ratios.append(-w.speed * 0.5 * d / campaign.crane.i_hD / float(np.polyfit(t, s_w, 1)[0]))
+    if not ratios:
+        return []
+    ratio = float(np.median(ratios))
+    if abs(ratio - 1.0) <= SPEED_DOUBT:
+        return []
+    text = f"the motor speed is {ratio:.3g} times what the wire paid out says: check units of omega_m and s_w, gear ratio and layer"
+    if not 1.0 - SPEED_WRONG < ratio < 1.0 / (1.0 - SPEED_WRONG):
+        raise LogError(f"{log.source}: {text}.")
+    return [_note("speed", text)]

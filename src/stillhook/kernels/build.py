@@ -1,0 +1,129 @@
+"""Binds the drivers to one plant, and caches the machine code under a hash of every kernel source.
+
+A cache that is keyed on one file serves stale physics after an edit in another: hence the hash over all of them.
+"""
+
+import contextlib
+import functools
+import hashlib
+import importlib.util
+import sys
+import threading
+from collections.abc import Iterator
+from importlib.metadata import version
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import numba
+from numba.core.caching import FunctionCache
+
+from stillhook.kernels import winch_type
+from stillhook.kernels.cache import kernel_folder, make_private
+from stillhook.physics.scalar import STRICT
+from stillhook.winches.reference import plant as truth
+
+PLANTS: dict[str, ModuleType] = {**{name.value: plant for name, plant in winch_type.PLANTS.items()}, "truth": truth}
+PACKAGE = Path(__file__).resolve().parents[1]
+KERNEL_FOLDERS = ("physics", "control", "winches", "kernels")
+"""Rooms of every source that a kernel can inline, and of what compiles them."""
+LOCK = threading.Lock()
+
+
+def kernel_hash() -> str:
+    """Hash of every source that a kernel can inline, of Numba and of Python."""
+    digest = hashlib.sha256(f"numba {numba.__version__} python {sys.version_info[:2]}".encode())
+    for path in (p for folder in KERNEL_FOLDERS for p in sorted((PACKAGE / folder).rglob("*.py"))):
+        digest.update(path.relative_to(PACKAGE).as_posix().encode() + b"\0" + path.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+RESULT_FOLDERS = (*KERNEL_FOLDERS, "engine", "sea", "spec", "library")
+RESULT_FILES = ("metrics.py", "variables.py")
+
+
+@functools.cache
+def results_hash() -> str:
+    """Hash of everything that a result follows from beside crane and scenario: kernels, motions, tables of the library, and the libraries
+    that make sines and splines."""
+    digest = hashlib.sha256(f"{kernel_hash()} numpy {version('numpy')} scipy {version('scipy')}".encode())
+    inside = [p for folder in RESULT_FOLDERS for p in (PACKAGE / folder).rglob("*") if p.suffix in (".py", ".toml")]
+    for path in sorted(inside) + [PACKAGE / name for name in RESULT_FILES]:
+        digest.update(path.relative_to(PACKAGE).as_posix().encode() + b"\0" + path.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+def cache_folder(plant: str, lanes: int) -> Path:
+    return kernel_folder(f"{kernel_hash()}-{plant}-{lanes}")
+
+
+def _folder(plant: str, kind: str) -> str:
+    return plant if kind == "driver" else f"{kind}-{plant}"
+
+
+def is_compiled(plant: str, lanes: int, kind: str = "driver") -> bool:
+    """Whether a run of this plant starts from cached machine code."""
+    return numba.config.DISABLE_JIT or any(cache_folder(_folder(plant, kind), lanes).rglob("*.nbc"))
+
+
+class _Cache(FunctionCache):  # type: ignore[misc]
+    """Numba's cache, but never in the way: what cannot be read is compiled again, what cannot be written is not kept."""
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        try:
+            return super().load_overload(sig, target_context)
+        except Exception:  # whatever a damaged file makes of unpickling
+            with contextlib.suppress(OSError):
+                self.flush()
+            return None
+
+    def save_overload(self, sig: Any, data: Any) -> None:
+        with contextlib.suppress(OSError):
+            super().save_overload(sig, data)
+
+
+@contextlib.contextmanager
+def _cached_in(folder: Path) -> Iterator[None]:
+    """Functions that are decorated within keep their machine code in this folder, which only the user can enter."""
+    with contextlib.suppress(OSError):  # what cannot be written is not kept
+        make_private(folder)
+    before, numba.config.CACHE_DIR = numba.config.CACHE_DIR, str(folder)
+    try:
+        yield
+    finally:
+        numba.config.CACHE_DIR = before
+
+
+def driver(plant: str, lanes: int, kind: str = "driver") -> ModuleType:
+    """The driver of one plant for 1 or 16 lanes: `run`, `at_rest`, `Lane`. Compiled on first call, cached on disk.
+
+    kind: file of the driver, "driver" for a load on the wire, "lift_driver" for a lowering. Numba takes the cache folder from a global
+    setting while functions are decorated, so this holds a lock.
+    """
+    name = f"stillhook.kernels.{kind}[{plant},{lanes}]"
+    base = None if kind == "driver" else driver(plant, lanes)
+    with LOCK:
+        if name not in sys.modules:
+            spec = importlib.util.spec_from_file_location(name, Path(__file__).with_name(f"{kind}.py"))
+            assert spec is not None
+            assert spec.loader is not None
+            module = importlib.util.module_from_spec(spec)
+            module.plant = PLANTS[plant]  # type: ignore[attr-defined]
+            module.LANES = lanes  # type: ignore[attr-defined]
+            module.base = base  # type: ignore[attr-defined]
+            with _cached_in(cache_folder(_folder(plant, kind), lanes)):
+                spec.loader.exec_module(module)
+                for entry in (module.run, *([module.at_rest] if base is None else [])):
+                    if hasattr(entry, "_cache"):  # not where NUMBA_DISABLE_JIT is set
+                        entry._cache = _Cache(entry.py_func)
+            sys.modules[name] = module
+    return sys.modules[name]
+
+
+def kept(function: Any, name: str) -> Any:
+    """A kernel of its own beside the drivers, compiled on first call and cached on disk under this name; see `driver`."""
+    with LOCK, _cached_in(cache_folder(name, 1)):
+        entry = numba.njit(cache=True, nogil=True, **STRICT)(function)
+        if hasattr(entry, "_cache"):
+            entry._cache = _Cache(entry.py_func)
+    return entry

@@ -1,0 +1,1 @@
+"""The same kernels as portable C99."""

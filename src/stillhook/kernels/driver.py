@@ -1,0 +1,184 @@
+"""The driver of any plant, for one trajectory or sixteen side by side.
+
+`stillhook.kernels.build` executes this file once per plant and lane count with `plant` and `LANES` set; it is never imported by name.
+Whatever the lane count, every trajectory goes through the same scalar functions in the same order: the bits are the same.
+"""
+
+from typing import NamedTuple
+
+from numba import njit
+
+from stillhook.control.plc import Memory
+from stillhook.kernels.lanes import access, offset, replace, size
+from stillhook.kernels.moving_window import SIGNALS, window_add, window_turn
+from stillhook.kernels.statistics import Stats, fold
+from stillhook.physics.scalar import STRICT, align_stack, clip, scalar
+from stillhook.winches.records import THIN, Geometry, Signals, Tick, Tip
+
+plant = plant  # type: ignore[name-defined]  # noqa: F821
+LANES = LANES  # type: ignore[name-defined]  # noqa: F821
+State, Command, Params = plant.State, plant.Command, plant.Params
+circuit, rates, bristle_after = plant.circuit, plant.rates, plant.bristle_after
+geometry, control, rest = plant.geometry, plant.control, plant.at_rest
+signals, powers, stored_energy, limits = plant.signals, plant.powers, plant.stored_energy, plant.limits
+
+
+class Lane(NamedTuple):
+    """Everything that one trajectory carries; u_0 commands of the cycle before, in force until those of this one are calculated."""
+
+    x: State
+    u: Command
+    u_0: Command
+    geo: Geometry
+    m: Memory
+    st: Stats
+    y: Signals
+    tip_0: Tip
+    tip_1: Tip
+    tip_2: Tip
+    tick: Tick
+    p: Params
+
+
+def store(cls: type):  # type: ignore[no-untyped-def]
+    return access(cls, LANES).store
+
+
+load = access(Lane, LANES).load
+axpy, with_z = access(State, LANES).axpy, replace(State, "z")
+mix = access(Command, LANES).mix
+put_x, put_u, put_geo, put_m = store(State), store(Command), store(Geometry), store(Memory)
+put_st, put_y, put_tip = store(Stats), store(Signals), store(Tip)
+X, U, U_0, GEO, M, ST, Y, TIP_0, TIP_1, TIP_2, TICK, P = (offset(Lane, f, LANES) for f in Lane._fields)
+Y_E, Y_EM, Y_TIP = (Y + offset(Signals, f, LANES) for f in ("e_c", "e_c_measured", "s_tip"))
+NS = size(Signals)
+NH = 12
+
+
+@scalar
+def step(x, u, geo, tip_0, tip_1, tip_2, p, h):
+    """One step: the bristle exactly, everything else by the classic fourth-order Runge-Kutta method with the bristle held.
+
+    The bristle lives at the middle of the steps (a Strang splitting, second order): its update over h is centred on x.
+    """
+    c = circuit(x, u, geo, tip_0, p)
+    x = with_z(x, bristle_after(c, x, p, h))
+    k_1 = rates(c, x, u, geo, p)
+    x_2 = axpy(x, 0.5 * h, k_1)
+    k_2 = rates(circuit(x_2, u, geo, tip_1, p), x_2, u, geo, p)
+    x_3 = axpy(x, 0.5 * h, k_2)
+    k_3 = rates(circuit(x_3, u, geo, tip_1, p), x_3, u, geo, p)
+    x_4 = axpy(x, h, k_3)
+    k_4 = rates(circuit(x_4, u, geo, tip_2, p), x_4, u, geo, p)
+    return axpy(axpy(axpy(axpy(x, h / 6, k_1), h / 3, k_2), h / 3, k_3), h / 6, k_4)
+
+
+@scalar
+def in_force(b, tau, h):
+    """Commands in force over a step of h that begins tau into the cycle [s]: those of the cycle before until the PLC has calculated."""
+    return mix(b.u, b.u_0, clip((b.p.plc.t_compute - tau) / h, 0.0, 1.0))
+
+
+@scalar
+def tip_between(start, end, l, H, k):
+    """Tip of lane l at a fixed place between two cycles: the quintic through s, v, a of the rows at both ends.
+
+    Row k of H holds the quintic's weights.
+    """
+    j = k * NH
+    s_0, v_0, a_0 = start[l], start[l + LANES], start[l + 2 * LANES]
+    s_1, v_1, a_1 = end[l], end[l + LANES], end[l + 2 * LANES]
+    s = H[j] * s_0 + H[j + 1] * v_0 + H[j + 2] * a_0 + H[j + 3] * s_1 + H[j + 4] * v_1 + H[j + 5] * a_1
+    v = H[j + 6] * s_0 + H[j + 7] * v_0 + H[j + 8] * a_0 + H[j + 9] * s_1 + H[j + 10] * v_1 + H[j + 11] * a_1
+    return Tip(s, v)
+
+
+@scalar
+def take_tick(A, row, cols):
+    """The drive's row into the lanes; a thin row moves the tip, and an ideal sensor sees the same."""
+    for l in range(cols * LANES):
+        A[TICK + l] = row[l]
+    if cols == THIN:
+        for l in range(THIN * LANES):
+            A[TICK + THIN * LANES + l] = row[l]
+
+
+@scalar
+def cycle(A, w):
+    """PLC cycle, signals and statistics of every lane; w weight of this cycle in integrals."""
+    for l in range(LANES):
+        b = load(A, l)
+        tip = Tip(b.tick.s, b.tick.v)
+        geo = geometry(b.x, b.p)
+        u, m, drive = control(b.x, b.m, b.tick, tip, geo, b.p)
+        c = circuit(b.x, u, geo, tip, b.p)
+        y = signals(c, b.x, u, m, drive, b.tick, geo, b.p)
+        st = fold(b.st, y, powers(c, b.x, tip, b.p), stored_energy(c, b.x, geo, b.p), limits(c, b.x, u, b.p), w)
+        put_u(A, U_0 + l, b.u)
+        put_u(A, U + l, u)
+        put_geo(A, GEO + l, geo)
+        put_m(A, M + l, m)
+        put_y(A, Y + l, y)
+        put_st(A, ST + l, st)
+        put_tip(A, TIP_0 + l, tip)
+
+
+@scalar
+def windows(A, W, i, n_win, full):
+    """The moving windows of every lane take this cycle's sample as number i of their run."""
+    w = SIGNALS * LANES
+    for l in range(LANES):
+        window_add(W, w, l, i, n_win, full, A[Y_E + l])
+        window_add(W, w, LANES + l, i, n_win, full, A[Y_EM + l])
+        window_add(W, w, 2 * LANES + l, i, n_win, full, A[Y_TIP + l])
+    if i == n_win - 1:
+        window_turn(W, w, n_win)
+
+
+def run(A, D, cols, H, W, out, every, k_0, n, first, last, n_win, n_sub, t_cycle):
+    """Cycles k_0 .. k_0 + n of all lanes in A; cycle `last` is only observed.
+
+    D holds n + 1 rows of cols numbers, each LANES wide (a whole Tick, or s, v, a alone). Windows count from cycle `first` on.
+    Every `every` cycles a row of Signals goes to out (0: never).
+    """
+    align_stack()
+    h = t_cycle / n_sub
+    for t in range(n + 1 if k_0 + n == last else n):
+        k = k_0 + t
+        row = D[t * cols * LANES :]
+        take_tick(A, row, cols)
+        cycle(A, 0.5 if (k == first or k == last) else 1.0)
+        if k >= first:
+            windows(A, W, (k - first) % n_win, n_win, 1.0 if k - first >= n_win - 1 else 0.0)
+        if every > 0 and k % every == 0:
+            into = out[(k // every) * NS * LANES :]
+            for l in range(NS * LANES):
+                into[l] = A[Y + l]
+        if t == n:
+            break
+        ahead = row[cols * LANES :]
+        for i in range(n_sub):
+            for l in range(LANES):
+                put_tip(A, TIP_1 + l, tip_between(row, ahead, l, H, 2 * i))
+            for l in range(LANES):
+                put_tip(A, TIP_2 + l, tip_between(row, ahead, l, H, 2 * i + 1))
+            for l in range(LANES):
+                b = load(A, l)
+                put_x(A, X + l, step(b.x, in_force(b, i * h, h), b.geo, b.tip_0, b.tip_1, b.tip_2, b.p, h))
+            for l in range(2 * LANES):
+                A[TIP_0 + l] = A[TIP_2 + l]
+
+
+def at_rest(A):
+    """Every lane's state, memory and commands at rest, from its wire paid out, first Tick and parameters."""
+    for l in range(LANES):
+        b = load(A, l)
+        x, m, u = rest(b.x.s_w, b.m, b.tick, b.p)
+        put_x(A, X + l, x)
+        put_u(A, U + l, u)
+        put_m(A, M + l, m)
+
+
+entry = njit(cache=True, nogil=True, **STRICT)
+run = entry(run)
+at_rest = entry(at_rest)

@@ -1,0 +1,106 @@
+"""Nested NamedTuples to and from one flat array A[field * lanes + lane]. Generic over plants; also runs as plain Python."""
+
+import functools
+import itertools
+import linecache
+import math
+import typing
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stillhook.physics.scalar import scalar
+
+VL = 16
+"""Trajectories side by side: one loop over 16 lanes vectorises fully (8 and 32 are slower)."""
+
+
+@functools.cache
+def fields(cls: type) -> list[tuple[str, Any]]:
+    return list(typing.get_type_hints(cls).items())
+
+
+@functools.cache
+def size(cls: type) -> int:
+    """Number of floats in a record."""
+    return 1 if cls is float else sum(size(t) for _, t in fields(cls))
+
+
+def offset(cls: type, name: str, lanes: int) -> int:
+    """Place of a top-level field in the flat array of `cls`."""
+    return lanes * sum(size(t) for _, t in itertools.takewhile(lambda f: f[0] != name, fields(cls)))
+
+
+def flatten(record: Any) -> list[float]:
+    return [y for x in record for y in (flatten(x) if isinstance(x, tuple) else (float(x),))]
+
+
+def unflatten(cls: type, it: Iterator[float]) -> Any:
+    return next(it) if cls is float else cls(*[unflatten(t, it) for _, t in fields(cls)])
+
+
+def paths(cls: type, prefix: str = "") -> list[str]:
+    """Dotted access of every float: ".active.motors.count"."""
+    return [prefix] if cls is float else [q for f, t in fields(cls) for q in paths(t, f"{prefix}.{f}")]
+
+
+def define(src: str, names: dict[str, Any], file: str) -> None:
+    """Run generated source under a file name of its own, so that tracebacks and `stillhook.kernels.c99.source` can read it."""
+    linecache.cache[file] = (len(src), None, src.splitlines(keepends=True), file)
+    exec(compile(src, file, "exec"), names)
+
+
+class Access(typing.NamedTuple):
+    """Generated functions for one record: load(A, i), store(A, i, v), axpy(x, h, k), mix(x, y, w)."""
+
+    load: Callable[..., Any]
+    store: Callable[..., Any]
+    axpy: Callable[..., Any]
+    mix: Callable[..., Any]
+
+
+def access(cls: type, lanes: int) -> Access:
+    """Loads and stores of one record, written out field by field so that they inline to plain moves.
+
+    i = offset + lane; a record's floats lie `lanes` places apart. `axpy` gives x + h k, `mix` x + w (y - x).
+    """
+    names: dict[str, Any] = {}
+
+    def expr(c: type, leaf: Iterator[str]) -> str:
+        if c is float:
+            return next(leaf)
+        name = f"{c.__name__}_{id(c)}"
+        names[name] = c  # two modules may both have a State
+        return f"{name}({', '.join(expr(t, leaf) for _, t in fields(c))})"
+
+    src = f"def load(A, i): return {expr(cls, (f'A[i + {n * lanes}]' for n in itertools.count()))}\n"
+    src += "def store(A, i, v):\n" + "".join(f"    A[i + {n * lanes}] = v{q}\n" for n, q in enumerate(paths(cls)))
+    src += f"def axpy(x, h, k): return {expr(cls, (f'x{q} + h * k{q}' for q in paths(cls)))}\n"
+    src += f"def mix(x, y, w): return {expr(cls, (f'x{q} + w * (y{q} - x{q})' for q in paths(cls)))}\n"
+    define(src, names, f"<{cls.__name__} on {lanes} lanes of {cls.__module__}>")
+    return Access(*(scalar(names[f]) for f in ("load", "store", "axpy", "mix")))
+
+
+def replace(cls: type, field: str) -> Callable[..., Any]:
+    """A compiled function (record, value) -> record with one top-level field replaced."""
+    names: dict[str, Any] = {"cls": cls}
+    args = ", ".join("value" if f == field else f"x.{f}" for f, _ in fields(cls))
+    define(f"def replace(x, value): return cls({args})\n", names, f"<{cls.__name__} with {field} of {cls.__module__}>")
+    return typing.cast(Callable[..., Any], scalar(names["replace"]))
+
+
+def room_for(shape: tuple[int, ...]) -> NDArray[np.float64]:
+    """An array on a 64-byte boundary: no vector load crosses a cache line."""
+    size = math.prod(shape)
+    room = np.empty(size + 8)
+    start = -room.ctypes.data % 64 // 8
+    return room[start : start + size].reshape(shape)
+
+
+def aligned(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """A copy on a 64-byte boundary."""
+    out = room_for(values.shape)
+    out[...] = values
+    return out

@@ -1,0 +1,1 @@
+"""Crane files: loaded, shown, varied."""

@@ -1,0 +1,198 @@
+"""A crane by its name in the library, or from a file of your own that may build on one."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from stillhook.errors import SpecError, StillhookError
+from stillhook.library.certificate import read_certified
+from stillhook.library.leakage import leak_misfit
+from stillhook.library.parameter_sets.sets import is_path, known_losses, known_torques, set_values
+from stillhook.library.toml.explain import explain
+from stillhook.library.toml.kinds import FileKind, other_kind
+from stillhook.library.toml.tree import LABELS, Leaf, Tree, file_tree, lay_over, library_tree, nearest, parsed, shelf, sources, tree, values
+from stillhook.library.write import crane_tree
+from stillhook.spec.crane import Crane, Motor, Plant, Source, SourceKind, Spec, SystemFriction
+from stillhook.units import came
+
+_PRODUCT = Source(text="product of gear_ratios", kind=SourceKind.DERIVED)
+
+
+def cranes() -> tuple[str, ...]:
+    """Names of the library's cranes."""
+    return shelf("cranes")
+
+
+def load_crane(name_or_path: str | Path) -> Crane:
+    """A crane of the library by name, or one described in a TOML file.
+
+    A file may start with ``base = "nov-250t"`` (or the path of another file, seen from its own folder) and then gives
+    only what differs. A motor or system friction that it names is filled in from the library; what the file itself says
+    on top wins. It may also name the path of a set's file, seen from its own folder (``library = "my-crane.friction.toml"``).
+    A file that turns its base into a pure active winch drops the passive circuit of that base.
+    ``certificate = "certificate.json"``, seen from the file, names the certificate of the crane's twin (`stillhook validate` writes both);
+    the crane then carries it in short, and runs say where they leave what was validated, or that it no longer holds for this crane.
+
+    Errors: SpecError, UnitError of one line that names file, field, what came and what is allowed.
+    """
+    label, fields = _fields(name_or_path, ())
+    crane = _crane(fields, label)
+    misfit = leak_misfit(crane.active) if _states_leak(fields) else None
+    if misfit:
+        raise SpecError(f"{label}: active: {misfit}")
+    return crane
+
+
+def _states_leak(fields: Tree) -> bool:
+    """Whether form or point of the active circuit's leak are a user's: then the total must be that of the parts. A file that takes them
+    from the library and changes a part alone is read as before."""
+    leak = _leak_sources(fields)
+    return bool(leak) and all(leak != _leak_sources(library_tree("cranes", name, "crane")) for name in cranes())
+
+
+def _leak_sources(fields: Tree) -> dict[str, Source]:
+    active = fields.get("active")
+    leak = active.get("leak") if isinstance(active, dict) else None
+    return dict(sources(leak)) if isinstance(leak, dict) else {}
+
+
+def crane_from_toml(text: str, label: str) -> Crane:
+    """The crane that `crane_toml` wrote, from the text itself; label names it in errors (SpecError, UnitError of one line)."""
+    return _crane(tree(parsed(text, label, FileKind.CRANE), label, user=True), label)
+
+
+def changed(crane: Crane, changes: Mapping[str, Any]) -> Crane:
+    """A crane with some fields changed, as if by a file built on it; the crane itself stays as it is.
+
+    Parameters: changes nested tables of texts and numbers, or of leaves with value, kind and source:
+    ``{"active": {"line": {"V": "100 L"}}}``.
+    Errors: SpecError, UnitError of one line, as ``load_crane``.
+    """
+    if not isinstance(changes, Mapping):
+        raise SpecError(f'Changes = {came(changes)}: give nested tables, such as {{"wire": {{"L_0": "80 m"}}}}.')
+    label = f"changes to {crane.name}"
+    own = tree(changes, label, user=True)
+    return _crane(_over_base(crane_tree(crane), own, label), label)
+
+
+def _crane(fields: Tree, label: str) -> Crane:
+    if "sources" in fields:
+        raise SpecError(f"{label}: sources: unknown field; write the source beside its value.")
+    fields, certified = _with_library(fields, label), fields.get("certified")
+    fields.pop("certified", None)
+    stated = {path: source for path, source in sources(fields) if path not in LABELS}
+    data = values(fields)
+    if certified is not None:
+        data["certified"] = certified.value if isinstance(certified, Leaf) else {"envelope": None} | values(certified)
+    try:
+        return Crane.model_validate(data | {"sources": {"i_hD": _PRODUCT} | stated})
+    except ValidationError as error:
+        raise explain(error, Crane, label, data) from None
+
+
+def _fields(name_or_path: str | Path, above: tuple[Path, ...]) -> tuple[str, Tree]:
+    """Label for errors, and the merged tree of a crane and all that it builds on."""
+    if isinstance(name_or_path, str) and name_or_path in cranes():
+        return f"{name_or_path}.toml", library_tree("cranes", name_or_path, "crane")
+    if not isinstance(name_or_path, (str, Path)):
+        raise SpecError(f"Crane = {came(name_or_path)}: give a name ({', '.join(cranes())}) or the path of a file.")
+    path = Path(name_or_path)
+    if isinstance(name_or_path, str) and path.name == name_or_path and path.suffix != ".toml":
+        have, hint = ", ".join(cranes()), nearest(name_or_path, cranes())
+        other = other_kind(name_or_path, FileKind.CRANE)
+        raise SpecError(f"No crane {came(name_or_path)}: the library has {have}{hint} A file's name ends in .toml.{other}")
+    own = _with_library(file_tree(path), path.name, path.parent)
+    base, certificate = own.pop("base", None), own.pop("certificate", None)
+    if certificate is not None:
+        own["certified"] = _certified(own, certificate, path)
+    return path.name, own if base is None else _on_base(own, base, path, above)
+
+
+def _certified(own: Tree, certificate: Leaf | Tree, path: Path) -> Leaf:
+    """The certificate that a crane file names, in short."""
+    name = certificate.value if isinstance(certificate, Leaf) else None
+    if not isinstance(name, str) or not name.strip():
+        raise SpecError(f'{path.name}: certificate = {came(name)}: give the path of a certificate, such as "certificate.json".')
+    if "certified" in own:
+        raise SpecError(f"{path.name}: certificate and [certified]: the second is the record of another. Remove it.")
+    try:
+        record = read_certified(path.parent / name)
+    except StillhookError as problem:
+        raise SpecError(f"{path.name}: certificate = {came(name)}: {problem}") from None
+    return Leaf(record, Source(text=f"certificate {record.short}", kind=SourceKind.USER))
+
+
+def _on_base(own: Tree, base: Leaf | Tree, path: Path, above: tuple[Path, ...]) -> Tree:
+    name = base.value if isinstance(base, Leaf) else None
+    have = ", ".join(cranes())
+    if not isinstance(name, str):
+        raise SpecError(f"{path.name}: base = {came(name)}: not the name of a crane ({have}) nor the path of a file.")
+    if name not in cranes() and not name.endswith(".toml"):
+        hint = nearest(name, cranes())
+        raise SpecError(f"{path.name}: base = {came(name)}: no such crane; the library has {have}{hint}")
+    if path.resolve() in above:
+        raise SpecError(f"{path.name}: base = {came(name)}: the files build on each other in a circle.")
+    below_path: str | Path = name if name in cranes() else path.parent / name
+    _, below = _fields(below_path, (*above, path.resolve()))
+    own.setdefault("name", Leaf(path.stem, Source(text=f"name of the file {path.name}", kind=SourceKind.USER)))
+    return _over_base(below, own, path.name)
+
+
+def _over_base(below: Tree, own: Tree, label: str) -> Tree:
+    """``own`` laid over its base, less the numbers of the base that ``own`` makes stale."""
+    base = dict(below)
+    if "certified" in own:
+        base.pop("certified", None)
+    if _text_at(own, "plant") == Plant.PURE_ACTIVE.value:
+        base.pop("passive", None)
+    for circuit in ("active", "passive"):
+        part = base.get(circuit)
+        motor = part.get("motor") if isinstance(part, dict) else None
+        if isinstance(part, dict) and isinstance(motor, dict) and _text_at(own, circuit, "motor", "type"):
+            base[circuit] = {**part, "motor": {k: v for k, v in motor.items() if k not in Motor.model_fields}}
+    friction = base.get("friction")
+    if isinstance(friction, dict) and _text_at(own, "friction", "library"):
+        base["friction"] = {k: v for k, v in friction.items() if k not in ("system", "T_d_min", "T_d_max")}
+    return lay_over(base, own, label)
+
+
+def _text_at(node: Leaf | Tree | None, *path: str) -> str | None:
+    """The text at the end of the path, None if there is none."""
+    for part in path:
+        node = node.get(part) if isinstance(node, dict) else None
+    return node.value if isinstance(node, Leaf) and isinstance(node.value, str) else None
+
+
+def _with_library(fields: Tree, label: str, folder: Path | None = None) -> Tree:
+    """Motors and system friction filled in by name, under what the file says itself; leak tables looked up.
+
+    folder: that of the file, from which paths of sets are seen; None where all files have been read: a set that was read from a path then
+    stands in the fields, and its file need not be there any more.
+    """
+    out = dict(fields)
+    for circuit in ("active", "passive"):
+        part = out.get(circuit)
+        type_, leak = _text_at(part, "motor", "type"), _text_at(part, "pump", "leak")
+        if isinstance(part, dict) and type_ and _to_be_read(type_, part.get("motor"), Motor, folder):
+            place = f"{label}: {circuit}.motor.type"
+            motor = set_values("motors", type_, place, folder or Path()) | known_losses(type_, place, folder or Path())
+            out[circuit] = lay_over({"motor": motor}, part, label, circuit)
+        if leak and folder is None:
+            library_tree("pumps", leak, f"{label}: {circuit}.pump.leak")
+    friction, library = out.get("friction"), _text_at(out, "friction", "library")
+    if isinstance(friction, dict) and library and _to_be_read(library, friction.get("system"), SystemFriction, folder):
+        place = f"{label}: friction.library"
+        system = set_values("friction", library, place, folder or Path())
+        out["friction"] = lay_over({"system": system, **known_torques(library, place, folder or Path())}, friction, label, "friction")
+    return out
+
+
+def _to_be_read(name: str, part: Leaf | Tree | None, model: type[Spec], folder: Path | None) -> bool:
+    """Whether a set is read now: one of the library at the end, one from a path with the file that names it, unless that has all of it."""
+    if not is_path(name):
+        return folder is None
+    return not (isinstance(part, dict) and {n for n, f in model.model_fields.items() if f.is_required()} <= set(part))

@@ -1,0 +1,1 @@
+"""Parameter sets of friction and motor losses with their uncertainty."""

@@ -1,0 +1,196 @@
+"""TOML files to trees of leaves, each leaf a value with its source.
+
+A leaf is written ``{ value = "96 mm", kind = "published", source = "paper E table 1" }`` or, in a user's own file,
+plainly ``"96 mm"`` (kind "user"). Trees of one file are laid over those of another: tables merge, leaves replace.
+"""
+
+from __future__ import annotations
+
+import difflib
+import functools
+import stat
+import tomllib
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+from stillhook.errors import SpecError
+from stillhook.library.toml.kinds import FileKind, kind_of_text, refuse_other
+from stillhook.spec.crane import Source, SourceKind
+from stillhook.units import came
+
+LARGEST_FILE = 1_000_000  # bytes; the library's longest file has 20 kB
+LABELS = frozenset({"name", "title"})  # texts that need no source
+EVIDENCE = "evidence"  # table of a parameter set: how well it is known
+LONGEST_KEY = 100  # characters; the longest field has 15
+
+_LEAF_KEYS = frozenset({"value", "kind", "source"})
+_ONE_VALUE = (str, int, float, bool)
+
+
+@dataclass(frozen=True, slots=True)
+class Leaf:
+    """A value as written, and where it is from."""
+
+    value: Any
+    source: Source
+
+
+Tree = dict[str, "Leaf | Tree"]
+
+
+def nearest(name: str, names: Iterable[str]) -> str:
+    """``; did you mean "x"?`` for the nearest of the names, or nothing."""
+    close = difflib.get_close_matches(name, list(names), n=1, cutoff=0.6)
+    return f'; did you mean "{close[0]}"?' if close else "."
+
+
+@functools.cache
+def shelf(name: str) -> tuple[str, ...]:
+    """Names of the files on one shelf of the library, in order."""
+    entries = (files("stillhook.library") / "data" / name).iterdir()
+    return tuple(sorted(e.name.removesuffix(".toml") for e in entries if e.name.endswith(".toml")))
+
+
+@functools.cache
+def _library_text(shelf_name: str, name: str) -> str:
+    return (files("stillhook.library") / "data" / shelf_name / f"{name}.toml").read_text(encoding="utf-8")
+
+
+def library_tree(shelf_name: str, name: str, where: str) -> Tree:
+    """One file of the library less its evidence; SpecError that names ``where`` if there is none of this name."""
+    table = {key: value for key, value in library_table(shelf_name, name, where).items() if key != EVIDENCE}
+    return tree(table, f"{name}.toml", user=False)
+
+
+def library_table(shelf_name: str, name: str, where: str) -> dict[str, Any]:
+    """One file of the library as it is parsed; SpecError that names ``where`` if there is none of this name."""
+    if name not in shelf(shelf_name):
+        have = ", ".join(shelf(shelf_name))
+        raise SpecError(f"{where} = {came(name)}: not in the library, which has {have}{nearest(name, shelf(shelf_name))}")
+    return parsed(_library_text(shelf_name, name), f"{name}.toml")
+
+
+def file_tree(path: Path) -> Tree:
+    """A user's own file; SpecError of one line if it cannot be read as TOML."""
+    return tree(parsed(toml_text(path), path.name, FileKind.CRANE), path.name, user=True)
+
+
+def toml_text(path: Path) -> str:
+    """The text of a TOML file of a sensible size; SpecError of one line if there is none."""
+    try:
+        status = path.stat()
+        if not stat.S_ISREG(status.st_mode):
+            what = "a folder" if stat.S_ISDIR(status.st_mode) else "a device"
+            raise SpecError(f"{came(str(path))}: {what}, not a file. Give the path of a TOML file.")
+        if status.st_size > LARGEST_FILE:
+            raise SpecError(f"{came(str(path))}: larger than {LARGEST_FILE} bytes, so it is no crane or case file.")
+        return path.read_bytes().decode("utf-8-sig")
+    except FileNotFoundError:
+        raise SpecError(f"{came(str(path))}: no such file. Check the path.") from None
+    except UnicodeDecodeError as problem:
+        raise SpecError(f"{path.name}: not UTF-8 text (byte {problem.start}). Save it as UTF-8.") from None
+    except (OSError, ValueError) as problem:
+        reason = getattr(problem, "strerror", None) or _one_line(problem)
+        raise SpecError(f"{came(str(path))}: cannot be read ({reason}). Give the path of a TOML file.") from None
+
+
+START_CRANE = 'Start it with base = "nov-250t", or copy a crane of the library.'
+
+
+def parsed(text: str, name: str, *kinds: FileKind, start: str = START_CRANE) -> dict[str, Any]:
+    """The tables of a TOML text of one of these kinds (none for the library's own); SpecError of one line, naming the file, if it is empty
+    (start says what to do then), not TOML, or known to be of another kind."""
+    if not text.strip():
+        raise SpecError(f"{name}: empty. {start}")
+    try:
+        table = tomllib.loads(text)
+    except (tomllib.TOMLDecodeError, RecursionError, ValueError) as problem:
+        if other := kind_of_text(text):
+            raise SpecError(f"{name}: {other}.") from None
+        raise SpecError(f"{name}: not valid TOML: {_one_line(problem)}. Mend that line.") from None
+    refuse_other(table, name, *kinds)
+    return table
+
+
+def _one_line(problem: BaseException) -> str:
+    return " ".join(str(problem).split()).rstrip(".")
+
+
+def tree(table: Mapping[str, Any], name: str, *, user: bool, path: str = "") -> Tree:
+    """Tables and leaves of a parsed file; plain values are allowed in a user's file only."""
+    out: Tree = {}
+    for key, value in table.items():
+        if not isinstance(key, str) or not key.isprintable() or len(key) > LONGEST_KEY:
+            raise SpecError(f"{name}: {path or 'top'}: key {came(key)} is no field. Write the name of a field.")
+        place = f"{path}.{key}" if path else key
+        if isinstance(value, Mapping) and "value" not in value:
+            out[key] = tree(value, name, user=user, path=place)
+        elif isinstance(value, Mapping):
+            out[key] = _leaf(value, name, place, user=user)
+        elif user or place in LABELS:
+            out[key] = Leaf(_plain(value, name, place), Source(text=f"given in {name}", kind=SourceKind.USER))
+        else:
+            raise SpecError(f"{name}: {place}: a number of the library needs its kind and source. Write them beside its value.")
+    return out
+
+
+def _leaf(table: Mapping[str, Any], name: str, place: str, *, user: bool) -> Leaf:
+    for key in table:
+        if key not in _LEAF_KEYS:
+            raise SpecError(f"{name}: {place}.{key}: a value has only value, kind and source{nearest(key, _LEAF_KEYS)}")
+    kind, text = table.get("kind"), table.get("source")
+    if kind is None and text is None and user:
+        kind, text = SourceKind.USER.value, f"given in {name}"
+    kinds = [k.value for k in SourceKind]
+    if kind not in kinds:
+        raise SpecError(f"{name}: {place}.kind = {came(kind)}: not one of {', '.join(kinds)}.")
+    if not isinstance(text, str) or not text.strip():
+        raise SpecError(f"{name}: {place}.source = {came(text)}: say where the number is from, as text.")
+    return Leaf(_plain(table["value"], name, place), Source(text=text, kind=SourceKind(kind)))
+
+
+def _plain(value: Any, name: str, place: str) -> Any:
+    """A value itself, or a list of values; anything else is refused here, where it can be named."""
+    if isinstance(value, _ONE_VALUE):
+        return value
+    if isinstance(value, (list, tuple)):
+        for i, item in enumerate(value):
+            if not isinstance(item, _ONE_VALUE):
+                raise SpecError(f"{name}: {place}[{i}] = {came(item)}: a list holds numbers or texts only.")
+        return list(value)
+    raise SpecError(f"{name}: {place} = {came(value)}: neither a number, a text nor a list of them.")
+
+
+def lay_over(below: Tree, above: Tree, name: str, path: str = "") -> Tree:
+    """``above`` laid over ``below``. A table cannot replace a value, nor a value a table."""
+    out = dict(below)
+    for key, new in above.items():
+        place = f"{path}.{key}" if path else key
+        old = below.get(key)
+        if isinstance(old, dict) and isinstance(new, dict):
+            out[key] = lay_over(old, new, name, place)
+        elif isinstance(old, dict) and isinstance(new, Leaf):
+            raise SpecError(f"{name}: {place} = {came(new.value)}: a table is due, with {', '.join(old)}.")
+        elif isinstance(old, Leaf) and isinstance(new, dict):
+            raise SpecError(f"{name}: {place}: one value is due, came a table. Write {key} = {came(old.value)}.")
+        else:
+            out[key] = new
+    return out
+
+
+def values(node: Tree) -> dict[str, Any]:
+    """The tree without its sources, for the models to validate."""
+    return {key: item.value if isinstance(item, Leaf) else values(item) for key, item in node.items()}
+
+
+def sources(node: Tree, path: str = "") -> Iterator[tuple[str, Source]]:
+    """Dotted path and source of every leaf."""
+    for key, item in node.items():
+        place = f"{path}.{key}" if path else key
+        if isinstance(item, Leaf):
+            yield place, item.source
+        else:
+            yield from sources(item, place)

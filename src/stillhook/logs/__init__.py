@@ -1,0 +1,1 @@
+"""Logs of crane tests: read in pieces, brought to SI, checked, and averaged on bins of time."""

@@ -1,0 +1,213 @@
+"""What is wrong with the samples of a log, told as findings: gaps, missing and impossible values, time that runs backwards."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stillhook.base.arrays import BoolArray
+from stillhook.errors import LogError
+from stillhook.logs.checks.physical_range import LEAST, SET_VALUES
+from stillhook.logs.resample import Binned, Column, Track, on_stretches
+from stillhook.logs.streaming import Rail
+from stillhook.logs.types import Finding
+from stillhook.units import came
+
+MOST_MISSING = 0.5  # of the samples of a bin: with more of them missing its mean is not to be trusted
+MOST_IMPOSSIBLE = 0.01  # of the samples: more that cannot be are no spikes but another unit
+RAIL_HITS, RAIL_BINS = 20, 5  # samples and bins at an extreme, besides others: fewer are chance
+RAIL_LEVELS = 6  # other values around an extreme: with fewer the signal is coarse, and its extreme a value like others
+RAIL_SHARE = 3.0  # times the commonest other value: noise that is cut off piles up at the rail
+SLOWER = 0.5  # of the cells: with more of them empty, at even distances, the signal is a slower one
+FEWEST_SLOW = 10  # values of a slower signal
+IRREGULAR = 0.05  # of the distances between its values may be longer
+RATE = 0.2  # by which the mean and the median number of samples per second may differ
+MOST_LISTED = 20  # findings of one kind that are told one by one
+
+
+@dataclass
+class Checked:
+    """A track after its checks: its bins, doubtful ones by column, findings."""
+
+    track: Track
+    bins: Binned
+    doubtful: list[BoolArray]
+    findings: list[Finding] = field(default_factory=list)
+
+
+def checked(track: Track) -> Checked:
+    """The bins of a track with everything that is wrong with them. Errors: LogError for signals that cannot be trusted at all."""
+    bins = track.finish()
+    for i, column in enumerate(track.columns):
+        column.watch.finish()
+        t, means = on_stretches(bins.t, bins.starts), on_stretches(bins.means[i], bins.starts)
+        marked = [replace(run, noisy=column.watch.noisy_at(run, t, means)) for run in column.watch.runs] if judged(column) else []
+        column.watch.runs = marked
+        column.watch.spans.clear()
+    out = Checked(track, bins, [np.zeros(len(bins.t), np.bool_) for _ in track.columns])
+    _time(out)
+    for i, column in enumerate(track.columns):
+        _impossible(out, column)
+        _missing(out, i, column)
+        _too_small(out, column)
+        _saturated(out, i, column)
+    return out
+
+
+def judged(column: Column) -> bool:
+    """Whether a signal that stands still is worth a word: a set value may."""
+    return column.signal.name not in SET_VALUES and column.watch.lowest < column.watch.highest
+
+
+def counted(number: int, what: str) -> str:
+    """A number of things: "1 sample", "2 samples"."""
+    return f"{number} {what}" if number == 1 else f"{number} {what}s"
+
+
+def _time(out: Checked) -> None:
+    track = out.track
+    if track.untimed.number:
+        out.findings.append(Finding(
+            "time", "missing", np.nan, np.nan, track.untimed.number, "left out",
+            f"time: {counted(track.untimed.number, track.row)} without a readable time left out, the first is {track.row} "
+            f"{track.untimed.line}",
+        ))  # fmt: skip
+    back = track.backwards
+    if back.number:
+        out.findings.append(Finding(
+            "time", "time-backwards", back.start, back.end, back.number, "left out",
+            f"time: {counted(back.number, 'sample')} whose time repeats or runs back (by up to {back.largest:.3g} s) left out, the first "
+            "is "
+            f"{track.row} {back.line}",
+        ))  # fmt: skip
+    _uneven(out)
+    for start, end in track.gaps[:MOST_LISTED]:
+        out.findings.append(
+            Finding("time", "gap", start, end, 1, "noted", f"time: no samples for {end - start:.4g} s from {start:.6g} s on")
+        )
+    if len(track.gaps) > MOST_LISTED:
+        rest = track.gaps[MOST_LISTED:]
+        longest = max(end - start for start, end in rest)
+        out.findings.append(Finding(
+            "time", "gap", rest[0][0], rest[-1][1], len(rest), "noted",
+            f"time: {len(rest)} more gaps, the longest {longest:.4g} s, from {rest[0][0]:.6g} s on",
+        ))  # fmt: skip
+
+
+def _uneven(out: Checked) -> None:
+    track = out.track
+    if len(out.bins.t) < 2:
+        return
+    covered = float(out.bins.t[-1] - out.bins.t[0]) - sum(end - start for start, end in track.gaps)
+    if covered <= 0.0 or track.spacing <= 0.0:
+        return
+    mean = track.samples / max(covered, track.spacing)
+    if abs(mean * track.spacing - 1.0) > RATE and covered > FEWEST_SLOW * track.every:
+        text = f"time: {mean:.4g} samples per second on average, and {1.0 / track.spacing:.4g} at the start: the spacing is uneven"
+        out.findings.append(Finding("time", "uneven", 0.0, float(out.bins.t[-1]), track.samples, "noted", text))
+
+
+def _impossible(out: Checked, column: Column) -> None:
+    watch, signal, track = column.watch, column.signal, out.track
+    if not watch.beyond:
+        return
+    said = f"{signal.name} = {signal.say(watch.beyond_value)} is beyond {signal.say(watch.limit)}"
+    if watch.beyond > MOST_IMPOSSIBLE * max(1, watch.good + watch.beyond):
+        raise LogError(
+            f"{track.file}: {track.row} {watch.beyond_line}: {said} ({watch.beyond} such samples of {watch.good + watch.beyond}). Check "
+            "the unit "
+            f"{came(column.unit)} of column {came(signal.column)} in the mapping, or its scale."
+        )
+    out.findings.append(Finding(
+        signal.name, "impossible", watch.beyond_at, watch.beyond_at, watch.beyond, "left out",
+        f"{said} in {track.row} {watch.beyond_line}: {counted(watch.beyond, 'such sample')} left out",
+    ))  # fmt: skip
+
+
+def _missing(out: Checked, i: int, column: Column) -> None:
+    signal, track, missing = column.signal, out.track, out.bins.missing[i]
+    number = int(missing.sum()) - column.watch.beyond
+    texts = ", ".join(came(text) if text else "empty cells" for text in column.texts)
+    if not column.watch.good:
+        raise LogError(
+            f"{track.file}: {signal.name}: column {came(signal.column)} holds no number that can be read ({texts or 'all cells empty'}). "
+            "Map another column or leave the signal out."
+        )
+    per_bin = max(1.0, track.every / track.spacing) if track.spacing > 0.0 else 1.0
+    if not any(column.texts) and number > SLOWER * track.samples and _slower(out, i):
+        return
+    out.doubtful[i] |= missing > MOST_MISSING * per_bin  # the mean of the others is good
+    if number <= 0:
+        return
+    where = np.flatnonzero(missing > 0)
+    out.findings.append(Finding(
+        signal.name, "missing", float(out.bins.t[where[0]]), float(out.bins.t[where[-1]]), number, "left out",
+        f"{signal.name}: {counted(number, 'sample')} missing ({texts or 'empty cells'}), first near {out.bins.t[where[0]]:.6g} s",
+    ))  # fmt: skip
+
+
+def _slower(out: Checked, i: int) -> bool:
+    """Whether a column with many empty cells is that of a slower signal, one value in so many rows; then the bins between are filled."""
+    means, t, signal = out.bins.means[i], out.bins.t, out.track.columns[i].signal
+    good = np.flatnonzero(np.isfinite(means))
+    if len(good) < FEWEST_SLOW:
+        return False
+    apart = np.diff(t[good])
+    usual = float(np.median(apart))
+    if np.count_nonzero(apart > 1.5 * usual) > IRREGULAR * len(apart):
+        return False
+    after = np.clip(np.searchsorted(good, np.arange(len(t))), 1, len(good) - 1)
+    inside = (t[good[after]] - t[good[after - 1]] <= 2.5 * usual) & (np.arange(len(t)) >= good[0]) & (np.arange(len(t)) <= good[-1])
+    out.bins.means[i] = np.where(np.isfinite(means), means, np.where(inside, np.interp(t, t[good], means[good]), np.nan))
+    out.doubtful[i] |= np.isnan(out.bins.means[i])
+    every = out.track.samples / max(1, out.track.columns[i].watch.good)
+    text = f"{signal.name}: one value in {every:.3g} {out.track.row}s, the other cells are empty: read as a slower signal"
+    out.findings.append(Finding(signal.name, "slower", float(t[0]), float(t[-1]), out.track.columns[i].watch.good, "noted", text))
+    return True
+
+
+def _saturated(out: Checked, i: int, column: Column) -> None:
+    """Samples at the ends of the sensor's range, and extremes at which a noisy signal is cut off."""
+    watch, signal = column.watch, column.signal
+    if watch.at_ends:
+        bins = np.unique(np.concatenate(watch.at_ends))
+        assert signal.lo is not None
+        assert signal.hi is not None
+        ends = f"an end of its range ({signal.say(signal.lo)} to {signal.say(signal.hi)})"
+        _mark_saturated(out, i, signal.name, bins, watch.at_ends_samples, f"{signal.name}: {{n}} samples stand at {ends}")
+    if signal.name in SET_VALUES or not watch.noisy:
+        return
+    for rail, which in ((watch.top, "largest"), (watch.bottom, "smallest")):
+        inside = signal.lo is None or signal.hi is None or signal.lo < rail.value < signal.hi
+        if inside and _is_rail(rail) and not (rail.value == 0.0 and signal.quantity in ("rotation", "speed")):
+            bins = np.unique(np.concatenate(rail.bins))
+            at = f"its {which} value {signal.say(rail.value)}"
+            said = f"{signal.name}: {{n}} samples or more stand exactly at {at}, which a noisy signal does not"
+            _mark_saturated(out, i, signal.name, bins, rail.hits, said)
+
+
+def _is_rail(rail: Rail) -> bool:
+    others = [count for level, count in rail.levels.items() if level != rail.value]
+    return rail.hits >= RAIL_HITS and rail.mixed >= RAIL_BINS and len(others) >= RAIL_LEVELS and rail.hits >= RAIL_SHARE * max(others)
+
+
+def _mark_saturated(out: Checked, i: int, name: str, stretches: NDArray[np.int64], samples: int, text: str) -> None:
+    at = np.isin(out.bins.wide, stretches)
+    out.doubtful[i] |= at
+    t = out.bins.t[at]
+    text = f"{text.format(n=samples)}, from {t[0]:.6g} s on, in {int(at.sum())} bins: the sensor or its converter is saturated"
+    out.findings.append(Finding(name, "saturated", float(t[0]), float(t[-1]), samples, "noted", text))
+
+
+def _too_small(out: Checked, column: Column) -> None:
+    """LogError for a signal that stays far below what it must reach: its unit is another."""
+    watch, signal = column.watch, column.signal
+    least = LEAST.get(signal.name)
+    if least is not None and watch.good and max(abs(watch.lowest), abs(watch.highest)) < least:
+        raise LogError(
+            f"{out.track.file}: {signal.name} never exceeds {signal.say(max(abs(watch.lowest), abs(watch.highest)))}, where "
+            f"{signal.say(least)} is the "
+            f"least that makes sense. Check the unit {came(column.unit)} of column {came(signal.column)} in the mapping, or its scale."
+        )

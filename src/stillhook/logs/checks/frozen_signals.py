@@ -1,0 +1,185 @@
+"""Signals that stand still to the last digit while the winch moves."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stillhook.base.arrays import BoolArray, FloatArray
+from stillhook.errors import LogError
+from stillhook.logs.checks.physical_range import NOT_THE_WINCH, REQUIRED, SET_VALUES, TIP
+from stillhook.logs.resample import on_stretches
+from stillhook.logs.streaming import Run, Watch
+from stillhook.logs.types import Finding, Signal
+from stillhook.units import came
+
+HELD = ("p_b",)
+"""Signals that the machine itself may hold: a closed circuit's low side. What friction takes from it is its change between hoisting and
+lowering, so a constant one is used, and told."""
+CHANCE = 1e-6  # expected number of runs so long, if values repeat as often as in the rest of the log: rarer is no chance
+MOVES = 0.2  # of the spread of a signal over the whole log: so much change is motion
+ABOVE_NOISE = 20.0  # times the step from bin to bin: a spread that is smaller is noise; in white noise it is 5 times
+COMMANDED = 0.1  # of the pump command: with more, a winch that stands still is not at rest
+TURNING = 0.05  # of the largest speed: with more, the winch moves
+TIP_MOVES = 10.0  # times the step from bin to bin, for a tip that moves: a wave of 4 s has 20, white noise 5
+MOTION = ("rotation", "speed")
+MOST_LISTED = 20  # findings of one signal that are told one by one
+
+
+@dataclass(frozen=True)
+class Watched:
+    """A signal on the bins of the main clock, and what was watched of its samples."""
+
+    signal: Signal
+    values: FloatArray
+    watch: Watch
+    runs: tuple[Run, ...]
+    """Long runs of equal values, in the time of the main clock."""
+
+
+def standstill(
+    file: str, t: FloatArray, signals: Mapping[str, Watched], doubtful: Mapping[str, BoolArray], starts: NDArray[np.intp]
+) -> list[Finding]:
+    """Findings of signals that are stuck; their bins become doubtful. starts: the first bin of every stretch on which motion is looked for.
+
+    Whether the winch moves is said by signals of the winch alone: a tip that moves above a winch at rest is no evidence. The tip's own
+    signals are held against each other.
+    Errors: LogError where a signal that friction needs never changes although others move.
+    """
+    found: list[Finding] = []
+    looked = {name: replace(w, values=on_stretches(w.values, starts)) for name, w in signals.items()}
+    at, spread = on_stretches(t, starts), {name: _spread(w.values) for name, w in looked.items()}
+    for name, w in looked.items():
+        others = {o: other for o, other in looked.items() if other is not w and (o in TIP if name in TIP else o not in NOT_THE_WINCH)}
+        if w.watch.lowest == w.watch.highest:
+            found.append(_constant(file, t, w, others, spread, doubtful[name]))
+        elif name not in SET_VALUES:
+            stuck = [(run, why) for run in w.runs if _beyond_chance(w.watch, run) and (why := _while_moving(at, w, run, others, spread))]
+            found += _told(t, w, stuck, doubtful[name])
+    return found
+
+
+def _spread(values: FloatArray) -> float:
+    good = values[np.isfinite(values)]
+    return float(np.subtract(*np.percentile(good, (99.0, 1.0)))) if len(good) else 0.0
+
+
+def _constant(
+    file: str, t: FloatArray, w: Watched, others: Mapping[str, Watched], spread: Mapping[str, float], doubtful: BoolArray
+) -> Finding:
+    name, value = w.signal.name, w.signal.say(w.watch.highest)
+    if name in SET_VALUES:
+        return Finding(
+            name, "constant", float(t[0]), float(t[-1]), w.watch.good, "noted", f"{name} stands at {value} throughout, as a set value may"
+        )
+    moving = [other for other, o in others.items() if o.watch.lowest != o.watch.highest]
+    if name in TIP and not any(spread[other] > TIP_MOVES * _noise(others[other].values) for other in moving):
+        text = f"{name} stands at {value} throughout: the tip is at rest, or the signal is dead"
+        return Finding(name, "constant", float(t[0]), float(t[-1]), w.watch.good, "noted", text)
+    if name in HELD and moving:
+        said = f"{name} stands at {value} throughout while {moving[0]} changes"
+        text = f"{said}: right for a low side that boost holds, wrong for a dead sensor"
+        return Finding(name, "constant", float(t[0]), float(t[-1]), w.watch.good, "noted", text)
+    if name in REQUIRED and moving:
+        raise LogError(
+            f"{file}: {name} stands at {value} throughout while {moving[0]} changes: the sensor was off or stuck, or column "
+            f"{came(w.signal.column)} is "
+            "another one. Map another column, or leave the signal out."
+        )
+    doubtful[:] = True
+    also = f" while {moving[0]} changes: the sensor was off or stuck" if moving else ", and so does every other signal"
+    return Finding(
+        name, "stuck", float(t[0]), float(t[-1]), w.watch.good, "noted", f"{name} stands at {value} throughout{also}; none of it counts"
+    )
+
+
+def _beyond_chance(watch: Watch, run: Run) -> bool:
+    """Whether a run of equal values is longer than the repeats in the rest of the signal explain."""
+    others = watch.changes - 1
+    if others < 1:
+        return False
+    mean = max(1.0, (watch.good - run.samples) / others)  # samples that a value lasts
+    if mean == 1.0:
+        return True
+    return math.log(others) + (run.samples - 1) * math.log1p(-1.0 / mean) < math.log(CHANCE)
+
+
+def _while_moving(t: FloatArray, w: Watched, run: Run, others: Mapping[str, Watched], spread: Mapping[str, float]) -> str:
+    """What moves while a signal stands still, "" where nothing says that it should change."""
+    part = slice(*(int(i) for i in np.searchsorted(t, (run.start, run.end))))
+    if part.stop - part.start < 2:
+        return ""
+    if w.signal.name in TIP:
+        return next((name for name, other in others.items() if _tip_moves(other, part, spread[name])), "")
+    turning = next((name for name, other in others.items() if _shows_motion(t, other, part)), "")
+    if w.signal.quantity == "length" or (w.signal.quantity in MOTION and run.value == 0.0):
+        return turning  # a winch at rest is allowed
+    if w.signal.quantity in MOTION:  # pressures may change at a constant speed
+        others = {name: other for name, other in others.items() if other.signal.quantity in MOTION or name == "u_p"}
+    changing = next((name for name, other in others.items() if spread[name] > 0.0 and _changes(other, part, spread[name])), "")
+    if changing or not run.noisy:
+        return changing
+    return turning or ("the winch" if w.signal.quantity in MOTION else "")
+
+
+def _shows_motion(t: FloatArray, other: Watched, part: slice) -> bool:
+    """Whether a signal says that the winch turns."""
+    values = other.values[part]
+    good = np.isfinite(values)
+    if good.sum() < 2:
+        return False
+    if other.signal.quantity in MOTION:
+        return bool(np.median(np.abs(values[good])) > TURNING * float(np.nanmax(np.abs(other.values))))
+    if other.signal.quantity == "length":
+        rates = np.abs(np.diff(other.values) / np.diff(t))
+        travel, time = values[good], t[part][good]
+        return bool(abs(travel[-1] - travel[0]) / (time[-1] - time[0]) > TURNING * float(np.nanmax(rates)))
+    return bool(other.signal.name == "u_p" and np.median(np.abs(values[good])) > COMMANDED)
+
+
+def _noise(values: FloatArray) -> float:
+    """Median step from bin to bin."""
+    steps = np.abs(np.diff(values))
+    return float(np.nanmedian(steps)) if np.isfinite(steps).any() else 0.0
+
+
+def _tip_moves(other: Watched, part: slice, spread: float) -> bool:
+    """Whether another signal of the tip says that it moves."""
+    values = other.values[part]
+    if not np.isfinite(values).any():
+        return False
+    return bool(spread > TIP_MOVES * _noise(other.values) and np.nanmax(values) - np.nanmin(values) > MOVES * spread)
+
+
+def _changes(other: Watched, part: slice, spread: float) -> bool:
+    """Whether a signal changes by more than its noise."""
+    values = other.values[part]
+    if other.signal.quantity == "length" or (other.signal.name in SET_VALUES and other.signal.name != "u_p"):
+        return False
+    if not np.isfinite(values).any():
+        return False
+    return bool(spread > ABOVE_NOISE * _noise(other.values) and np.nanmax(values) - np.nanmin(values) > MOVES * spread)
+
+
+def _told(t: FloatArray, w: Watched, stuck: list[tuple[Run, str]], doubtful: BoolArray) -> list[Finding]:
+    found = []
+    name = w.signal.name
+    for run, why in stuck:
+        doubtful[(t >= run.start - 1e-9) & (t <= run.end + 1e-9)] = True
+        found.append(Finding(
+            name, "stuck", run.start, run.end, run.samples, "noted",
+            f"{name} stands at {w.signal.say(run.value, 6)} to the last digit from {run.start:.6g} s to {run.end:.6g} s while {why} "
+            "moves: stuck",
+        ))  # fmt: skip
+    if len(found) <= MOST_LISTED:
+        return found
+    rest = found[MOST_LISTED:]
+    seconds = sum(finding.end - finding.start for finding in rest)
+    return [*found[:MOST_LISTED], Finding(
+        name, "stuck", rest[0].start, rest[-1].end, sum(finding.count for finding in rest), "noted",
+        f"{name} is stuck {len(rest)} more times, {seconds:.4g} s in all, from {rest[0].start:.6g} s on",
+    )]  # fmt: skip

@@ -1,0 +1,245 @@
+"""Logs as text in their many dialects, read in pieces.
+
+The dialect is found from the first part of the file: encoding (UTF-8, UTF-16, Latin-1/Windows-1252), separator (; tab | , or runs of
+blanks), decimal sign, lines before the header, the header (also one that begins with #), a row of units below it, the first row of data.
+Comments (#, //, %) and blank lines do not count. Rows whose number of fields does not match are left out and told.
+"""
+
+from __future__ import annotations
+
+import codecs
+import re
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+import polars as pl
+from numpy.typing import NDArray
+
+from stillhook.base.arrays import FloatArray
+from stillhook.errors import LogError
+from stillhook.formats.csv_dialect import COMMENTS, Dialect, dialect_of
+from stillhook.logs.formats.source import EXAMPLES, Chunk, Want, stamps_to_seconds, with_words
+from stillhook.units import came
+
+HEAD = 1 << 18  # bytes from which the dialect is found
+LONGEST_LINE = 1 << 24  # bytes; a longer "line" is no line of a log
+_NEWLINE, _QUOTE, _BLANK, _TAB = 10, 34, 32, 9
+_COMMENT = re.compile(rb"[ \t]*(?:#|//|%)")
+
+
+@dataclass(frozen=True)
+class _Block:
+    """Whole lines of data, tidied so that every line is a row; where they were in the file."""
+
+    data: bytes
+    rows: int
+    first_line: int
+    kept: NDArray[np.intp] | None
+    """Line in the block of each row, None where every line is one."""
+    broken: tuple[tuple[int, str], ...]
+
+    def line_of(self, row: int) -> int:
+        return self.first_line + (row if self.kept is None else int(self.kept[row]))
+
+
+@dataclass
+class CsvLog:
+    """A text log, its dialect known."""
+
+    path: Path
+    dialect: Dialect
+    row: str = "line"
+    time_base: bool = False
+    name: str = field(init=False)
+    headings: tuple[str, ...] = field(init=False)
+    units: tuple[str, ...] = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.name, self.headings, self.units = self.path.name, self.dialect.headings, self.dialect.units
+
+    def base(self, place: int) -> int:
+        """A table has one time base."""
+        return 0
+
+    def sample(self, place: int) -> str:
+        """The first cell of a column."""
+        return self.dialect.first_row[place] if place < len(self.dialect.first_row) else ""
+
+    def chunks(self, wants: Sequence[Want], size: int) -> Iterator[Chunk]:
+        """The wanted columns in pieces of about `size` bytes, cut at line ends."""
+        total = max(1, self.path.stat().st_size)
+        line, skip = 1, self.dialect.first_line - 1
+        for data, done in _lines(self.path, self.dialect.encoding, size):
+            below, passed = _after(data, skip)
+            skip, line = skip - passed, line + passed
+            if not below:
+                continue
+            block = _tidied(below, line, self.dialect)
+            line += below.count(b"\n")
+            if block.rows or block.broken:
+                yield self._parsed(block, wants, min(1.0, done / total))
+
+    def _parsed(self, block: _Block, wants: Sequence[Want], done: float) -> Chunk:
+        numbers = sorted({p for want in wants if want.stamps is None for p in want.places})
+        words = sorted({p for want in wants if want.stamps is not None for p in want.places})
+        table = self._read(block, numbers, words)
+        values: dict[Want, FloatArray] = {}
+        texts: dict[Want, tuple[str, ...]] = {}
+        again = [p for p in numbers if table[f"c{p}"].null_count()]
+        plain = self._read(block, [], again) if again else None
+        for want in wants:
+            if want.stamps is not None:
+                columns = [table[f"c{p}"].str.strip_chars(' \t"') for p in want.places]
+                cells = columns[0] if len(columns) == 1 else columns[0] + " " + columns[1]
+                read = stamps_to_seconds(cells, want.stamps)
+                cells = cells.fill_null("")
+            elif plain is not None and want.places[0] in again:
+                cells = plain[f"c{want.places[0]}"].fill_null("").str.strip_chars(' \t"')
+                read = with_words(self._cast(cells), cells, want)
+            else:
+                read = table[f"c{want.places[0]}"].to_numpy().astype(np.float64, copy=False)
+                values[want] = read
+                continue
+            bad = ~np.isfinite(read)
+            if bad.any():
+                texts[want] = tuple(cells.filter(pl.Series(bad)).unique(maintain_order=True).head(EXAMPLES).to_list())
+            values[want] = read
+        return Chunk(0, values, block.line_of, done, texts, block.broken)
+
+    def _cast(self, cells: pl.Series) -> FloatArray:
+        if self.dialect.decimal == ",":  # a point would be a sign between thousands
+            cells = cells.str.replace(".", "x", literal=True).str.replace(",", ".", literal=True)
+        return cells.cast(pl.Float64, strict=False).fill_null(np.nan).to_numpy().astype(np.float64, copy=False)
+
+    def _read(self, block: _Block, numbers: Sequence[int], words: Sequence[int]) -> pl.DataFrame:
+        schema = {f"c{i}": pl.Float64 if i in numbers else pl.String for i in range(self.dialect.fields)}
+        quoted = b'"' in block.data
+        if quoted and (row := _open_quote(block)) is not None:
+            raise LogError(f"{self.name}: line {block.line_of(row)}: a quote is not closed. Mend or remove the line.")
+        try:
+            table = pl.read_csv(
+                block.data, has_header=False, columns=sorted({*numbers, *words}), schema=schema, ignore_errors=True,
+                separator="\t" if self.dialect.separator == " " else self.dialect.separator, encoding="utf8-lossy",
+                quote_char='"' if quoted else None, decimal_comma=self.dialect.decimal == ",",
+            )  # fmt: skip
+        except pl.exceptions.PolarsError as problem:
+            raise LogError(
+                f"{self.name}: lines from {block.first_line} on cannot be read as a table ({came(str(problem).splitlines()[0])})."
+            ) from None
+        if table.height != block.rows:
+            raise LogError(f"{self.name}: lines from {block.first_line} on read as {table.height} rows where there are {block.rows}.")
+        return table
+
+
+def open_csv(path: Path) -> CsvLog:
+    """A text log with its dialect found from the first part of the file. Errors: LogError of one line."""
+    with path.open("rb") as stream:
+        head = stream.read(HEAD)
+        whole = len(head) < HEAD
+    return CsvLog(path, dialect_of(head, path.name, whole))
+
+
+def _open_quote(block: _Block) -> int | None:
+    """Row with a quote that is not closed, None where there is none."""
+    signs = np.frombuffer(block.data, np.uint8)
+    quotes = np.diff(np.searchsorted(np.flatnonzero(signs == _QUOTE), np.flatnonzero(signs == _NEWLINE)), prepend=0)
+    odd = np.flatnonzero(quotes % 2)
+    return int(odd[0]) if len(odd) else None
+
+
+def _lines(path: Path, encoding: str, size: int) -> Iterator[tuple[bytes, int]]:
+    """Pieces of whole lines as bytes with "\\n" at the end of each line, and the bytes of the file read so far."""
+    decode: Callable[[bytes, bool], bytes] = lambda data, end: data
+    if encoding.startswith("utf-16"):
+        decoder = codecs.getincrementaldecoder(encoding)(errors="replace")
+        decode = lambda data, end: decoder.decode(data, end).encode()
+    rest, read, last = b"", 0, b""
+    with path.open("rb") as stream:
+        while data := stream.read(size):
+            if read == 0:
+                data = data.removeprefix(codecs.BOM_UTF8)
+            read += len(data)
+            text = last + decode(data, False)
+            last = text[-1:] if text.endswith(b"\r") else b""  # the other half of CRLF may begin the next piece
+            text = _one_newline(text[: len(text) - len(last)])
+            cut = text.rfind(b"\n") + 1
+            if cut:
+                yield rest + text[:cut], read
+                rest = text[cut:]
+            else:
+                rest += text
+            if len(rest) > LONGEST_LINE:
+                raise LogError(f"{path.name}: a line of more than {LONGEST_LINE >> 20} MB. Is this a log in text?")
+    rest = _one_newline(rest + last + decode(b"", True))
+    if rest:
+        yield (rest if rest.endswith(b"\n") else rest + b"\n"), read
+
+
+def _one_newline(text: bytes) -> bytes:
+    if b"\r" not in text:
+        return text
+    return text.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
+
+
+def _after(data: bytes, lines: int) -> tuple[bytes, int]:
+    """The data below the first `lines` lines, and how many of these were in it."""
+    cut, passed = 0, 0
+    while passed < lines and cut < len(data):
+        cut, passed = data.find(b"\n", cut) + 1, passed + 1
+    return (data[cut:] if cut else data), passed
+
+
+def _tidied(data: bytes, first_line: int, dialect: Dialect) -> _Block:
+    """The lines of a piece as rows: runs of blanks made one separator, comments and lines of another length taken out."""
+    separator = dialect.separator
+    if separator == " ":
+        data, separator = _single_tabs(data), "\t"
+    lines, sign = data.count(b"\n"), separator.encode()
+    simple = data.count(sign) == lines * (dialect.fields - 1) and not data.startswith((*COMMENTS, b"\n"))
+    if simple and b"\n\n" not in data and not any(mark[:1] in data and b"\n" + mark in data for mark in COMMENTS):
+        return _Block(data, lines, first_line, None, ())
+    counts, ends = _separators(data, sign[0])
+    begins = np.concatenate(([0], ends[:-1] + 1))
+    good = counts == dialect.fields - 1
+    heads = np.frombuffer(data, np.uint8)[begins]
+    for i in np.flatnonzero(good & np.isin(heads, np.frombuffer(b"#/% \t", np.uint8))):
+        good[i] = not _COMMENT.match(data, begins[i])
+    pieces: dict[int, bytes] = {}
+    broken: list[tuple[int, str]] = []
+    for i in np.flatnonzero(~good):
+        line = data[begins[i] : ends[i]]
+        if not line.strip(b' \t"' + sign) or _COMMENT.match(line):
+            continue
+        fields = line.split(sign)
+        if len(fields) > dialect.fields and b'"' not in line and not any(cell.strip() for cell in fields[dialect.fields :]):
+            pieces[int(i)], good[i] = sign.join(fields[: dialect.fields]), True  # only empty fields too many
+        else:
+            broken.append((first_line + int(i), f"{counts[i] + 1} fields where the header has {dialect.fields}"))
+    kept = np.flatnonzero(good)
+    body = b"".join(pieces.get(int(i), data[begins[i] : ends[i]]) + b"\n" for i in kept)
+    return _Block(body, len(kept), first_line, kept, tuple(broken))
+
+
+def _separators(data: bytes, sign: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Separators outside quotes in each line, and where each line ends."""
+    signs = np.frombuffer(data, np.uint8)
+    ends = np.flatnonzero(signs == _NEWLINE)
+    found = np.flatnonzero(signs == sign)
+    if b'"' in data:
+        quotes = np.flatnonzero(signs == _QUOTE)
+        found = found[np.searchsorted(quotes, found) % 2 == 0]
+    counts = np.diff(np.searchsorted(found, ends), prepend=0)
+    return counts.astype(np.intp), ends.astype(np.intp)
+
+
+def _single_tabs(data: bytes) -> bytes:
+    """Runs of blanks and tabs as one tab, none at either end of a line."""
+    signs = np.frombuffer(b"\n" + data, np.uint8)
+    blank = (signs == _BLANK) | (signs == _TAB)
+    step = np.diff(blank.astype(np.int8))
+    first, last = np.flatnonzero(step == 1) + 1, np.flatnonzero(step == -1)  # data end with a newline, so that every run has both
+    keep = ~blank
+    keep[last[(signs[first - 1] != _NEWLINE) & (signs[last + 1] != _NEWLINE)]] = True
+    return bytes(np.where(blank, np.uint8(_TAB), signs)[keep].data)[1:]

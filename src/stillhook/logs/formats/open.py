@@ -1,0 +1,70 @@
+"""Opens a log by its content: text, Parquet, MDF4, TDMS, MAT v5 and v7.3."""
+
+from __future__ import annotations
+
+import os
+import stat
+from importlib.util import find_spec
+from pathlib import Path
+
+from stillhook.errors import LogError
+from stillhook.logs.formats.binary import BinaryLog
+from stillhook.logs.formats.columnar import ParquetLog, open_hdf, open_mat
+from stillhook.logs.formats.csv import open_csv
+from stillhook.logs.formats.mdf_tdms import MdfLog, TdmsLog
+from stillhook.logs.formats.source import Source
+from stillhook.units import came
+
+_HEAD = 512
+_FOREIGN = (
+    (b"\x1f\x8b", "gzip"),
+    (b"PK\x03\x04", "zip or Excel"),
+    (b"%PDF", "PDF"),
+    (b"\xd0\xcf\x11\xe0", "old Excel"),
+    (b"7z\xbc\xaf", "7z"),
+)
+
+
+def open_log(path: str | os.PathLike[str]) -> Source:
+    """The log at a path, opened. Errors: LogError of one line for what is no log."""
+    file = Path(path)
+    try:
+        if stat.S_ISDIR(file.stat().st_mode):
+            raise LogError(f"{file}: is a folder. Give one log file in it.")
+        if not stat.S_ISREG(file.stat().st_mode):
+            raise LogError(f"{file}: is not an ordinary file. Give a log file.")
+        with file.open("rb") as stream:
+            head = stream.read(2 * _HEAD)
+    except FileNotFoundError:
+        raise LogError(f"{file}: no such file. Check the name and the folder.") from None
+    except (OSError, ValueError) as problem:
+        raise LogError(
+            f"{came(str(file))}: cannot be read ({getattr(problem, 'strerror', None) or problem}). Check the name and your rights."
+        ) from None
+    for magic, name in _FOREIGN:
+        if head.startswith(magic):
+            raise LogError(f"{file.name}: is a {name} file. Unpack it, or save the log as CSV or Parquet.")
+    if not head:
+        raise LogError(f"{file.name}: is empty. Give a log with a header and rows of numbers.")
+    return _opened(file, head)
+
+
+def _opened(file: Path, head: bytes) -> Source:
+    if head.startswith(b"PAR1"):
+        return BinaryLog(file, "Parquet", ParquetLog)
+    if head.startswith((b"MDF ", b"UnFinMF")):
+        _need("asammdf", "MDF", file)
+        return BinaryLog(file, "MDF", MdfLog)
+    if head.startswith(b"TDSm"):
+        _need("nptdms", "TDMS", file)
+        return BinaryLog(file, "TDMS", TdmsLog)
+    if head.startswith(b"\x89HDF") or head[_HEAD:].startswith(b"\x89HDF"):  # MATLAB puts 512 bytes of text before
+        return BinaryLog(file, "HDF5", open_hdf)
+    if head.startswith(b"MATLAB "):
+        return BinaryLog(file, "MAT", open_mat)
+    return open_csv(file)
+
+
+def _need(reader: str, what: str, file: Path) -> None:
+    if find_spec(reader) is None:
+        raise LogError(f'{file.name}: is {what}, which takes the reader {reader}: pip install "stillhook[logs]".')

@@ -1,0 +1,246 @@
+"""Which column of a log is which signal: read from TOML, or from headings such as "p_a [bar]".
+
+    [signals]
+    time = { column = "Time", unit = "s" }
+    p_a = { column = "PT101", unit = "bar", range = ["0 bar", "400 bar"] }
+    omega_m = { column = "M1 speed", unit = "rev/min", sign = -1 }
+    u_p = "Pump command [%]"
+
+A row gives column, unit, sign (1 or -1), scale and offset (applied to the raw number before the unit), clock (column of other time
+stamps), range (ends of the sensor), quantity (for names of your own) and words (numbers for cells that are words, such as
+{ on = 1, off = 0 }). Numbers that are in a unit which Stillhook does not know take
+a scale to one that it does: psi is unit = "bar", scale = 0.0689476.
+"""
+
+from __future__ import annotations
+
+import difflib
+import math
+import os
+import re
+import tomllib
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from stillhook.errors import LogError, UnitError
+from stillhook.formats.unit_spelling import PURE, hint, our_unit
+from stillhook.library.toml.kinds import told_kind
+from stillhook.logs.types import Signal
+from stillhook.units import KINDS, came, parse
+from stillhook.variables import PHYSICAL
+
+KEYS = ("column", "unit", "sign", "scale", "offset", "clock", "range", "quantity", "words")
+STAMPS = "UTC"  # unit of a time column that holds ISO 8601 stamps
+LARGEST_FILE = 1 << 20  # bytes; a mapping is a page of text
+_HEADING = re.compile(r"(.*?)\s*(?:\[([^\[\]]*)\]|\(([^()]*)\))?\s*")
+
+
+def read_mapping(path: str | os.PathLike[str]) -> dict[str, Signal]:
+    """The mapping in a TOML file with a table `[signals]`. Errors: LogError of one line."""
+    file = Path(path)
+    try:
+        if file.stat().st_size > LARGEST_FILE:
+            raise LogError(f"{file.name}: is too large for a mapping. Give a TOML file with a table [signals].")
+        table = tomllib.loads(file.read_text(encoding="utf-8-sig"))
+    except FileNotFoundError:
+        raise LogError(f"{file}: no such file. Check the name and the folder.") from None
+    except (OSError, ValueError, RecursionError) as problem:
+        raise LogError(f"{came(str(file))}: is no TOML file that can be read ({came(str(problem))}).") from None
+    if not isinstance(table.get("signals"), Mapping):
+        rows = 'Write rows such as p_a = { column = "PT101", unit = "bar" } below it.'
+        raise LogError(f"{file.name}: no table [signals]. {rows}{told_kind(table)}")
+    return mapping_from(table["signals"], file.name)
+
+
+APART = ("time", "p_a", "p_b", "omega_m", "u_p", "s_w", "F_w")
+"""Signals that cannot be one another: none of them may share a column."""
+
+
+def mapping_from(table: Mapping[str, Any], where: str) -> dict[str, Signal]:
+    """Signals by name from the table `[signals]` of a mapping.
+
+    Errors: LogError of one line that says where, what came, what is allowed. Units are checked against the kind of each signal.
+    """
+    if not isinstance(table, Mapping) or not table:
+        raise LogError(f'{where}: signals = {came(table)} names no signal. Write rows such as p_a = {{ column = "PT101", unit = "bar" }}.')
+    rows = {name: _signal(name, row, f"{where}: signals.{name}") for name, row in table.items()}
+    taken: dict[str, str] = {}
+    for name in (n for n in APART if n in rows):
+        column = rows[name].column
+        if column in taken:
+            raise LogError(f"{where}: signals.{name}: column {came(column)} is that of {taken[column]} already. Map another one.")
+        taken[column] = name
+    return rows
+
+
+def _signal(name: str, row: Any, where: str) -> Signal:
+    if isinstance(row, str):
+        row = {"column": row}
+    if not isinstance(row, Mapping):
+        raise LogError(f'{where} = {came(row)}: write a table such as {{ column = "PT101", unit = "bar" }}, or the heading as text.')
+    for key in row:
+        if key not in KEYS:
+            raise LogError(f"{where}: unknown key {came(key)}{_near(key, KEYS)} (allowed: {', '.join(KEYS)}).")
+    kind = _kind(name, row.get("quantity"), where)
+    unit = _unit(name, row.get("unit"), kind, where)
+    sign = row.get("sign", 1)
+    if isinstance(sign, bool) or sign not in (1, -1):
+        raise LogError(f"{where}.sign = {came(sign)} is not one of 1, -1.")
+    lo, hi = _range(row.get("range"), kind, where)
+    clock = row.get("clock")
+    if name == "time" and (clock is not None or lo is not None or sign != 1):
+        raise LogError(f"{where}: time takes column, unit, scale and offset only.")
+    return Signal(
+        name, _column(row.get("column"), f"{where}.column"), unit, int(sign), _plain(row, "scale", 1.0, where),
+        _plain(row, "offset", 0.0, where), None if clock is None else _column(clock, f"{where}.clock"), lo, hi, kind,
+        _words(row.get("words", {}), f"{where}.words"),
+    )  # fmt: skip
+
+
+def _words(table: Any, where: str) -> tuple[tuple[str, float], ...]:
+    if not isinstance(table, Mapping):
+        raise LogError(f"{where} = {came(table)}: write a table of numbers for words, such as {{ on = 1, off = 0 }}.")
+    for word, value in table.items():
+        if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
+            raise LogError(f"{where}: {came(word)} = {came(value)}: write a plain number.")
+    return tuple((word.strip(), float(value)) for word, value in table.items())
+
+
+def _column(column: Any, where: str) -> str:
+    if isinstance(column, int) and not isinstance(column, bool) and column >= 1:
+        return str(column)
+    if not isinstance(column, str) or not column.strip():
+        raise LogError(f"{where} = {came(column)}: write the heading of the column in the file, or its place counted from 1.")
+    return column.strip()
+
+
+def _kind(name: str, quantity: Any, where: str) -> str:
+    """The kind of a signal: that of the variable of this name, or the one that is given."""
+    own = "time" if name == "time" else PHYSICAL[name].kind if name in PHYSICAL else None
+    if quantity is None:
+        if own is None:
+            raise LogError(
+                f"{where}: {came(name)} is not a signal of Stillhook{_near(name, ('time', *PHYSICAL))}. For a name of your own give what "
+                f'it measures, such as quantity = "pressure" (one of {", ".join(KINDS)}, or "" for a pure number).'
+            )
+        return own
+    if quantity != "" and quantity not in KINDS:
+        raise LogError(f'{where}.quantity = {came(quantity)} is not one of {", ".join(KINDS)}, or "" for a pure number.')
+    if own is not None and quantity != own:
+        raise LogError(f"{where}.quantity = {came(quantity)}: {name} measures {came(own or 'a pure number')}. Leave quantity out.")
+    return str(quantity)
+
+
+def _unit(name: str, unit: Any, kind: str, where: str) -> str | None:
+    if unit is None:
+        return None
+    if not isinstance(unit, str):
+        raise UnitError(f"{where}.unit = {came(unit)}: write it as text (allowed: {allowed(name, kind)}).")
+    if name == "time" and ("%" in unit or unit == STAMPS):
+        return unit
+    known = our_unit(unit, kind)
+    if known is None:
+        raise UnitError(f"{where}.unit = {came(unit)} is not one of {allowed(name, kind)}.{hint(unit, kind)}")
+    return known
+
+
+def allowed(name: str, kind: str) -> str:
+    """The units that a signal may be in, as text."""
+    stamps = f', {STAMPS} (ISO 8601 stamps), a pattern of stamps such as "%d.%m.%Y %H:%M:%S%.f"' if name == "time" else ""
+    return ", ".join(KINDS[kind].allowed if kind else PURE) + stamps
+
+
+def factors(signal: Signal, unit: str) -> tuple[float, float]:
+    """Factor and offset with value [SI] = factor * raw + offset."""
+    if not signal.quantity:
+        factor, zero = PURE[unit], 0.0
+    else:
+        zero = parse(f"0 {unit}", signal.quantity)
+        factor = parse(f"1 {unit}", signal.quantity) - zero if zero else parse(f"1 {unit}", signal.quantity)
+    return signal.sign * factor * signal.scale, signal.sign * (factor * signal.offset + zero)
+
+
+def _plain(row: Mapping[str, Any], key: str, otherwise: float, where: str) -> float:
+    value = row.get(key, otherwise)
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
+        raise LogError(f"{where}.{key} = {came(value)}: write a plain number.")
+    if key == "scale" and value <= 0.0:
+        raise LogError(f"{where}.scale = {came(value)}: write a number above 0; a flipped signal takes sign = -1.")
+    return float(value)
+
+
+def _range(ends: Any, kind: str, where: str) -> tuple[float | None, float | None]:
+    if ends is None:
+        return None, None
+    if not isinstance(ends, Sequence) or isinstance(ends, str) or len(ends) != 2:
+        example = f'["0 {KINDS[kind].display}", "400 {KINDS[kind].display}"]' if kind else "[-1, 1]"
+        raise LogError(f"{where}.range = {came(ends)}: write the two ends of the sensor, such as {example}.")
+    lo, hi = (_end(end, kind, f"{where}.range") for end in ends)
+    if lo >= hi:
+        raise LogError(f"{where}.range = {came(ends)}: the first end must be below the second.")
+    return lo, hi
+
+
+def _end(end: Any, kind: str, where: str) -> float:
+    if kind:
+        return parse(end, kind, where)
+    value, percent = end, 1.0
+    if isinstance(end, str) and end.endswith("%"):
+        try:
+            value, percent = float(end[:-1]), PURE["%"]
+        except ValueError:
+            value = end
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
+        raise LogError(f'{where}: {came(end)}: write a plain number, or percent such as "100 %".')
+    return percent * float(value)
+
+
+def _near(name: str, among: Iterable[str]) -> str:
+    found = difflib.get_close_matches(str(name), list(among), n=3, cutoff=0.6)
+    return f" (did you mean {' or '.join(found)}?)" if found else ""
+
+
+def split_heading(heading: str) -> tuple[str, str]:
+    """Name and unit of a heading such as "p_a [bar]" or "Pos(in)"; the unit is "" where there is none."""
+    match = _HEADING.fullmatch(heading)
+    if match is None:
+        return heading.strip(), ""
+    return match[1].strip(), (match[2] or match[3] or "").strip()
+
+
+def own_mapping(headings: Sequence[str], source: str) -> dict[str, Signal]:
+    """The mapping that a file carries in its headings, where they are names of Stillhook: "p_a [bar]". Others are left alone."""
+    found: dict[str, Signal] = {}
+    for heading in headings:
+        name, _ = split_heading(heading)
+        if name != "time" and name not in PHYSICAL:
+            continue
+        if name in found:
+            raise LogError(
+                f"{source}: two columns {came(name)}: {came(found[name].column)} and {came(heading)}. Rename one, or give a mapping."
+            )
+        found[name] = Signal(name, heading, quantity="time" if name == "time" else PHYSICAL[name].kind)
+    return found
+
+
+def place_of(column: str, headings: Sequence[str], where: str) -> int:
+    """Index of the column that a mapping names: by its whole heading, by the heading without its unit, or by its place.
+
+    Errors: LogError that lists the nearest headings.
+    """
+    for wanted in (lambda h: h.strip() == column, lambda h: split_heading(h)[0] == column, lambda h: h.strip().lower() == column.lower()):
+        found = [i for i, heading in enumerate(headings) if wanted(heading)]
+        if len(found) > 1:
+            places = ", ".join(str(i + 1) for i in found)
+            raise LogError(
+                f"{where}: {len(found)} columns {came(column)} (places {places}). Give the place of one, such as column = {found[0] + 1}."
+            )
+        if found:
+            return found[0]
+    if column.isdecimal() and 1 <= int(column) <= len(headings):
+        return int(column) - 1
+    near = difflib.get_close_matches(column, list(dict.fromkeys(h.strip() for h in headings)), n=3, cutoff=0.4)
+    names = ", ".join(came(h) for h in (near or headings[:12]))
+    more = f" and {len(headings) - 12} more" if not near and len(headings) > 12 else ""
+    raise LogError(f"{where}: no column {came(column)} in the file. {'The nearest are' if near else 'It has'} {names}{more}.")

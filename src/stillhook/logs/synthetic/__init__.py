@@ -1,0 +1,1 @@
+"""Synthetic logs: what sensors and a PLC make of a simulated run."""

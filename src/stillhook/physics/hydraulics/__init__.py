@@ -1,0 +1,1 @@
+"""Hydraulic components: motors, pumps, valves, lines, gas and accumulator."""

@@ -1,0 +1,376 @@
+"""Torque loss of hydraulic motors: the models that paper A compares, from Wilson to MJ6.
+
+One function an equation, with the letters of Moslatt 2020 paper A. Floats or numpy arrays in, the same out; SI. Every loss is even in
+the speed and in the pressure drop: print has bars on the speed alone. MJ4 is `stillhook.physics.hydraulics.motor.torque_loss`.
+
+Paper A fits all of them to 400-2500 rev/min and 50-350 bar of one motor; none is tested outside. `rho` and `mu` only scale parameters:
+oil that is warmer than the map's is another map.
+"""
+
+import math
+from typing import NamedTuple
+
+from stillhook.physics.hydraulics.motor import TorqueLossFit, torque_loss, torque_loss_dry
+
+RHO_OIL = 870.0
+"""Density of a mineral hydraulic oil HLP 46 at 40 degC [kg/m^3]. Assumed (typical of the class; the map's own oil is rarely stated)."""
+MU_OIL = 46.0e-6 * RHO_OIL
+"""Its dynamic viscosity [Pa s]: 46 mm^2/s at 40 degC is what class 46 of ISO 3448 means. Assumed."""
+ALPHA_MAX = math.radians(25.0)
+"""Swivel angle of a bent-axis motor of the A6VM kind at full displacement [rad]. Assumed; only Pacey's model asks for it."""
+
+
+class LossMotor(NamedTuple):
+    """What some models know of the motor: D_max full displacement [m^3/rad], oil rho [kg/m^3] and mu [Pa s], alpha_max [rad]."""
+
+    D_max: float
+    rho: float = RHO_OIL
+    mu: float = MU_OIL
+    alpha_max: float = ALPHA_MAX
+
+
+class Wilson(NamedTuple):
+    """C_a [-] dry, C_b [-] viscous, C_c [Pa] constant loss."""
+
+    C_a: float
+    C_b: float
+    C_c: float
+
+
+class Schlosser(NamedTuple):
+    """C_a [-] dry, C_b [-] viscous, C_d [-] acceleration of the oil."""
+
+    C_a: float
+    C_b: float
+    C_d: float
+
+
+class Thoma(NamedTuple):
+    """C_a [-] dry, C_b [-] viscous, C_e [-] acceleration of the oil."""
+
+    C_a: float
+    C_b: float
+    C_e: float
+
+
+class Pacey(NamedTuple):
+    """C_a [-] dry, C_b [-] viscous, C_e [N m] constant loss."""
+
+    C_a: float
+    C_b: float
+    C_e: float
+
+
+class Ortwig(NamedTuple):
+    """C_e [N m], C_f [m^3], C_g [N m s], C_h [m^3 s], C_i [N m s^2]; C_j, C_k, C_l as C_e, C_f, C_g per relative displacement."""
+
+    C_e: float
+    C_f: float
+    C_g: float
+    C_h: float
+    C_i: float
+    C_j: float
+    C_k: float
+    C_l: float
+
+
+class Jeong(NamedTuple):
+    """C_e [N m], C_f [m^3], C_g [m^3], C_i [m^5], C_k [m^2], C_m [m^5/N]."""
+
+    C_e: float
+    C_f: float
+    C_g: float
+    C_i: float
+    C_k: float
+    C_m: float
+
+
+class MJ1(NamedTuple):
+    """C_e [N m], C_f [m^3], C_g [m^3], C_m [m^5/N], C_i [1/m^4], C_k [m^2]."""
+
+    C_e: float
+    C_f: float
+    C_g: float
+    C_m: float
+    C_i: float
+    C_k: float
+
+
+class MJ2(NamedTuple):
+    """C_e [N m], C_f [m^3], C_g [m^3], C_i [1/m^4], C_m [m^5/N]."""
+
+    C_e: float
+    C_f: float
+    C_g: float
+    C_i: float
+    C_m: float
+
+
+class MJ3(NamedTuple):
+    """C_e [N m], C_f [m^3], C_g [m^3], C_i [1/m^4]."""
+
+    C_e: float
+    C_f: float
+    C_g: float
+    C_i: float
+
+
+class MJ5(NamedTuple):
+    """C_e [N m], C_f [-], C_g [m^3], C_i [m^(2 - 3 C_n) s^(C_n - 2)], C_n [-] exponent, C_m [m^5/N]."""
+
+    C_e: float
+    C_f: float
+    C_g: float
+    C_i: float
+    C_n: float
+    C_m: float
+
+
+class MJ6(NamedTuple):
+    """C_e [N m], C_f [-], C_g [m^3], C_m [m^5/N], C_i [1/m^4], C_k [m^2]."""
+
+    C_e: float
+    C_f: float
+    C_g: float
+    C_m: float
+    C_i: float
+    C_k: float
+
+
+class Huhtala14(NamedTuple):
+    """Four polynomials in |omega_m|.
+
+    a_0..a_3 loss at no pressure, b_0..b_3 slope of the first line, c_0..c_2 slope of the second, p_0..p_2 pressure of
+    the break. Units: a_i [N m (s/rad)^i], b_i and c_i [m^3 (s/rad)^i], p_i [Pa (s/rad)^i].
+    """
+
+    a_0: float
+    a_1: float
+    a_2: float
+    a_3: float
+    b_0: float
+    b_1: float
+    b_2: float
+    b_3: float
+    c_0: float
+    c_1: float
+    c_2: float
+    p_0: float
+    p_1: float
+    p_2: float
+
+
+class Huhtala28(NamedTuple):
+    """Every coefficient of `Huhtala14` as x + x_D D_m/D_max: first the fourteen x, then the fourteen x_D in the same units."""
+
+    a_0: float
+    a_1: float
+    a_2: float
+    a_3: float
+    b_0: float
+    b_1: float
+    b_2: float
+    b_3: float
+    c_0: float
+    c_1: float
+    c_2: float
+    p_0: float
+    p_1: float
+    p_2: float
+    a_0D: float
+    a_1D: float
+    a_2D: float
+    a_3D: float
+    b_0D: float
+    b_1D: float
+    b_2D: float
+    b_3D: float
+    c_0D: float
+    c_1D: float
+    c_2D: float
+    p_0D: float
+    p_1D: float
+    p_2D: float
+
+
+def wilson(omega_m, D_m, dp_m, fit, motor):
+    r"""Torque loss after Wilson (1948) [N m]: dry, viscous and constant; knows the full displacement only.
+
+    .. math:: T_f = C_a D_{max}|\Delta p| + C_b \mu D_{max}|\omega| + C_c D_{max}
+
+    Source: Moslatt 2020 paper A eq. 1. Differs from print: bars on dp_m.
+    """
+    return motor.D_max * (fit.C_a * abs(dp_m) + fit.C_b * motor.mu * abs(omega_m) + fit.C_c)
+
+
+def schlosser(omega_m, D_m, dp_m, fit, motor):
+    r"""Torque loss after Schlosser (1961) [N m]: Wilson's constant gives way to the acceleration of the oil.
+
+    .. math:: T_f = C_a D_{max}|\Delta p| + C_b \mu D_{max}|\omega| + C_d D_{max}^{5/3}\rho\omega^2
+
+    Source: Moslatt 2020 paper A eq. 2. Differs from print: bars on dp_m.
+    """
+    rest = motor.D_max * (fit.C_a * abs(dp_m) + fit.C_b * motor.mu * abs(omega_m))
+    return rest + fit.C_d * motor.D_max ** (5.0 / 3.0) * motor.rho * omega_m * omega_m
+
+
+def thoma(omega_m, D_m, dp_m, fit, motor):
+    r"""Torque loss after Thoma (1969) [N m]: Schlosser with the displacement in the acceleration of the oil.
+
+    .. math:: T_f = C_a D_{max}|\Delta p| + C_b \mu D_{max}|\omega| + C_e \alpha_m^3 D_{max}^{5/3}\rho\omega^2
+
+    Source: Moslatt 2020 paper A eq. 3; alpha_m = D_m / D_max. Differs from print: bars on dp_m.
+    """
+    rest = motor.D_max * (fit.C_a * abs(dp_m) + fit.C_b * motor.mu * abs(omega_m))
+    return rest + fit.C_e * (D_m / motor.D_max) ** 3 * motor.D_max ** (5.0 / 3.0) * motor.rho * omega_m * omega_m
+
+
+def swivel_factor(D_m, motor):
+    r"""Pacey's :math:`(1 - \tan\alpha_{max}) / (1 - \tan\alpha)` with :math:`\sin\alpha = (D_m/D_{max})\sin\alpha_{max}` [-].
+
+    Differs from print: paper A writes alpha for the relative displacement elsewhere. With it the factor has a pole at 0.785
+    (tan = 1), inside the working range, so alpha is read as the swivel angle of a bent-axis motor, whose stroke goes as its sine.
+    """
+    s = D_m / motor.D_max * math.sin(motor.alpha_max)
+    return (1.0 - math.tan(motor.alpha_max)) / (1.0 - s / (1.0 - s * s) ** 0.5)
+
+
+def pacey(omega_m, D_m, dp_m, fit, motor):
+    r"""Torque loss after Pacey (1979) [N m]: Wilson with a factor of the swivel angle in the dry and viscous terms.
+
+    .. math:: T_f = \left(C_a D_{max}|\Delta p| + C_b \mu|\omega| D_m\right)\frac{1 - \tan\alpha_{max}}{1 - \tan\alpha} + C_e
+
+    Source: Moslatt 2020 paper A eq. 4. Differs from print: bars on dp_m; alpha is an angle, see `swivel_factor`.
+    """
+    moving = fit.C_a * motor.D_max * abs(dp_m) + fit.C_b * motor.mu * abs(omega_m) * D_m
+    return moving * swivel_factor(D_m, motor) + fit.C_e
+
+
+def ortwig(omega_m, D_m, dp_m, fit, motor):
+    r"""Torque loss after Ortwig (2002) [N m]: an interpolation in speed, pressure and displacement; parameters may have either sign.
+
+    .. math:: T_f = C_e + C_f\Delta p + C_g|\omega| + C_h|\omega|\Delta p + C_i\omega^2
+              + C_j\alpha_m + C_k\alpha_m\Delta p + C_l\alpha_m|\omega|
+
+    Source: Moslatt 2020 paper A eq. 5; alpha_m = D_m / D_max. Differs from print: bars on dp_m; the bare alpha of the last term is
+    read as alpha_m.
+    """
+    n, p, alpha_m = abs(omega_m), abs(dp_m), D_m / motor.D_max
+    fixed = fit.C_e + fit.C_f * p + fit.C_g * n + fit.C_h * n * p + fit.C_i * n * n
+    return fixed + alpha_m * (fit.C_j + fit.C_k * p + fit.C_l * n)
+
+
+def notch_loss(omega_m, dp_m, C_k, motor):
+    r"""Loss at the notches of the port plate [N m], :math:`C_k(|\Delta p|/|\omega|)\sqrt{|\Delta p|/\rho}`.
+
+    Not valid at standstill: it grows without bound.
+    """
+    p = abs(dp_m)
+    return C_k * p / abs(omega_m) * (p / motor.rho) ** 0.5
+
+
+def jeong(omega_m, D_m, dp_m, fit, motor):
+    r"""Torque loss after Jeong (2007) [N m], of a motor with fixed displacement.
+
+    .. math:: T_f = C_e + C_f\Delta p + C_g\mu|\omega| + C_i\rho\omega^2 + C_k\frac{\Delta p}{|\omega|}\sqrt{\Delta p/\rho} + C_m\Delta p^2
+
+    Source: Moslatt 2020 paper A eq. 6. Not valid at standstill (C_k term). Differs from print: bars on dp_m.
+    """
+    smooth = fit.C_e + fit.C_f * abs(dp_m) + fit.C_g * motor.mu * abs(omega_m) + fit.C_i * motor.rho * omega_m * omega_m
+    return smooth + notch_loss(omega_m, dp_m, fit.C_k, motor) + fit.C_m * dp_m * dp_m
+
+
+def mj3(omega_m, D_m, dp_m, fit, motor):
+    r"""Torque loss after modified Jeong 3 [N m]: MJ2 without friction at high pressure.
+
+    .. math:: T_f = C_e + C_f\Delta p + C_g\mu|\omega| + C_i\rho\omega^2 D_m^3
+
+    Source: Moslatt 2020 paper A eq. 9. Differs from print: bars on dp_m.
+    """
+    turbulent = fit.C_i * motor.rho * omega_m * omega_m * D_m**3
+    return fit.C_e + fit.C_f * abs(dp_m) + fit.C_g * motor.mu * abs(omega_m) + turbulent
+
+
+def mj2(omega_m, D_m, dp_m, fit, motor):
+    r"""Torque loss after modified Jeong 2 [N m]: MJ1 without the notches of the port plate, so MJ3 and friction at high pressure.
+
+    .. math:: T_f = C_e + C_f\Delta p + C_g\mu|\omega| + C_i\rho\omega^2 D_m^3 + C_m\Delta p^2
+
+    Source: Moslatt 2020 paper A eq. 8. Differs from print: bars on dp_m.
+    """
+    return mj3(omega_m, D_m, dp_m, fit, motor) + fit.C_m * dp_m * dp_m
+
+
+def mj1(omega_m, D_m, dp_m, fit, motor):
+    r"""Torque loss after modified Jeong 1 [N m]: Jeong with the displacement in the turbulent term.
+
+    .. math:: T_f = C_e + C_f\Delta p + C_g\mu|\omega| + C_m\Delta p^2 + C_i\rho\omega^2 D_m^3
+              + C_k\frac{\Delta p}{|\omega|}\sqrt{\Delta p/\rho}
+
+    Source: Moslatt 2020 paper A eq. 7. Not valid at standstill (C_k term). Differs from print: bars on dp_m.
+    """
+    return mj2(omega_m, D_m, dp_m, fit, motor) + notch_loss(omega_m, dp_m, fit.C_k, motor)
+
+
+def mj4(omega_m, D_m, dp_m, fit, motor):
+    """Torque loss after modified Jeong 4 [N m]: `stillhook.physics.hydraulics.motor.torque_loss` with the arguments of the others.
+
+    Source: Moslatt 2020 paper A eq. 10, in the letters of eq. 2.12: X_1 = C_g mu, X_2 = C_i rho, X_3 = C_f, X_4 = C_e, X_5 = C_m.
+    """
+    return torque_loss(omega_m, D_m, dp_m, fit)
+
+
+def mj5(omega_m, D_m, dp_m, fit, motor):
+    r"""Torque loss after modified Jeong 5 [N m]: MJ4 with a free exponent, 2 for turbulent and 1 for laminar flow into the chambers.
+
+    .. math:: T_f = C_e + C_f\Delta p D_m + C_g\mu|\omega| + C_i\rho|\omega|^{C_n}D_m^{C_n+1} + C_m\Delta p^2
+
+    Source: Moslatt 2020 paper A eq. 11. Differs from print: bars on dp_m. The exponent of D_m is C_n + 1 (eq. 11; eq. 14 prints
+    C_n + 2): a pressure lost as the power C_n of the flow omega D costs D times as much torque, and C_n = 2 is then MJ4. The text calls
+    MJ3 its base, yet eq. 11 carries the terms of MJ4; its "C_o" is C_n.
+    """
+    dry = torque_loss_dry(D_m, dp_m, TorqueLossFit(0.0, 0.0, fit.C_f, fit.C_e, fit.C_m))
+    flow = fit.C_i * motor.rho * abs(omega_m) ** fit.C_n * D_m ** (fit.C_n + 1.0)
+    return dry + fit.C_g * motor.mu * abs(omega_m) + flow
+
+
+def mj6(omega_m, D_m, dp_m, fit, motor):
+    r"""Torque loss after modified Jeong 6 [N m]: MJ4 and the notches of the port plate in proportion to the displacement.
+
+    .. math:: T_f = C_e + C_f\Delta p D_m + C_g\mu|\omega| + C_m\Delta p^2 + C_i\rho\omega^2 D_m^3
+              + C_k\frac{D_m\Delta p}{D_{max}|\omega|}\sqrt{\Delta p/\rho}
+
+    Source: Moslatt 2020 paper A eq. 12. Not valid at standstill (C_k term). Differs from print: bars on dp_m; it has six parameters, where
+    table 1 prints five.
+    """
+    smooth = torque_loss(omega_m, D_m, dp_m, TorqueLossFit(fit.C_g * motor.mu, fit.C_i * motor.rho, fit.C_f, fit.C_e, fit.C_m))
+    return smooth + D_m / motor.D_max * notch_loss(omega_m, dp_m, fit.C_k, motor)
+
+
+def huhtala_14(omega_m, D_m, dp_m, fit, motor):
+    r"""Torque loss as two straight lines over the pressure that meet at a break [N m]; fixed displacement.
+
+    .. math:: T_f = a(n) + b(n)\min(|\Delta p|, p_x(n)) + c(n)\max(|\Delta p| - p_x(n), 0)
+
+    Four polynomials in n = |omega_m|: a and b cubic, c and p_x quadratic, 4 + 4 + 3 + 3 = 14 parameters, of either sign.
+    Source: our reading of Huhtala and Vilenius (1997). Moslatt 2020 paper A section 3.5 gives no equation, only "two line model" and "14
+    parameters distributed over four different curve fitted polynomials".
+    """
+    n, p = abs(omega_m), abs(dp_m)
+    p_x = fit.p_0 + n * (fit.p_1 + n * fit.p_2)
+    over = 0.5 * (p - p_x + abs(p - p_x))
+    a = fit.a_0 + n * (fit.a_1 + n * (fit.a_2 + n * fit.a_3))
+    b = fit.b_0 + n * (fit.b_1 + n * (fit.b_2 + n * fit.b_3))
+    c = fit.c_0 + n * (fit.c_1 + n * fit.c_2)
+    return a + b * (p - over) + c * over
+
+
+def huhtala_28(omega_m, D_m, dp_m, fit, motor):
+    """`huhtala_14` with every coefficient linear in D_m / D_max, so 28 parameters [N m].
+
+    Source: our reading. Moslatt 2020 paper A table 1 prints 28 parameters for variable displacement; section 3.5 says how to adapt
+    the model "is unclear".
+    """
+    alpha_m, half = D_m / motor.D_max, len(Huhtala14._fields)
+    now = Huhtala14(*(x + alpha_m * x_D for x, x_D in zip(fit[:half], fit[half:], strict=True)))
+    return huhtala_14(omega_m, D_m, dp_m, now, motor)

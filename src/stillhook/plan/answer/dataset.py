@@ -1,0 +1,189 @@
+"""From limits of all phases, tiers and rules to the labelled arrays of a result, and the facts that only the answer tells."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stillhook._version import __version__
+from stillhook.base.arrays import FloatArray
+from stillhook.plan.definition.compensation import Alternative
+from stillhook.plan.definition.demand import Demand
+from stillhook.plan.definition.lift_plan import LiftPlan
+from stillhook.plan.result.result import CREDITS, Credit
+from stillhook.plan.table.credited import Certified
+from stillhook.plan.table.table import TIERS, Axes, Chosen, Gathered, Governed, counting
+from stillhook.plan.weather.value import Forecast
+from stillhook.variables import attributes
+
+if TYPE_CHECKING:
+    import xarray
+
+
+CELL = ("credit", "alternative", "heading", "period")
+
+
+@dataclass(frozen=True, eq=False)
+class Answered:
+    """Limits of a plan as they were found: by the model and as credited; seeds (alternative, phase, heading, period); certified."""
+
+    axes: Axes
+    found: Gathered = field(repr=False)
+    own: Chosen = field(repr=False)
+    credited: Chosen = field(repr=False)
+    governs: Mapping[Credit, Governed] = field(repr=False)
+    seeds: NDArray[np.int64] = field(repr=False)
+    certified: Certified = field(repr=False)
+
+    @property
+    def Hs(self) -> FloatArray:
+        """Limits (credit, alternative, heading, period) [m]."""
+        return np.stack([self.governs[credit].Hs for credit in CREDITS])
+
+    def shown(self) -> Alternative:
+        """The alternative that leads: the twin with the largest mean credited limit, of equal ones that with the largest limit by its
+        model; the first of all where no twin was asked for."""
+        Hs = np.nan_to_num(self.Hs, nan=0.0, posinf=1e3).mean(axis=(2, 3))
+        twins = [i for i, a in enumerate(self.axes.alternatives) if a.twin]
+        best = max(twins, key=lambda i: (round(Hs[1, i], 6), round(Hs[0, i], 6)), default=0)
+        return self.axes.alternatives[best]
+
+
+def dataset_of(plan: LiftPlan, of: Answered, forecast: Forecast) -> xarray.Dataset:
+    """The Dataset that `stillhook.plan.result.result.PlanResult.data` describes."""
+    import xarray
+
+    axes, governs = of.axes, [of.governs[credit] for credit in CREDITS]
+    phases, rules, tiers = (np.array([*names, ""]) for names in (axes.phases, axes.rules, [t.value for t in TIERS]))
+    texts = {
+        "governing_phase": phases[np.stack([g.phase for g in governs])],
+        "governing_rule": rules[np.stack([g.rule for g in governs])],
+        "governing_tier": tiers[np.stack([g.tier for g in governs])],
+    }
+    numbers = {"Hs_limit": of.Hs, "alpha": forecast.alpha, "op_wf": forecast.op_wf}
+    numbers |= {"Hs_limit_low": np.stack([g.low for g in governs]), "Hs_limit_high": np.stack([g.high for g in governs])}
+    # (tier, alternative, phase, rule, heading, period): what the model says; as credited, the tier that counts alone is put in its place
+    told = np.stack([of.found.Hs, _by_tier(of.credited)])
+    by_phase = ("alternative", "phase", "heading", "period")
+    data: dict[str, Any] = {name: (CELL, values, attributes(name)) for name, values in {**numbers, **texts}.items()}
+    data["Hs_rule"] = (("credit", "tier", "alternative", "phase", "rule", "heading", "period"), told, attributes("Hs_rule"))
+    for name, values in (("counts", counting(of.own)), ("n_seeds", of.seeds), ("inside", of.certified.share)):
+        data[name] = (by_phase, values, attributes(name))
+    env = plan.environment
+    attrs = {
+        "title": f"Stillhook plan: {plan.name}", "name": plan.name, "stillhook_version": __version__,
+        "Hs_lowest": min(env.Hs), "Hs_highest": max(env.Hs), "heading_tolerance": env.heading_tolerance,
+    }  # fmt: skip
+    return xarray.Dataset(data, coords=_coords(axes), attrs=attrs)
+
+
+def _by_tier(of: Chosen) -> FloatArray:
+    """Limits that count, each at the place of its tier (tier, alternative, phase, rule, heading, period); NaN elsewhere."""
+    rank = np.arange(len(TIERS)).reshape(-1, *([1] * of.Hs.ndim))
+    return np.asarray(np.where(of.tier[None] == rank, of.Hs[None], np.nan))
+
+
+def _coords(axes: Axes) -> dict[str, Any]:
+    heading = {"units": "rad", "long_name": "direction in which the waves travel, counter-clockwise from the bow"}
+    return {
+        "credit": list(CREDITS),
+        "tier": [tier.value for tier in TIERS],
+        "alternative": [a.value for a in axes.alternatives],
+        "phase": list(axes.phases),
+        "rule": list(axes.rules),
+        "heading": ("heading", list(axes.headings), heading),
+        "period": ("period", list(axes.periods), {"units": "s", "long_name": "peak period of the waves"}),
+    }
+
+
+def demand_block(plan: LiftPlan, axes: Axes, demands: Sequence[Demand]) -> xarray.Dataset:
+    """Quantities of all tiers in the cells of the table (tier, alternative, phase, heading, period, height); NaN where not told.
+
+    Seas of the twin that are not of the table's heights are left out.
+    """
+    import xarray
+
+    heights = np.unique(plan.environment.Hs)
+    names = sorted({name for demand in demands for name in demand.values})
+    shape = (len(TIERS), len(axes.alternatives), len(axes.phases), *axes.columns, len(heights))
+    told = {name: np.full(shape, np.nan, dtype=np.float32) for name in names}
+    for demand in demands:
+        heading, period = axes.place(demand.seas.Tp, demand.seas.beta)
+        height = np.abs(demand.seas.Hs[:, None] - heights).argmin(axis=1)
+        on = np.abs(heights[height] - demand.seas.Hs) < 1e-6
+        at = (TIERS.index(demand.tier), axes.alternatives.index(demand.alternative), axes.phases.index(demand.phase))
+        for name, values in demand.values.items():
+            told[name][(*at, heading[on], period[on], height[on])] = values[on]
+    dims = ("tier", "alternative", "phase", "heading", "period", "height")
+    coords = {name: value for name, value in _coords(axes).items() if name in dims}
+    coords["height"] = ("height", heights, {"units": "m", "long_name": "significant wave height"})
+    return xarray.Dataset({name: (dims, values, attributes(name)) for name, values in told.items()}, coords=coords)
+
+
+def seeds_of(axes: Axes, demands: Iterable[Demand]) -> NDArray[np.int64]:
+    """Runs behind every column (alternative, phase, heading, period): of its best known sea."""
+    found = np.zeros((len(axes.alternatives), len(axes.phases), *axes.columns), dtype=np.int64)
+    for demand in demands:
+        if demand.seeds is not None and len(demand.seas):
+            heading, period = axes.place(demand.seas.Tp, demand.seas.beta)
+            own = found[axes.alternatives.index(demand.alternative), axes.phases.index(demand.phase)]
+            np.maximum.at(own, (heading, period), demand.seeds)
+    return found
+
+
+def rows_of(of: Answered, forecast: Forecast, Hs_highest: float) -> list[dict[str, Any]]:
+    """The table as rows for JSON, which knows no inf: every cell with its verdict, which is limited, above (the highest sea that was
+    asked), never or not told."""
+    axes, rows = of.axes, []
+    for c, credit in enumerate(CREDITS):
+        g = of.governs[credit]
+        for i in np.ndindex(g.Hs.shape):
+            Hs, governs = float(g.Hs[i]), g.phase[i] >= 0
+            verdict = "not told" if np.isnan(Hs) else "above" if Hs > Hs_highest else "never" if Hs == 0.0 else "limited"
+            rows.append({
+                "credit": credit, "alternative": axes.alternatives[i[0]].value, "beta": axes.headings[i[1]], "T_p": axes.periods[i[2]],
+                "Hs_limit": Hs, "Hs_limit_low": float(g.low[i]), "Hs_limit_high": float(g.high[i]), "verdict": verdict,
+                "alpha": float(forecast.alpha[(c, *i)]), "op_wf": float(forecast.op_wf[(c, *i)]),
+                "governing_phase": axes.phases[g.phase[i]] if governs else "", "governing_rule": axes.rules[g.rule[i]] if governs else "",
+                "governing_tier": TIERS[g.tier[i]].value if governs else "",
+            })  # fmt: skip
+    return rows
+
+
+def summary_of(of: Answered, shown: Alternative, weather: xarray.Dataset | None) -> dict[str, Any]:
+    """What a reader asks first of each alternative: its limits as modelled and as credited, what governs most cells, and its weather."""
+    axes, out = of.axes, {}
+    for i, alternative in enumerate(axes.alternatives):
+        row: dict[str, Any] = {}
+        for credit in CREDITS:
+            governs = of.governs[credit]
+            row[credit] = _limits(governs.Hs[i]) | {"governs": _most(axes, governs.phase[i], governs.rule[i])}
+            if weather is not None:
+                year = weather.sel(credit=credit, alternative=alternative.value, month=0)
+                row[credit]["weather"] = {str(name): _numbers(year[name]) for name in year.data_vars}
+        out[alternative.value] = row
+    return {"shown": shown.value, "alternatives": out}
+
+
+def _limits(Hs: FloatArray) -> dict[str, float]:
+    told = Hs[~np.isnan(Hs)]
+    if not len(told):
+        return dict.fromkeys(("least", "mean", "most"), float("nan"))
+    return {"least": float(told.min()), "mean": float(told.mean()), "most": float(told.max())}
+
+
+def _numbers(values: xarray.DataArray) -> Any:
+    if values.ndim == 0:
+        return float(values)
+    return {str(name): float(x) for name, x in zip(values[values.dims[0]].values, values.values, strict=True)}
+
+
+def _most(axes: Axes, phase: NDArray[np.int64], rule: NDArray[np.int64]) -> list[dict[str, Any]]:
+    """Phases and rules by the number of cells that they govern, the most first."""
+    pairs, counts = np.unique(np.stack([phase[phase >= 0], rule[phase >= 0]]), axis=1, return_counts=True)
+    order = np.argsort(-counts, kind="stable")
+    return [{"phase": axes.phases[pairs[0, k]], "rule": axes.rules[pairs[1, k]], "cells": int(counts[k])} for k in order]

@@ -1,0 +1,162 @@
+"""What only the answer tells: what is credited and why, the forecast limit of the leading cell, how weather was read, what stays open."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from typing import Any
+
+import numpy as np
+
+from stillhook.engine.lowering.summary import held
+from stillhook.engine.scenario.checks import type_notes
+from stillhook.plan.answer.dataset import Answered
+from stillhook.plan.answer.metadata import SAYS, described
+from stillhook.plan.answer.reference_cell import reference_of
+from stillhook.plan.definition.capacities import places, static_tension
+from stillhook.plan.definition.compensation import Alternative
+from stillhook.plan.definition.demand import Tier
+from stillhook.plan.definition.lift_plan import LiftPlan
+from stillhook.plan.definition.phases import PhaseKind
+from stillhook.plan.table.table import TIERS, LimitTable, untold
+from stillhook.plan.tiers import closed_form
+from stillhook.plan.tiers.time_domain.tier import TwinTier
+from stillhook.plan.weather.value import Forecast, WeatherValue
+from stillhook.spec.validity import CAP
+
+CENSORED = 0.05
+"""Share of starts without a window above which waits are said to be too short."""
+
+
+def facts_found(plan: LiftPlan, of: Answered, forecast: Forecast, value: WeatherValue | None, twin: TwinTier | None) -> dict[str, Any]:
+    """Facts that the answer adds to what was asked: shown, alternatives with why, operation, phases with their tiers, runs, remarks."""
+    return {
+        "shown": of.shown().value,
+        "alternatives": [{"name": a.value, "says": SAYS[a], "tells": tells(plan, of, a)} for a in of.axes.alternatives],
+        "operation": operation(plan, of, forecast),
+        "phases": phases(plan, of, twin),
+        "runs": {} if twin is None else dict(twin.runs),
+        "remarks": [*remarks(plan, of, forecast, value), *(without_runs(plan) if twin is None else twin.notes)],
+    }
+
+
+def without_runs(plan: LiftPlan) -> list[str]:
+    """What a reader of limits without runs of the twin must know."""
+    by_hand = [p.name for p in plan.phases if p.kind is PhaseKind.LOWERING and not p.compensated]
+    if not by_hand:
+        return []
+    return [
+        f"frequency road, {', '.join(by_hand)}: drag on a sinking load pulls harder down-going than up-going, which the road levels out: "
+        "slings lose up to a third more of their tension than it says (docs/explanation/lift-plan-frequency.md)"
+    ]
+
+
+def phases(plan: LiftPlan, of: Answered, twin: TwinTier | None) -> list[dict[str, Any]]:
+    """Phases as they were asked, with the tiers that tell something of each, and why the twin was run for it or not."""
+    told = ~np.asarray(np.isnan(of.found.Hs).all(axis=(1, 3, 4, 5)))
+    out = []
+    for k, phase in enumerate(plan.phases):
+        tiers = [tier.value for i, tier in enumerate(TIERS) if told[i, k]]
+        why = "the twin was not asked" if twin is None else twin.why.get(phase.name, "")
+        out.append({**described(phase), "tiers": tiers, "why": why})
+    return out
+
+
+def tells(plan: LiftPlan, of: Answered, alternative: Alternative) -> str:
+    """Why an alternative is credited as it is."""
+    if not alternative.twin:
+        return "no twin: credited as it is"
+    i = of.axes.alternatives.index(alternative)
+    if not of.certified.needs[i].any():
+        return "no phase is compensated: there is no compensation to credit"
+    share = float(np.nanmean(of.certified.share[i]))
+    if share == 1.0:
+        return "the certificate covers every sea of the compensated phases: credited as the twin says"
+    where = "" if share == 0.0 else f" in {1.0 - share:.0%} of the asked seas and phases"
+    why = "; ".join(of.certified.why[alternative])
+    return why if not where and f"{CAP:.0%}" in why else f"credited with no more than {CAP:.0%} of compensation{where}: {why}"
+
+
+def operation(plan: LiftPlan, of: Answered, forecast: Forecast) -> dict[str, Any]:
+    """Times of the operation, the table of forecast factors, and the credited limit with its factor in the reference cell."""
+    at, i, table = reference_of(plan, of), of.axes.alternatives.index(of.shown()), forecast.table
+    cell = (1, i, at.heading, at.period)
+    named = {"name": table.name, **{key: table.texts.get(key, "") for key in ("version", "standard", "edition", "clause", "note")}}
+    return {
+        "T_POP": plan.T_POP, "T_POP_given": plan.T_POP_given, "T_C": plan.T_C, "T_R": forecast.T_R,
+        "weather_restricted": forecast.restricted,
+        "alternative": of.shown().value, "Tp": at.Tp, "beta": at.beta, "OP_LIM": float(min(of.Hs[cell], max(plan.environment.Hs))),
+        "alpha": float(forecast.alpha[cell]), "op_wf": float(forecast.op_wf[cell]),
+        "alpha_table": {**named, "Hs_lowest": float(table.Hs[0])},
+    }  # fmt: skip
+
+
+def not_computed(plan: LiftPlan, tier: Tier, blocks: Collection[str]) -> dict[str, str]:
+    """Why blocks that a report shows are not there, by their name."""
+    still = not any(phase.compensated for phase in plan.phases)
+    road = "the closed form alone was asked" if tier is Tier.CLOSED_FORM else "no phase is compensated" if still else ""
+    ran = "" if tier is Tier.TIME else "no runs in the time domain were asked: --tier time"
+    lands = any(phase.kind is PhaseKind.LANDING for phase in plan.phases)
+    why = {
+        "depth": road, "efficiency": road, "sensitivity": road or "no rule governs any cell",
+        "landing": ran or ("no limit was found at the middle period" if lands else "the plan has no landing"),
+        "convergence": ran or "no limit was found by runs at the middle period",
+    }  # fmt: skip
+    return {name: text for name, text in why.items() if name not in blocks}
+
+
+def remarks(plan: LiftPlan, of: Answered, forecast: Forecast, value: WeatherValue | None) -> list[str]:
+    """Lines that a reader of the answer must know."""
+    found = []
+    found += [*plan.notes, *winch_remarks(plan)]
+    for phases, alternatives in _grouped(untold(of.own)).items():
+        found.append(f"NOT JUDGED in some cells, for no tier that was run tells it: {', '.join(phases)} ({', '.join(alternatives)})")
+    if np.isposinf(of.Hs).any():
+        highest = max(plan.environment.Hs)
+        found.append(f"a limit above {highest:g} m, the highest sea that was asked, is told as such and used as {highest:g} m")
+    if forecast.why:
+        lowest = f"{forecast.table.Hs[0]:g} m"
+        meanwhile = f"so that such limits can be compared in the weather, the factor of {lowest} is taken, which flatters them"
+        found.append(f"forecast factor: {forecast.why} Here, {meanwhile}: what is gained over them is at least what is told")
+    if not forecast.restricted:
+        found.append("not weather restricted: waiting is not reckoned; plan for extremes of the season, or divide the operation")
+    if plan.weather is None:
+        found.append("no weather was given: waiting is not reckoned ([weather] in the plan file)")
+    env, axes = plan.environment, of.axes
+    table = LimitTable(of.Hs[0, 0], np.array(axes.headings), np.array(axes.periods), env.heading_tolerance, max(env.Hs))
+    found.append(f"tables are read so: {table.described()}")
+    if value is not None:
+        found += [*value.notes, *_short(value)]
+    return [*found, *closed_form.remarks(plan, env.table())]
+
+
+def winch_remarks(plan: LiftPlan) -> list[str]:
+    """What the winch type means for the heaviest phase with compensation, and the heaviest without."""
+    found = []
+    for compensated in (False, True):
+        own = [phase for phase in plan.phases if phase.compensated is compensated]
+        if own:
+            phase = max(own, key=lambda p: static_tension(plan, p))
+            at = held(plan.crane, plan.hanging(places(phase)[0], plan.tip_of(phase).z), 0.0)
+            at = at._replace(W=static_tension(plan, phase), manual=not compensated, compensates=compensated)
+            found += [f"winch, {phase.name}: {note}" for note in type_notes(plan.crane, at)]
+    return found
+
+
+def _short(value: WeatherValue) -> list[str]:
+    """Of whom waits are told too short: many starts found no window before the series ended."""
+    censored = {key: float(np.isnan(w).mean()) for key, w in value.waits.items()}
+    lines: dict[str, list[str]] = {}
+    for (credit, alternative), share in censored.items():
+        if share > CENSORED:
+            never = share == 1.0
+            text = "never has a window in these years" if never else f"waits are told too short: {share:.0%} of the starts found no window"
+            lines.setdefault(text, []).append(f"{alternative.value} ({credit})")
+    return [f"{', '.join(names)}: {text}" for text, names in lines.items()]
+
+
+def _grouped(silent: Mapping[Alternative, tuple[str, ...]]) -> dict[tuple[str, ...], list[str]]:
+    """Alternatives by the phases that are not told of them."""
+    out: dict[tuple[str, ...], list[str]] = {}
+    for alternative, phases in silent.items():
+        out.setdefault(phases, []).append(alternative.value)
+    return out

@@ -1,0 +1,1 @@
+"""What is planned: vessel, crane, phases, seas and rules."""

@@ -1,0 +1,186 @@
+"""What crane and winch can give in a phase: capacities that rules name, and what a phase asks in still water."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from typing import NamedTuple
+from weakref import WeakKeyDictionary
+
+from stillhook.analysis.controllers import controller
+from stillhook.analysis.steady.limits import Direction, Station
+from stillhook.engine.pack.programme import Hanging, hanging, payload_weight, wire_strength
+from stillhook.physics.scalar import G
+from stillhook.plan.definition.compensation import Alternative
+from stillhook.plan.definition.lift_plan import LiftPlan
+from stillhook.plan.definition.phases import Phase, PhaseKind
+from stillhook.spec.crane import Crane
+from stillhook.spec.lift.simplified import taken_up
+from stillhook.spec.scenario import Mode
+from stillhook.units import show
+
+CLASSIC = (Mode.NS, Mode.HS)
+"""Modes of a crane without a verified twin: the flat cap takes the faster one that may be used."""
+
+
+class Found(NamedTuple):
+    """A capacity [SI] and what it is of, in words."""
+
+    value: float
+    why: str
+
+
+class Capacity(NamedTuple):
+    """kind of `stillhook.units.KINDS`; meaning in words; find: its value for a phase under an alternative, None where there is none."""
+
+    kind: str
+    meaning: str
+    find: Callable[[LiftPlan, Phase, Alternative], Found | None]
+
+
+def places(phase: Phase) -> tuple[float, ...]:
+    """Heights of the underside that a phase is looked at for its statics [m]: start, end, and the surface where it goes through it."""
+    ends = [z for z in (phase.start, phase.end) if z is not None] or [0.0]
+    crossing = [0.0] if min(ends) < 0.0 < max(ends) else []
+    return tuple(dict.fromkeys([*ends, *crossing]))
+
+
+def at_rest(plan: LiftPlan, phase: Phase, z: float) -> Hanging:
+    """What hangs still with the underside at z [m], below the crane tip of the phase."""
+    return hanging(plan.crane, plan.hanging(z, plan.tip_of(phase).z), z)
+
+
+def static_tension(plan: LiftPlan, phase: Phase) -> float:
+    """Largest tension at the crane tip with everything at rest on a phase's way [N]; off the seabed with skirt friction and suction."""
+    held = plan.payload.lift_off.friction + plan.payload.lift_off.suction if phase.kind is PhaseKind.SEABED_LIFT_OFF else 0.0
+    return max(at_rest(plan, phase, z).F_tip for z in places(phase)) + held
+
+
+def static_sling(plan: LiftPlan, phase: Phase) -> float:
+    """Largest sling tension at rest on a phase's way [N]."""
+    return max(payload_weight(plan.hanging(z), z) for z in places(phase))
+
+
+def jerk(plan: LiftPlan, phase: Phase, v: float) -> float:
+    """Tension on top of rest as the payload is lifted off with the hook at v against what carries it [N]; 0 in other phases.
+
+    Wire and slings as a spring (`stillhook.spec.lift.simplified.taken_up`), the largest over the phase's way; added mass on the seabed.
+    """
+    if phase.kind not in (PhaseKind.LIFT_OFF, PhaseKind.SEABED_LIFT_OFF):
+        return 0.0
+    crane, load = plan.crane, plan.payload
+    A33 = load.covered(plan.rho).A33 if phase.kind is PhaseKind.SEABED_LIFT_OFF else 0.0
+    EA, _ = wire_strength(crane)
+    lengths = [at_rest(plan, phase, z).s_w for z in places(phase)]
+    springs = [1.0 / ((crane.wire.L_0 + L) / EA + 1.0 / plan.rigging.stiffness) for L in lengths]
+    return max(float(taken_up(0.0, v, K, load.mass + A33)) for K in springs)
+
+
+def calm(plan: LiftPlan, phase: Phase, alternative: Alternative) -> Mapping[str, float]:
+    """What a phase asks in still water: quantity -> value in SI; the same under every alternative. Pressures are left out; lifting off
+    takes up the load at the hoisting speed."""
+    F, v = static_tension(plan, phase), phase.speed or 0.0
+    F_jerk = jerk(plan, phase, v)
+    rest = (
+        "slack_chance", "snap_load", "v_tip_max", "s_tip_pp", "saturation_share", "relief_share", "power_share", "stroke_share", "e_c_pp",
+        "load_pp",
+    )  # fmt: skip
+    found = dict.fromkeys((*rest, "v_lift_off"), 0.0)
+    DAF = (static_sling(plan, phase) + F_jerk) / (plan.payload.mass * G)
+    return found | {"F_top_static": F, "F_top_max": F + F_jerk, "DAF": DAF, "sling_ratio": 1.0, "v_w_demand": v, "v_landed": v}
+
+
+def _swl_tip(plan: LiftPlan, phase: Phase, alternative: Alternative) -> Found:
+    crane = plan.crane
+    F = (crane.SWL + crane.hook_mass) * G
+    return Found(F, f"SWL {show(crane.SWL, 'mass')} and hook {show(crane.hook_mass, 'mass')} of {crane.name}, at the crane tip")
+
+
+def _swl(plan: LiftPlan, phase: Phase, alternative: Alternative) -> Found:
+    return Found(plan.crane.SWL * G, f"SWL {show(plan.crane.SWL, 'mass')} of {plan.crane.name}")
+
+
+def _weight(plan: LiftPlan, phase: Phase, alternative: Alternative) -> Found:
+    m = plan.payload.mass
+    return Found(m * G, f"weight of {plan.payload.name} in air, {show(m, 'mass')}")
+
+
+def _p_relief(plan: LiftPlan, phase: Phase, alternative: Alternative) -> Found:
+    p = plan.crane.active.relief.p
+    return Found(p, f"relief valves of the active circuit, {show(p, 'pressure')}")
+
+
+def _speed(plan: LiftPlan, phase: Phase, alternative: Alternative) -> Found | None:
+    if phase.speed is None:
+        return None
+    return Found(phase.speed, f"planned wire speed of {phase.name}, {show(phase.speed, 'speed')}")
+
+
+def _stroke(plan: LiftPlan, phase: Phase, alternative: Alternative) -> Found | None:
+    r"""Motion of the tip that fills the accumulator's stroke at the phase's tension: :math:`s = V (p_0 - p_{lp})/F`, work is pressure
+    times volume whatever gear and displacement are."""
+    passive = plan.crane.passive
+    if passive is None:
+        return None
+    acc, F = passive.accumulator, static_tension(plan, phase)
+    s = acc.V_stroke * (acc.gas.p_0 - passive.p_lp) / F
+    return Found(s, f"accumulator of {show(acc.V_stroke, 'volume')} at {show(acc.gas.p_0, 'pressure')}, with {show(F, 'force')} at the tip")
+
+
+def _v_top(plan: LiftPlan, phase: Phase, alternative: Alternative) -> Found | None:
+    """Highest steady wire speed of the alternative's controller at load and layer, the least over the phase's way and both directions."""
+    if not phase.compensated:
+        return _slowest(plan, phase, "manual")
+    if alternative is Alternative.NONE:
+        return None
+    if alternative is Alternative.CAP:
+        found = [_slowest(plan, phase, str(mode)) for mode in CLASSIC]
+        best = max(found, key=lambda f: f.value)
+        return Found(best.value, f"{best.why} (the faster classic mode)")
+    return _slowest(plan, phase, str(alternative))
+
+
+_TOPS: WeakKeyDictionary[LiftPlan, dict[tuple[str, float, float], tuple[float, str]]] = WeakKeyDictionary()
+
+
+def _slowest(plan: LiftPlan, phase: Phase, name: str) -> Found:
+    least = min((_top(plan, phase, z, name) for z in places(phase)), key=lambda top: top[0])
+    return Found(*least)
+
+
+def _top(plan: LiftPlan, phase: Phase, z: float, name: str) -> tuple[float, str]:
+    """Highest steady wire speed with the underside at z [m], hoisting or lowering, and what stops it; 0 where the mode may not be used."""
+    still = at_rest(plan, phase, z)
+    known = _TOPS.setdefault(plan, {})
+    key = (name, still.F_tip, still.s_w)
+    if key not in known:
+        known[key] = _worked_out(plan.crane, still.F_tip, still.s_w, name)
+    return known[key]
+
+
+def _worked_out(crane: Crane, F: float, s_w: float, name: str) -> tuple[float, str]:
+    load = F / G - crane.hook_mass  # the wire hangs as payload does
+    where = f"{name} at {show(F, 'force')} at the tip and {show(s_w, 'length')} of wire out"
+    if load > crane.SWL:
+        return 0.0, f"{where}: more than the SWL"
+    mode, own = (Mode.MANUAL, crane) if name == Mode.MANUAL else (controller(name).mode, controller(name).on(crane))
+    tops = []
+    for way in Direction:
+        station = Station(own, load, s_w, way)
+        tops.append(station.top_of_mode(mode))
+    slow = next((top for top in tops if math.isnan(top.v_w)), None) or min(tops, key=lambda top: top.v_w)
+    if math.isnan(slow.v_w):
+        return 0.0, f"{where}: {name} may not be used, for {slow.binds}"
+    return slow.v_w, f"{where}: {show(slow.v_w, 'speed')}, stopped by {slow.binds}"
+
+
+CAPACITIES: Mapping[str, Capacity] = {
+    "SWL_tip": Capacity("force", "weight of SWL and hook, at the crane tip", _swl_tip),
+    "SWL": Capacity("force", "weight of the SWL", _swl),
+    "payload_weight": Capacity("force", "weight of the payload in air", _weight),
+    "v_top": Capacity("speed", "highest steady wire speed at the phase's load and layer under the alternative's controller", _v_top),
+    "v_plan": Capacity("speed", "planned wire speed of the phase", _speed),
+    "p_relief": Capacity("pressure", "setting of the active circuit's relief valves", _p_relief),
+    "s_stroke": Capacity("length", "tip motion that takes the accumulator's whole stroke at the phase's tension", _stroke),
+}
+"""Names that the limit of a rule may have, with or without a factor: "1.3 x SWL_tip"."""

@@ -1,0 +1,110 @@
+"""Rules that a phase must meet: named, sourced, editable. A rule says which quantity, which limit, in which phases, by which clause."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
+from enum import StrEnum
+from typing import Any
+
+from stillhook.plan.definition.phases import PhaseKind
+from stillhook.units import show
+from stillhook.variables import BY_NAME
+
+
+class Sense(StrEnum):
+    """Which side of the limit is good."""
+
+    AT_MOST = "at-most"
+    AT_LEAST = "at-least"
+
+
+class Level(StrEnum):
+    """Which largest value of the phase is held against the limit: the most probable one, or what 90 % of such phases stay below; mean: what
+    has no largest value, such as a share of the time, a chance, or a tension at rest."""
+
+    MPM = "mpm"
+    P90 = "p90"
+    MEAN = "mean"
+
+
+@dataclass(frozen=True)
+class Rule:
+    """One criterion.
+
+    key: its name, as in tables and in `Phase.limits`; title in words; quantity: name of `stillhook.variables` that a `Demand` tells; limit:
+    a number in SI, or the name of a capacity of the plan (`stillhook.plan.definition.capacities`); sense; level: largest value that counts;
+    phases it belongs to; standard, edition, clause: what it is from, "check against your edition" where it is recalled; note: why, or what
+    it leaves; factor on a capacity [-]; written: the limit as the file has it ("0.5 m/s").
+    """
+
+    key: str
+    title: str
+    quantity: str
+    limit: float | str
+    sense: Sense
+    level: Level
+    phases: tuple[PhaseKind, ...]
+    standard: str
+    edition: str = ""
+    clause: str = ""
+    note: str = ""
+    factor: float = 1.0
+    written: str = ""
+
+    @property
+    def asked(self) -> str:
+        """The limit in words: "at most 1.3 x SWL_tip"."""
+        kind = BY_NAME[self.quantity].kind
+        if isinstance(self.limit, str):
+            what = self.limit if self.factor == 1.0 else f"{self.factor:g} x {self.limit}"
+        else:
+            what = self.written or (show(self.limit, kind) if kind else f"{self.limit:g}")
+        return f"{self.sense.replace('-', ' ')} {what}"
+
+    @property
+    def clause_of(self) -> str:
+        """Standard, edition and clause in a line; empty where there is none."""
+        return ", ".join(text for text in (self.standard, self.edition, self.clause) if text)
+
+
+@dataclass(frozen=True)
+class RuleSet:
+    """Rules of a plan with where they are from. changes: what a user's file did to its base, a line each; digest of its content; source:
+    whose rules they are; settings: numbers of the closed form [SI] (`stillhook.plan.definition.rules_file.SETTINGS`)."""
+
+    name: str
+    version: str
+    rules: tuple[Rule, ...]
+    changes: tuple[str, ...] = ()
+    digest: str = ""
+    source: str = ""
+    settings: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def label(self) -> str:
+        """Name and version, as they stand on everything that is judged by this set."""
+        return f"{self.name} version {self.version}"
+
+    def level(self, quantity: str) -> Level:
+        """Which largest value of a quantity counts: one for all rules that ask for it; the most probable one where none does."""
+        return next((rule.level for rule in self.rules if rule.quantity == quantity), Level.MPM)
+
+    def to_dict(self) -> dict[str, Any]:
+        """The set as plain data for JSON, limits in SI."""
+        rows = [{**asdict(r), "phases": [str(k) for k in r.phases], "asked": r.asked} for r in self.rules]
+        top = {"name": self.name, "version": self.version, "source": self.source, "changes": list(self.changes)}
+        return {**top, "settings": dict(self.settings), "rules": rows, "digest": self.digest}
+
+    def of(self, kind: PhaseKind) -> Mapping[str, Rule]:
+        """Rules that belong to a kind of phase, by key."""
+        return {rule.key: rule for rule in self.rules if kind in rule.phases}
+
+
+@dataclass(frozen=True)
+class Limited:
+    """A rule with its limit [SI] as it stands for one phase under one alternative; why: what the limit is of, in words."""
+
+    rule: Rule
+    limit: float
+    why: str = field(default="")

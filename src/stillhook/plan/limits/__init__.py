@@ -1,0 +1,1 @@
+"""From demands of a phase and rules to limiting sea states."""

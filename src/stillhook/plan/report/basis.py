@@ -1,0 +1,262 @@
+"""What a plan's limits rest on: operation and phases, rules and their limits, credit, seas, how each tier answers; and the inputs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+import numpy as np
+
+from stillhook.plan.report import texts as say
+from stillhook.plan.report.figures.style import degrees, named, names, phase_code, rule_code
+from stillhook.plan.report.parts import (
+    Part,
+    bullets,
+    facts,
+    highest,
+    hours,
+    leading,
+    of_rule,
+    over,
+    percent,
+    reading,
+    short,
+    sub,
+    table,
+    text,
+    valued,
+)
+from stillhook.plan.result.result import PlanResult
+from stillhook.spec.validity import UNSIGNED
+from stillhook.units import number, show
+
+
+def operation(result: PlanResult) -> list[Part]:
+    """Phases, planned times, forecast factor."""
+    told = result.facts
+    rows = []
+    for p in told["phases"]:
+        ends = [f"{x:.4g}" if x is not None else "-" for x in (p.get("start"), p.get("end"))]
+        speed = show(p["speed"], "speed", 3) if p.get("speed") else "-"
+        time = number(p["duration"] / 60.0, 3) if p.get("duration") else "-"
+        tiers = _tiers(result, p["name"])
+        rows.append([phase_code(result, p["name"]), p["name"], p["kind"], *ends, speed, time, p["mode"], tiers])
+    head = ("", "phase", "kind", "from [m]", "to [m]", "speed", "time [min]", "winch", "answered by")
+    parts = [text("Heights are those of the payload's underside above still water.")]
+    parts.append(table(head, rows, wide=[1, 8], numbers=[3, 4, 5, 6], small=True))
+    why: dict[str, list[str]] = {}
+    for p in told["phases"]:
+        why.setdefault(p.get("why") or "", []).append(p["name"])
+    whole = len(told["phases"])
+    if lines := [f"{'all phases' if len(phases) == whole else ', '.join(phases)}: {said}" for said, phases in why.items() if said]:
+        parts += [sub("How each phase was answered"), bullets(lines)]
+    op = told.get("operation")
+    if op:
+        parts += [sub("Planned time and forecast"), facts(_operation(op)), *([text(say.ALPHA)] if op.get("weather_restricted") else [])]
+        parts += [bullets(op["notes"])] if op.get("notes") else []
+    return parts
+
+
+def _tiers(result: PlanResult, phase: str) -> str:
+    counts = result.data["counts"].sel(phase=phase).values.ravel()
+    order = [t for t in names(result.data, "tier") if (counts == t).any()]
+    return ", ".join(order) if order else "not told"
+
+
+def _operation(op: Mapping[str, Any]) -> list[tuple[str, str]]:
+    T_C = op.get("T_C")
+    alpha = op.get("alpha_table") or {}
+    source = ", ".join(str(alpha[k]) for k in ("standard", "edition", "clause") if alpha.get(k))
+    rows = [
+        ("T_POP, planned", hours(op.get("T_POP"))),
+        ("T_C, contingency", hours(T_C) if T_C is not None else "not assessed: T_R = 2 T_POP"),
+        ("T_R, reference", hours(op.get("T_R"))),
+        ("weather restricted", "yes" if op.get("weather_restricted") else "no"),
+    ]
+    if alpha:
+        rows.append(("alpha by", f"{alpha.get('name', '-')} version {alpha.get('version', '-')} ({source}; check against your edition)"))
+    return rows
+
+
+def rules(result: PlanResult) -> list[Part]:
+    """Every rule with where it is from, and the limits as they stand for the leading alternative."""
+    told = result.facts["rules"]
+    rows = []
+    for r in told["rows"]:
+        source = ", ".join(str(r[k]) for k in ("standard", "edition", "clause") if r.get(k))
+        asked = r.get("asked") or f"{r['sense'].replace('-', ' ')} {valued(r['limit'], r['quantity'])}"
+        note = f" {r['note']}" if r.get("note") else ""
+        rows.append(
+            [
+                rule_code(result, r["key"]),
+                f"{r['title']} ({r['quantity']})",
+                asked,
+                say.LEVELS.get(r["level"], r["level"]),
+                f"{source}.{note}",
+            ]
+        )
+    head = ("", "rule (quantity)", "limit", "largest value", "source; check against your edition")
+    parts = [text(say.CHECK), facts([("rule set", f"{told['name']} version {told['version']}, digest {short(told['digest'])}")])]
+    parts += [bullets(f"changed: {line}" for line in told["changes"])] if told.get("changes") else []
+    parts.append(table(head, rows, wide=[1, 2], wider=[4], small=True))
+    name = leading(result)
+    stand = _stand(result, name)
+    if stand:
+        parts += [
+            sub(f"Limits as they stand with {named(name)}"),
+            table(("", "rule", "phases", "limit", "of what"), stand, wide=[1], wider=[4], small=True),
+        ]
+    return parts
+
+
+def _stand(result: PlanResult, name: str) -> list[list[str]]:
+    """Limits of an alternative, phases of the same limit in one row."""
+    found: dict[tuple[str, str, str], list[str]] = {}
+    for each in result.facts.get("limited", ()):
+        if each["alternative"] == name:
+            quantity = of_rule(result.facts, each["rule"]).get("quantity", "")
+            found.setdefault((each["rule"], valued(each["limit"], quantity), each.get("why") or ""), []).append(
+                phase_code(result, each["phase"])
+            )
+    order = names(result.data, "rule")
+    return [
+        [rule_code(result, rule), rule.replace("-", " "), " ".join(at), limit, why]
+        for (rule, limit, why), at in sorted(found.items(), key=lambda x: order.index(x[0][0]))
+    ]
+
+
+def credit(result: PlanResult) -> list[Part]:
+    """What each alternative is, and how much of it is credited."""
+    told = result.facts
+    crane = told.get("crane", {})
+    followed = [p["name"] for p in told["phases"] if p.get("compensated")]
+    rows = []
+    for a in told["alternatives"]:
+        inside = result.data["inside"].sel(alternative=a["name"], phase=followed).values
+        share = percent(float(np.nanmean(inside))) if np.isfinite(inside).any() and _is_twin(result, a["name"]) else "-"
+        rows.append([named(a["name"]), a["says"], a.get("tells") or "", share])
+    certificate = crane.get("certificate")
+    held = "none" if not certificate else f"No. {short(certificate['number'])}: {certificate['statement']}"
+    head = ("alternative", "what it is", "credited", "covered")
+    has = any(row[2] for row in rows)
+    body = rows if has else [[r[0], r[1], r[3]] for r in rows]
+    return [
+        text(say.CREDIT),
+        facts([("crane's twin", str(crane.get("twin", "-"))), ("certificate", held)]),
+        *([text(UNSIGNED)] if certificate else []),
+        table(head if has else (head[0], head[1], head[3]), body, wide=[1, 2] if has else [1]),
+        text("Covered: share of the asked seas, in phases with compensation, that lie inside the certificate's envelope."),
+    ]
+
+
+def _is_twin(result: PlanResult, name: str) -> bool:
+    return any(a.value == name and a.twin for a in result.alternatives)
+
+
+def seas(result: PlanResult) -> list[Part]:
+    """Seas that were asked."""
+    s = result.facts.get("settings", {})
+    data = result.data
+    tolerance = degrees(data.attrs.get("heading_tolerance", 0.0))
+    rows = [
+        (
+            "spectrum",
+            f"{s.get('wave', '-')}, gamma {s['gamma']:g}"
+            if s.get("gamma")
+            else f"{s.get('wave', '-')}, gamma by Tp/sqrt(Hs) where it has one",
+        ),
+        ("spreading", f"cos^{s['spread']:g}" if s.get("spread") else "none: long-crested"),
+        ("Hs", f"{len(s.get('Hs', ()))} heights, {over(s['Hs'], 'length')}" if s.get("Hs") else f"up to {highest(result):g} m"),
+        ("Tp", ", ".join(f"{T:g}" for T in data["period"].values) + " s"),
+        ("headings", ", ".join(degrees(b) for b in data["heading"].values) + f"; tolerance {tolerance}"),
+    ]
+    return [facts(rows), text(f"Reading the table between its cells: {reading(result)}.")]
+
+
+def models(result: PlanResult) -> list[Part]:
+    """How each tier answers, and the vessel and payload that all of them share."""
+    told = result.facts
+    used = [t for t in names(result.data, "tier") if t in told.get("tiers", say.TIERS)]
+    parts = [facts((t, say.TIERS[t]) for t in used if t in say.TIERS), text(say.COUNTS), text(say.EXTREMES)]
+    payload, vessel, crane = told.get("payload", {}), told.get("vessel", {}), told.get("crane", {})
+    mass = show(payload["mass"], "mass", 4) if "mass" in payload else "-"
+    parts += [sub("Crane, vessel, payload"), facts([
+        ("crane", f"{crane.get('name', '-')}: {crane.get('title', '')}; SWL {show(crane['SWL'], 'mass', 4) if 'SWL' in crane else '-'}"),
+        ("vessel", f"{vessel.get('name', '-')}: {vessel.get('title', '')}"), *(("", note) for note in vessel.get("notes", ())),
+        ("place", str(told.get("place", {}).get("text", "-"))),
+        ("payload", f"{payload.get('name', '-')}: {payload.get('title') or ''} {mass} in air"),
+    ])]  # fmt: skip
+    if payload.get("rows"):
+        rows = [[str(row[0]), _plain(str(row[1])), *(str(c) for c in row[2:])] for row in payload["rows"]]
+        parts.append(table(("payload", "value", "kind", "source"), rows, wide=[0], wider=[3], small=True))
+    return parts
+
+
+def _plain(value: str) -> str:
+    """A value that people can read; descriptions of objects are left to the payload's file."""
+    return "" if value == "as given" or "kind=" in value else value
+
+
+def inputs(result: PlanResult) -> list[Part]:
+    """Versions, hashes, seeds: what another person needs to repeat it."""
+    told = result.facts
+    runs = told.get("runs") or {}
+    rows = [
+        ("computed by", f"Stillhook {told.get('version', '-')}, code {told.get('code', '-')}, on {told.get('date', '-')}"),
+        ("plan", f"{told['name']} ({told.get('source') or '-'}), digest {short(told.get('digest', ''))}"),
+        *_runs(runs),
+    ]
+    hashes = [[i["what"], _file(str(i["file"])), i["sha256"]] for i in told.get("inputs", ())]
+    parts = [facts(rows), sub("Inputs (SHA-256 of what counts in each)"), {"kind": "hashes", "rows": hashes}]
+    remarks = [*told.get("remarks", ()), *told.get("notes", ())]
+    parts += [sub("Remarks of this run"), bullets(dict.fromkeys(str(x) for x in remarks))] if remarks else []
+    return [*parts, sub("To check or to repeat it"), bullets(line.format(command=_command(told)) for line in say.AGAIN)]
+
+
+def _command(told: Mapping[str, Any]) -> str:
+    """The command that gives these numbers again."""
+    tier = f" --tier {told['tiers'][-1]}" if told.get("tiers") else ""
+    alpha = ((told.get("operation") or {}).get("alpha_table") or {}).get("name")
+    return f"stillhook plan {_file(str(told.get('source') or 'PLAN.toml'))}{tier}{f' --alpha {alpha}' if alpha else ''} --out FOLDER"
+
+
+def _file(name: str) -> str:
+    """A file without its folder on this machine; a library's sentence by its start."""
+    plain = name.replace("\\", "/")
+    absolute = plain.startswith("/") or plain[1:3] == ":/"
+    return plain.rpartition("/")[2] if absolute else plain.split(",")[0]
+
+
+RUNS = {
+    "n": "runs in the time domain (alike in several alternatives: once)", "n_failed": "failed runs",
+    "n_cells": "cells of phase, winch and sea", "seeds_per_cell": "seeds a cell, least and most", "seeds_first": "first seed",
+    "seeds_least": "least seeds a cell", "seeds_most": "most seeds a cell", "step": "time step [s]", "simulated": "simulated time",
+}  # fmt: skip
+
+
+TIMES = ("simulated",)
+"""Numbers of the runs that are times [s]."""
+OF_THE_MACHINE = ("wall", "store", "threads")
+"""What is no part of the answer: another machine has others, and the document must not."""
+
+
+def _runs(runs: Mapping[str, Any]) -> Iterable[tuple[str, str]]:
+    """What is known of the runs; names that nobody has put into words stand as they are."""
+    for key, value in runs.items():
+        if key in OF_THE_MACHINE or isinstance(value, bool) or value is None or isinstance(value, dict):
+            continue
+        yield RUNS.get(key, key.replace("_", " ")), _said(key, value)
+
+
+def _said(key: str, value: Any) -> str:
+    if isinstance(value, list):
+        return " to ".join(str(x) for x in value)
+    if not isinstance(value, int | float):
+        return str(value)
+    return hours(value) if key in TIMES else number(float(value), 6)
+
+
+def not_covered(result: PlanResult) -> list[Part]:
+    """What no number of this document says anything about."""
+    own = [str(line) for line in result.facts.get("not_covered", ())]
+    return [bullets(f"{line[:1].upper()}{line[1:].rstrip('.')}." for line in dict.fromkeys([*own, *say.UNSAFE]))]

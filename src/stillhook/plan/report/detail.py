@@ -1,0 +1,305 @@
+"""Detail behind a plan's first page: every cell, every phase by every tier, waiting, and what the limits hang on."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from stillhook.base.arrays import FloatArray
+from stillhook.plan.report import texts as say
+from stillhook.plan.report.figures.detail import FACTORS
+from stillhook.plan.report.figures.limits import CLOSED, differs
+from stillhook.plan.report.figures.style import CREDITED, TWIN, degrees, few, height, named, names, phase_code, rule_code, sea_words
+from stillhook.plan.report.figures.weather import OVER
+from stillhook.plan.report.parts import (
+    Part,
+    bullets,
+    days,
+    facts,
+    figure,
+    governs,
+    highest,
+    hours,
+    leading,
+    least,
+    percent,
+    sub,
+    table,
+    text,
+)
+from stillhook.plan.result.distinguishable import merged, references
+from stillhook.plan.result.result import Credit, PlanResult
+from stillhook.units import number
+
+PERIODS = 10
+"""Columns of a table at most."""
+PAGE = 205.0
+"""Height of a picture that takes a page of its own [mm]."""
+
+
+def limit_cells(result: PlanResult, stems: Sequence[str]) -> list[Part]:
+    """Curves, tables of cells, rosette."""
+    parts = [figure("limits-over-period", "Limiting Hs over peak period, all alternatives.")]
+    parts.append(text(say.READING.format(highest=number(highest(result), 3))))
+    parts += [figure(s, _cells_caption(s), PAGE) for s in stems if s.startswith("limits-") and s != "limits-over-period"]
+    parts.append(figure("rosette", "Heading rosette: limiting Hs by where the waves come from. Directions that were not asked are blank."))
+    return [*parts, sub("What governs, in cells of the table"), _governing(result)]
+
+
+def _cells_caption(stem: str) -> str:
+    by = "as the twin computes them, before credit" if stem.startswith("limits-twin") else "credited"
+    return f"Limits {by}, with phase (P) and rule (R) that govern."
+
+
+def _governing(result: PlanResult) -> Part:
+    """How often what governs, for every alternative."""
+    labels = names(result.data)
+    found: dict[tuple[str, str], dict[str, int]] = {}
+    for name in labels:
+        here = result.data.sel(credit=CREDITED, alternative=name)
+        for phase, rule in zip(here["governing_phase"].values.ravel(), here["governing_rule"].values.ravel(), strict=True):
+            counts = found.setdefault((str(phase), str(rule)), {})
+            counts[name] = counts.get(name, 0) + 1
+    pairs = sorted(found, key=lambda pair: -sum(found[pair].values()))
+    rows = [[_pair(result, *pair), *(str(found[pair].get(name, "")) for name in labels)] for pair in pairs]
+    return table(("governs, credited", *(named(x) for x in labels)), rows, wide=[0], numbers=range(1, 1 + len(labels)))
+
+
+def _pair(result: PlanResult, phase: str, rule: str) -> str:
+    if not phase:
+        return "nothing below the highest sea that was asked, or not told"
+    return f"{phase_code(result, phase)} {rule_code(result, rule)}: {governs(phase, rule)}"
+
+
+def by_phase(result: PlanResult) -> list[Part]:
+    """Least limit of every phase by every tier for the leading alternative, and what is credited; every rule's least limit."""
+    name, data = leading(result), result.data
+    columns = few(data.sizes["period"], PERIODS)
+    rows: list[list[str]] = []
+    strong: list[int] = []
+    for phase in names(data, "phase"):
+        counts = data["counts"].sel(alternative=name, phase=phase).values
+        label = f"{phase_code(result, phase)} {phase}"
+        found = [(tier, _of_phase(result, TWIN, [tier], name, phase), counts == tier) for tier in names(data, "tier")]
+        found.append((CREDITED, _of_phase(result, CREDITED, names(data, "tier"), name, phase), np.zeros(0, dtype=bool)))
+        for by, Hs, at in found:
+            if np.isnan(Hs).all():
+                continue
+            if by == CREDITED:
+                strong.append(len(rows))
+            seeds = int(data["n_seeds"].sel(alternative=name, phase=phase).values[at].max()) if at.any() else 0
+            told = least(np.where(np.isnan(Hs), np.inf, Hs))
+            rows.append([label, by, str(seeds or ""), *(height(float(told[k]), highest(result)) for k in columns)])
+    head = ("phase", "by", "seeds", *(f"{data['period'].values[k]:g} s" for k in columns))
+    said = f"Least limit over the rules [m] at the worst heading, with {named(name)}: as each tier finds it, and as credited (bold)."
+    parts = [text(said), table(head, rows, wide=[0], numbers=range(2, len(head)), strong_rows=strong, small=True)]
+    return [*parts, sub("Least limit of every rule over all cells, by each tier and credited"), *_by_rule(result, name)]
+
+
+def _of_phase(result: PlanResult, credit: Credit, tiers: Sequence[str], name: str, phase: str) -> FloatArray:
+    """Least limit over some tiers and the rules (heading, period) [m]; NaN where none tells."""
+    found = result.data["Hs_rule"].sel(credit=credit, tier=list(tiers), alternative=name, phase=phase).values
+    Hs = np.asarray(found, dtype=float).reshape(-1, *found.shape[-2:])
+    return np.asarray(np.where(np.isnan(Hs).all(axis=0), np.nan, np.where(np.isnan(Hs), np.inf, Hs).min(axis=0)))
+
+
+def _by_rule(result: PlanResult, name: str) -> list[Part]:
+    """Rules that limit anything, with their least limits by every tier and as credited; the others in a sentence."""
+    data, tiers, top = result.data, names(result.data, "tier"), highest(result)
+    here = data["Hs_rule"].sel(alternative=name)
+    rows, rest = [], []
+    for phase in names(data, "phase"):
+        for rule in names(data, "rule"):
+            own, credited = (here.sel(credit=c, phase=phase, rule=rule).values for c in (TWIN, CREDITED))
+            code = f"{phase_code(result, phase)} {rule_code(result, rule)}"
+            final = np.where(np.isnan(credited), np.inf, credited).min(axis=0)
+            if np.isnan(own).all() and np.isnan(credited).all():
+                continue
+            if np.isposinf(final).all() and not np.isfinite(own).any():
+                rest.append(code)
+                continue
+            cells = [_lowest(own[t], top) for t in range(len(tiers))]
+            i, k = np.unravel_index(int(final.argmin()), final.shape)
+            at = f"{data['period'].values[k]:g} s, {degrees(data['heading'].values[i])}" if np.isfinite(final.min()) else ""
+            rows.append([code, governs(phase, rule), *cells, _lowest(credited, top), at])
+    inside = f"Inside up to {number(top, 3)} m wherever they are told: {', '.join(rest)}."
+    last = 2 + len(tiers)
+    found = table(
+        ("", "phase: rule", *tiers, "credited", "least at"), rows, wide=[1], numbers=range(2, last + 1), strong=[last], small=True
+    )
+    return [found, *([text(inside)] if rest else [])]
+
+
+def _lowest(Hs: FloatArray, top: float) -> str:
+    """Least of limits as text; "-" where none is told."""
+    return "-" if np.isnan(Hs).all() else height(float(np.nanmin(Hs)), top)
+
+
+def closed_form_beside(result: PlanResult) -> list[Part]:
+    """Where the closed form stands against what is credited, in the phases where another tier counts."""
+    name, lines, tiers = leading(result), [], names(result.data, "tier")
+    for phase in names(result.data, "phase") if CLOSED in tiers else []:
+        closed, final = _of_phase(result, TWIN, [CLOSED], name, phase), _of_phase(result, CREDITED, tiers, name, phase)
+        other = (result.data["counts"].sel(alternative=name, phase=phase) != CLOSED).values & ~np.isnan(closed)
+        both = other & np.isfinite(closed) & np.isfinite(final) & (final > 0.0)
+        if both.any():
+            ratio = closed[both] / final[both]
+            ends = sorted({f"{x:.2f}" for x in (ratio.min(), ratio.max())})
+            lines.append(f"{phase}: closed form {' to '.join(ends)} of the limit that is credited")
+        if below := int((other & (closed < final) & np.isposinf(final)).sum()):
+            lines.append(f"{phase}: closed form limits {below} of {closed.size} cells in which the better tier does not")
+        if above := int((other & np.isposinf(closed) & np.isfinite(final)).sum()):
+            lines.append(f"{phase}: closed form sees no limit in {above} of {closed.size} cells in which the better tier does")
+    return [sub("Closed form beside"), bullets(lines)] if lines else []
+
+
+def weather(result: PlanResult) -> list[Part]:
+    """Operability, waiting and what each alternative gains; empty where no weather was given."""
+    if "weather" not in result:
+        return [text("No weather was given with the plan: waiting is not reckoned. Add [weather] to the plan file.")]
+    block = result["weather"]
+    synthetic = bool(int(block.attrs.get("synthetic", 0)))
+    year, over = block.sel(month=0), references(block, result.facts.get("tiers", ()))
+    rows = []
+    for name in names(block):
+        for credit in (CREDITED, TWIN) if differs(result, name) else (CREDITED,):
+            here = year.sel(credit=credit, alternative=name)
+            gains = [_gains(here.sel(over=o)) for o in over]
+            waits = [days(float(here[k])) for k in ("wait_mean", "wait_p50", "wait_p90")]
+            label = named(name) if credit == CREDITED else f"{named(name)}, by the twin"
+            vessel = number(float(here["vessel_days"]), 3) if math.isfinite(float(here["vessel_days"])) else "-"
+            rows.append([label, percent(float(here["operability"])), *waits, vessel, *gains, _count(here, "n_censored")])
+    heads = {"none": "over none", "cap-80": "over cap", "best-classic": "over classic"}
+    head = ("", "operability", "mean wait", "P50", "P90", "vessel days", *(heads.get(o, o) for o in over), "censored")
+    mark = [text(f"{say.SYNTHETIC}.")] if synthetic else []
+    parts = [
+        *mark,
+        text(say.PERSISTENCE),
+        facts(_series(result)),
+        sub(f"Whole year; gained over {', '.join(OVER.get(o, o) for o in over)}: vessel days an operation, hours a year"),
+    ]
+    parts.append(table(head, merged(rows, result), wide=[0], numbers=range(1, len(head)), small=True))
+    parts.append(figure("waiting-by-month", "Operability and waiting by month of readiness."))
+    parts.append(figure("days-gained", "Vessel days gained each operation over each reference."))
+    return [*parts, sub(f"By month with {named(leading(result))}, credited"), _by_month(result)]
+
+
+def _gains(here: Any) -> str:
+    """Days of waiting an operation and workable hours a year that are gained, of a row of the weather block."""
+    return f"{_more(float(here['days_gained']), 1)} d, {_more(float(here['hours_gained']), 0)} h"
+
+
+def _more(x: float, digits: int) -> str:
+    if math.isnan(x):
+        return "-"
+    rounded = round(x, digits)
+    return f"{rounded:+.{digits}f}" if rounded else "0"
+
+
+def _count(here: object, key: str) -> str:
+    value = float(here[key]) if key in here else math.nan  # type: ignore[index,operator]
+    return "-" if math.isnan(value) else f"{value:.0f}"
+
+
+def _series(result: PlanResult) -> list[tuple[str, str]]:
+    """What the waiting was counted on."""
+    block, attrs = result["weather"], result["weather"].attrs
+    synthetic = " (SYNTHETIC)" if int(attrs.get("synthetic", 0)) else ""
+    here = block.sel(credit=CREDITED, alternative=leading(result), month=0)
+    rows = [("series", f"{attrs.get('source', '-')}{synthetic}")]
+    if "first" in attrs:
+        rows.append(("from, to", f"{attrs['first']} to {attrs.get('last', '-')}"))
+    rows.append(("hours, gaps", f"{_count(here, 'n_hours')} h, {_count(here, 'n_gaps')} gaps"))
+    rows.append(("window", f"T_R = {hours(attrs.get('T_R', attrs.get('window')))}"))
+    if "outside" in attrs:
+        rows.append(("outside the table", f"{percent(float(attrs['outside']))} of the records: counted as not workable"))
+    if attrs.get("limit"):
+        rows.append(("limit", str(attrs["limit"])))
+    rows.append(("vessel's heading", _ship(attrs)))
+    notes = attrs.get("notes")
+    return rows + [("note", str(line)) for line in ([notes] if isinstance(notes, str) else notes if notes is not None else []) if str(line)]
+
+
+def _ship(attrs: Mapping[Any, Any]) -> str:
+    """Where the bow points in the weather."""
+    ship = attrs.get("ship", math.nan)
+    if isinstance(ship, str):
+        return ship
+    if math.isfinite(float(ship)):
+        return f"fixed, bow at {degrees(float(ship))} from north"
+    return "free to turn: one heading through each operation, the best one"
+
+
+def _by_month(result: PlanResult) -> Part:
+    from stillhook.plan.report.figures.weather import MONTHS
+
+    block, rows = result["weather"], []
+    for month, label in enumerate(MONTHS, start=1):
+        here = block.sel(credit=CREDITED, alternative=leading(result), month=month)
+        if math.isnan(float(here["operability"])):
+            continue
+        waits = [days(float(here[k])) for k in ("wait_mean", "wait_p50", "wait_p90")]
+        counts = [_count(here, k) for k in ("n_windows", "n_windows_long_enough", "n_censored")]
+        rows.append([label, percent(float(here["operability"])), *waits, *counts])
+    return table(
+        ("month", "operability", "mean wait", "P50", "P90", "windows", "long enough", "censored"),
+        rows,
+        wide=[0],
+        numbers=range(1, 8),
+        small=True,
+    )
+
+
+def behind(result: PlanResult) -> list[Part]:
+    """Depth, efficiency, landing, sensitivity, convergence: those that were computed."""
+    captions = {
+        "depth": "Tension at the tip, dynamic factor and least sling tension against depth; dotted: depth at which the natural period on "
+        "the wire meets the period of the waves.",
+        "efficiency": "Compensation at the wire and at the payload are two things: the wire's stretch stands between them.",
+        "landing": "Landing speed, one landing a seed.",
+        "sensitivity": "Limit of the phase when one input is otherwise, all else as planned; dashed: the highest sea that was asked.",
+        "convergence": "Demand over limit as seeds are added, in the cells that decide.",
+    }
+    parts: list[Part] = []
+    for name, caption in captions.items():
+        if name in result:
+            notes = result[name].attrs.get("notes")
+            parts.append(figure(name, f"{caption} {sea_words(result[name].attrs)}".strip()))
+            parts += [text(str(notes))] if isinstance(notes, str) and notes else []
+            parts += _sensitivity(result) if name == "sensitivity" else []
+    missing = [name for name in captions if name not in result]
+    why = result.facts.get("not_computed") or {}
+    said = [f"{name} ({why[name]})" if why.get(name) else name for name in missing]
+    return [*parts, text(f"Not computed in this run: {', '.join(said)}.")] if missing else parts
+
+
+def _sensitivity(result: PlanResult) -> list[Part]:
+    """Limits of the leading alternative with other inputs, and whether they are those of what governs."""
+    block, top = result["sensitivity"], highest(result)
+    here = block.sel(alternative=leading(result))
+    rows = []
+    for i, factor in enumerate(names(block, "factor")):
+        tried = [str(block[k].values[i]) if k in block.coords else "-" for k in ("low_text", "high_text")]
+        found = [height(float(here[k].values[i]), top) for k in ("Hs_base", "Hs_low", "Hs_high")]
+        rows.append([FACTORS.get(factor, factor), found[0], tried[0], found[1], tried[1], found[2]])
+    head = (f"input ({named(leading(result))}, Hs [m])", "as planned", "first value", "limit", "second value", "limit")
+    return [text(_varied(result)), table(head, rows, wide=[0, 2, 4], numbers=[1, 3, 5], small=True)]
+
+
+def _varied(result: PlanResult) -> str:
+    """Which phase was varied, and which governs the leading alternative in that cell."""
+    attrs, name = result["sensitivity"].attrs, leading(result)
+    here = result.data.sel(alternative=name).sel(period=float(attrs["Tp"]), heading=float(attrs["beta"]), method="nearest")
+    by = f", by {attrs['tier']}" if attrs.get("tier") else ""
+    varied = f"Varied here: {governs(str(attrs.get('phase', '')), str(attrs.get('rule', '')))}{by}."
+    said = []
+    for credit, label in ((CREDITED, "credited"), (TWIN, "by the twin")):
+        cell = here.sel(credit=credit)
+        phase, rule = str(cell["governing_phase"].item()), str(cell["governing_rule"].item())
+        if phase and phase != attrs.get("phase"):
+            limit = height(float(cell["Hs_limit"]), highest(result))
+            said.append(f"{label}, {governs(phase, rule)} governs this cell at {limit} m and was not varied")
+    return f"{varied} {'; '.join(said).capitalize()}: what is seen here says nothing of that." if said else varied

@@ -1,0 +1,161 @@
+"""Figures behind the limits: depth, efficiency, landing, what the limit hangs on, and how sure the seeds are."""
+
+from __future__ import annotations
+
+import math
+import textwrap
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from stillhook.plan.report.figures.style import COLOUR, THICK, canvas, key_below, lines, named, names, sea_words
+from stillhook.plan.result.result import PlanResult
+from stillhook.report.plots.run import COLOURS, GREY
+from stillhook.units import in_display
+
+if TYPE_CHECKING:
+    import xarray
+    from matplotlib.figure import Figure
+
+
+FACTORS = {"C_A": "added mass", "C_D": "drag", "friction": "friction of the winch", "delay": "delay of the motion signal"}
+"""Inputs that a limit hangs on, in words."""
+
+
+def detail_figures(result: PlanResult) -> dict[str, Figure]:
+    """Figures of the blocks that are there, by file stem."""
+    highest = float(result.data.attrs["Hs_highest"])
+    drawn: dict[str, Callable[[xarray.Dataset], Figure]] = {
+        "depth": depth, "efficiency": efficiency, "landing": landing,
+        "sensitivity": lambda block: sensitivity(block, highest), "convergence": convergence,
+    }  # fmt: skip
+    return {name: draw(result[name]) for name, draw in drawn.items() if name in result}
+
+
+def depth(block: xarray.Dataset) -> Figure:
+    """Tension at the tip, dynamic factor, least sling tension and natural period against depth, with the depth of resonance."""
+    z = -np.asarray(block["z"].values, dtype=float)
+    with_T = "T_0" in block
+    figure, axes = canvas(1, 4 if with_T else 3, 4.4, sharey=True)
+    row = axes[0]
+    kN = in_display(1.0, "force")
+    for name in names(block):
+        style = {"color": COLOUR[name], "lw": THICK[name]}
+        row[0].plot(kN * block["F_top_max"].sel(alternative=name), z, label=named(name), **style)
+        row[1].plot(block["DAF"].sel(alternative=name), z, **style)
+        row[2].plot(block["sling_ratio"].sel(alternative=name), z, **style)
+    row[0].plot(kN * np.broadcast_to(block["F_top_static"].values, z.shape), z, color=GREY, lw=1.0, ls="--", label="at rest")
+    row[2].axvline(0.0, color=GREY, lw=0.8)
+    titles = ["tension at tip [kN]", "DAF [-]: sling tension\nover weight in air", "least sling tension\nover that at rest [-]"]
+    if with_T:
+        row[3].plot(np.broadcast_to(block["T_0"].values, z.shape), z, color="black", lw=1.3)
+        row[3].axvline(float(block.attrs["Tp"]), color=GREY, lw=0.8, ls="--")
+        titles.append("natural period on\nthe wire [s] (dashed: Tp)")
+    at = float(block.attrs.get("z_resonance", math.nan))
+    for ax, title in zip(row, titles, strict=True):
+        ax.set_xlabel(title, fontsize="small")
+        if math.isfinite(at):
+            ax.axhline(-at, color=COLOURS[1], lw=0.9, ls=":")
+    row[0].set_ylabel("depth of the payload's underside [m]", fontsize="small")
+    row[0].set_ylim(float(z.max()), float(z.min()))
+    told = f"resonance at {-at:.0f} m (dotted)" if math.isfinite(at) else "no resonance on the way"
+    figure.suptitle(f"Against depth: {sea_words(block.attrs)}; {told}", fontsize="medium")
+    key_below(figure, [row[0]], 7)
+    return figure
+
+
+def efficiency(block: xarray.Dataset) -> Figure:
+    """Share of the tip's motion that compensation takes away, at the wire and at the payload."""
+    figure, axes = canvas(1, 2, 3.2, sharey=True)
+    for ax, name, title in zip(axes[0], ("eta_wire", "eta_load"), ("at the wire", "at the payload"), strict=True):
+        lines(ax, block["period"].values, block[name], 100.0, marker="o", ms=3)
+        ax.axhline(0.0, color=GREY, lw=0.8)
+        ax.set_title(title, fontsize="small")
+        ax.set_xlabel("peak period Tp [s]", fontsize="small")
+    low = min(float(np.nanmin(block[name].values)) for name in ("eta_wire", "eta_load"))
+    axes[0, 0].set_ylim(max(-100.0, min(0.0, 105.0 * low)), 103.0)
+    axes[0, 0].set_ylabel("compensation efficiency [%]", fontsize="small")
+    where = f" at {-float(block.attrs['z']):.0f} m depth" if "z" in block.attrs else ""
+    figure.suptitle(f"Compensation efficiency{where}: {sea_words(block.attrs)}", fontsize="medium")
+    key_below(figure, [axes[0, 0]])
+    return figure
+
+
+def landing(block: xarray.Dataset) -> Figure:
+    """Share of the landings that were faster than a speed, one per seed."""
+    figure, axes = canvas(1, 1, 3.4)
+    ax = axes[0, 0]
+    for name in names(block):
+        v = np.asarray(block["v_landed"].sel(alternative=name).values, dtype=float)
+        v = np.sort(v[np.isfinite(v)])
+        if len(v):
+            share = 100.0 * (1.0 - (np.arange(len(v)) + 0.5) / len(v))
+            ax.step(v, share, where="mid", color=COLOUR[name], lw=THICK[name], label=f"{named(name)} ({len(v)})")
+    if "limit" in block.attrs and math.isfinite(float(block.attrs["limit"])):
+        ax.axvline(float(block.attrs["limit"]), color=GREY, lw=1.0, ls="--", label="limit")
+    ax.set(ylim=(0.0, 100.0))
+    ax.set_xlim(left=0.0)
+    ax.set_xlabel("speed at touch-down [m/s]", fontsize="small")
+    ax.set_ylabel("landings that are faster [%]", fontsize="small")
+    figure.suptitle(f"Landing speed exceeded, in brackets the number of seeds: {sea_words(block.attrs)}", fontsize="medium")
+    key_below(figure, [ax], 4)
+    return figure
+
+
+def sensitivity(block: xarray.Dataset, highest: float) -> Figure:
+    """Limit with one input taken lower and higher, alternatives side by side; one above the highest sea that was asked [m] stands there."""
+    shown = [n for n in names(block) if not np.isnan(block["Hs_base"].sel(alternative=n).values).all()]
+    rows = block.sizes["factor"]
+    figure, axes = canvas(1, max(1, len(shown)), 1.4 + 0.5 * rows, sharey=True, sharex=True)
+    y = np.arange(rows)
+    for ax, name in zip(axes[0], shown, strict=False):
+        base, low, high = (np.minimum(block[k].sel(alternative=name).values, highest) for k in ("Hs_base", "Hs_low", "Hs_high"))
+        ax.plot(base, y, color="black", marker="|", ms=14, ls="none", label="as planned")
+        for ends, colour, marker, label in ((low, COLOURS[0], "o", "first value"), (high, COLOURS[1], "s", "second value")):
+            ax.hlines(y, base, np.where(np.isnan(ends), base, ends), color=colour, lw=2.0)
+            ax.plot(ends, y, color=colour, marker=marker, ms=5, ls="none", label=label)
+        for i in np.flatnonzero(np.isnan(low) & np.isnan(high)):
+            ax.text(float(base[i]), float(y[i]) - 0.2, "not asked", fontsize="xx-small", ha="center", color=GREY)
+        ax.axvline(highest, color=GREY, lw=0.8, ls="--")
+        ax.set_title(named(name), fontsize="small")
+    axes[0, 0].set_yticks(y, [_factor(block, i) for i in range(rows)], fontsize="x-small")
+    axes[0, 0].set_ylim(rows - 0.5, -0.5)
+    told = np.minimum(np.concatenate([block[k].values.ravel() for k in ("Hs_base", "Hs_low", "Hs_high")]), highest)
+    told = told[np.isfinite(told)]
+    if told.size:
+        room = max(0.1, 0.12 * float(np.ptp(told)))
+        axes[0, 0].set_xlim(max(0.0, float(told.min()) - room), float(told.max()) + room)
+    where = ", ".join(str(block.attrs[k]) for k in ("phase", "rule") if block.attrs.get(k))
+    figure.suptitle(f"Limiting Hs [m] with other inputs: {sea_words(block.attrs)}{f' ({where})' if where else ''}", fontsize="medium")
+    key_below(figure, [axes[0, 0]])
+    return figure
+
+
+def _factor(block: xarray.Dataset, i: int) -> str:
+    low, high = (str(block[k].values[i]) if k in block.coords else "" for k in ("low_text", "high_text"))
+    name = FACTORS.get(str(block["factor"].values[i]), str(block["factor"].values[i]))
+    return "\n".join(textwrap.wrap(f"{name}: {low} to {high}" if low or high else name, 28))
+
+
+def convergence(block: xarray.Dataset) -> Figure:
+    """Demand over its limit as seeds are added, with its 95 % interval; the cells that decide the table."""
+    cells = names(block, "cell")
+    columns = min(3, max(1, len(cells)))
+    figure, axes = canvas(-(-len(cells) // columns), columns, 0.6 + 2.3 * -(-len(cells) // columns), sharex=True)
+    flat: list[Any] = list(np.ravel(axes))
+    for ax, name in zip(flat, cells, strict=False):
+        here = block.sel(cell=name)
+        n = here["n"].values
+        ax.fill_between(n, here["low"].values, here["high"].values, color=COLOURS[0], alpha=0.2, lw=0)
+        ax.plot(n, here["utilisation"].values, color=COLOURS[0], lw=1.3, marker="o", ms=2.5)
+        ax.axhline(1.0, color=GREY, lw=0.9, ls="--")
+        ax.set_title("\n".join(textwrap.wrap(name, 34)), fontsize="x-small")
+    for ax in flat[len(cells) :]:
+        ax.set_visible(False)
+    for ax in axes[-1]:
+        ax.set_xlabel("seeds", fontsize="small")
+    for ax in axes[:, 0]:
+        ax.set_ylabel("demand over limit [-]", fontsize="small")
+    figure.suptitle("Convergence: band is the 95 % interval (surface passages and touch-downs: by order statistics)", fontsize="medium")
+    return figure

@@ -1,0 +1,305 @@
+"""The first page of a plan's report: in which weather the lift may be done, what limits it, and on which conditions."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from stillhook.base.arrays import FloatArray
+from stillhook.plan.report.figures.limits import differs
+from stillhook.plan.report.figures.style import CREDITED, TWIN, degrees, few, height, named, names
+from stillhook.plan.report.figures.weather import OVER
+from stillhook.plan.report.parts import (
+    HOUR,
+    NUMBER,
+    WIDE,
+    Part,
+    between,
+    days,
+    facts,
+    governs,
+    highest,
+    hours,
+    leading,
+    least,
+    limits,
+    over,
+    percent,
+    reading,
+    sub,
+    table,
+    text,
+    worst_heading,
+)
+from stillhook.plan.result.distinguishable import merged, references
+from stillhook.plan.result.result import Credit, PlanResult
+from stillhook.spec.validity import UNSIGNED
+from stillhook.units import number, show
+
+if TYPE_CHECKING:
+    import xarray
+
+RUN = ("frequency", "time")
+"""Tiers that ask the twin."""
+CENSORED = 0.02
+"""Share of starts without a window from which on waiting is told to be longer."""
+NONE, LOWEST = "none", 1.0
+"""The alternative without compensation, and the lowest height [m] of the usual tables of forecast factors."""
+OUTSIDE = 0.005
+"""Share of records outside the table from which on it is told."""
+NAMED = 3
+"""Phases and rules that are named as governing at most."""
+PERIODS, HEADINGS = 12, 4
+"""Rows and columns of the first page's tables at most; the whole is in the section of limits."""
+
+
+def answer(result: PlanResult) -> dict[str, Any]:
+    """word: the limits in a line; yes: whether there is any workable sea; said: sentences; parts: tables and conditions."""
+    name = leading(result)
+    credited = limits(result, CREDITED, name)
+    top = highest(result)
+    workable = bool((np.nan_to_num(credited) > 0.0).any())
+    word = f"OP_LIM Hs {between(credited, top)}" if workable else "NO WORKABLE SEA STATE"
+    return {
+        "word": word, "yes": workable,
+        "said": [_credited(result, name), _twin(result, name), *_unsigned(result), _operation(result, name), *_waiting(result, name)],
+        "parts": [*_limits(result, name), *_side_by_side(result), *_conditions(result)],
+    }  # fmt: skip
+
+
+def _seas(result: PlanResult) -> str:
+    data = result.data
+    return f"Tp {over(data['period'].values, 'time')}, waves at {over(data['heading'].values, 'angle')}"
+
+
+def _credited(result: PlanResult, name: str) -> str:
+    Hs = limits(result, CREDITED, name)
+    said = f"Credited limit with {named(name)}: Hs {between(Hs, highest(result))} for {_seas(result)}."
+    return f"{said}{_ends(result, name)} {_mostly(result, name, CREDITED)}"
+
+
+def _ends(result: PlanResult, name: str) -> str:
+    """The low ends of the limits' 95 % intervals, and that the estimates count."""
+    low = np.asarray(result.data["Hs_limit_low"].sel(credit=CREDITED, alternative=name).values, dtype=float)
+    told = np.isfinite(low)
+    if not told.any():
+        return ""
+    where = "" if told.all() else f", in the {int(told.sum())} of {told.size} cells that tell one"
+    return f" The estimate counts; the low end of its 95 % interval is Hs {between(low, highest(result))}{where}."
+
+
+def _mostly(result: PlanResult, name: str, credit: Credit) -> str:
+    """What governs in the most cells."""
+    here = result.data.sel(credit=credit, alternative=name)
+    pairs = zip(here["governing_phase"].values.ravel(), here["governing_rule"].values.ravel(), strict=True)
+    counted = Counter((str(p), str(r)) for p, r in pairs if str(p))
+    if not counted:
+        return "Nothing governs below the highest sea that was asked."
+    first = counted.most_common(NAMED)
+    said = ", ".join(f"{governs(*pair)} ({n} of {here['governing_phase'].size} cells)" for pair, n in first)
+    return f"Governing: {said}{' and others' if len(counted) > NAMED else ''}."
+
+
+def _unsigned(result: PlanResult) -> list[str]:
+    return [UNSIGNED] if (result.facts.get("crane") or {}).get("certificate") else []
+
+
+def _twin(result: PlanResult, name: str) -> str:
+    if not any(a.value == name and a.twin for a in result.alternatives):
+        return "No twin is part of this limit."
+    if not set(result.facts.get("tiers", RUN)) & set(RUN):
+        return "The twin was not asked: these are limits of the closed form, with a flat 80 % of compensation."
+    if not differs(result, name):
+        return f"By the twin: the same limits ({_nothing_taken(result, name)})."
+    held = (result.facts.get("crane") or {}).get("certificate")
+    why = "the crane's certificate does not cover it" if held else "the crane has no certificate of validation"
+    return (
+        f"By the twin, before credit: Hs {between(limits(result, TWIN, name), highest(result))}. {_mostly(result, name, TWIN)} "
+        f"What lies between is not credited: {why}."
+    )
+
+
+def _nothing_taken(result: PlanResult, name: str) -> str:
+    """Why credit takes nothing from the limits of a twin."""
+    followed = {str(p["name"]) for p in result.facts["phases"] if p.get("compensated")}
+    if not followed:
+        return "no phase is compensated: there is no compensation to credit"
+    phases = {str(p) for p in result.data["governing_phase"].sel(credit=TWIN, alternative=name).values.ravel() if str(p)}
+    if not phases & followed:
+        return "what governs is not compensated: there is nothing to credit in it"
+    share = result.data["inside"].sel(alternative=name, phase=sorted(phases & followed)).values
+    return "the crane's certificate covers what governs" if np.nanmin(share) == 1.0 else "credit takes nothing from what governs"
+
+
+def _operation(result: PlanResult, name: str) -> str:
+    op = result.facts.get("operation") or {}
+    if not op:
+        return "T_POP, T_R and alpha: not told in this result."
+    T_C = op.get("T_C")
+    contingency = f"T_C {hours(T_C)}" if T_C is not None else "T_C not assessed, so T_R is twice T_POP"
+    kind = (
+        "weather restricted"
+        if op.get("weather_restricted")
+        else "not weather restricted: alpha does not apply, design for extreme conditions"
+    )
+    here = result.data.sel(credit=CREDITED, alternative=name)
+    alpha, op_wf = (np.asarray(here[k].values, dtype=float) for k in ("alpha", "op_wf")) if "alpha" in here else (np.array([]),) * 2
+    told = alpha[np.isfinite(alpha)]
+    summed = "" if op.get("T_POP_given", True) else " (not given: the sum of the phases stands for it)"
+    said = f"T_POP {hours(op.get('T_POP'))}{summed}, {contingency}: T_R {hours(op.get('T_R'))}, {kind}."
+    if told.size:
+        ends = "" if told.min() == told.max() else f" to {told.max():.2f}"
+        said += f" alpha {told.min():.2f}{ends}: forecast limit OP_WF Hs {between(op_wf[np.isfinite(alpha)], math.inf)}."
+    untold = int(np.isnan(alpha).sum()) if op.get("weather_restricted") else 0
+    return said + (f" In {untold} of {alpha.size} cells the table tells no alpha: there no forecast limit holds." if untold else "")
+
+
+def _waiting(result: PlanResult, name: str) -> list[str]:
+    if "weather" not in result:
+        return []
+    block = result["weather"]
+    here = block.sel(credit=CREDITED, alternative=name, month=0)
+    mark = "SYNTHETIC weather, " if int(block.attrs.get("synthetic", 0)) else ""
+    against = [o for o in references(block, result.facts.get("tiers", ())) if o != name]
+    won = [(o, float(here["days_gained"].sel(over=o))) for o in against]
+    gains = [f"{number(x, 2)} over {OVER.get(o, o)}" for o, x in won if math.isfinite(x)]
+    waits = ", ".join(
+        f"{label} {days(float(here[key]))}" for label, key in (("mean", "wait_mean"), ("P50", "wait_p50"), ("P90", "wait_p90"))
+    )
+    tail = f" Vessel days gained each operation, credited: {', '.join(gains)}." if gains else ""
+    operability = percent(float(here["operability"]))
+    tail += _flattered(result) + _beyond(block) + _censored(block, here)
+    said = f"Waiting for a window of {hours(block.attrs.get('T_R'))} ({mark}whole year): {waits}; operability {operability}.{tail}"
+    return [said]
+
+
+def _flattered(result: PlanResult) -> str:
+    """That limits without compensation which lie below the table of forecast factors are compared by its lowest factor."""
+    lowest = ((result.facts.get("operation") or {}).get("alpha_table") or {}).get("Hs_lowest", LOWEST)
+    if NONE not in names(result.data):
+        return ""
+    Hs = limits(result, CREDITED, NONE)
+    below = int(((Hs > 0.0) & (Hs < lowest)).sum())
+    why = f"below {lowest:g} m no alpha is told, and that of {lowest:g} m is taken"
+    said = f" Without compensation the waiting is flattered in {below} of {Hs.size} cells ({why}): gains over it are at least these."
+    return said if below else ""
+
+
+def _beyond(block: xarray.Dataset) -> str:
+    """How much of the weather the table does not reach, where it is some."""
+    part = float(block.attrs.get("outside", 0.0))
+    said = f" {percent(part)} of the records lie outside the table's periods and headings and count as not workable."
+    return said if part >= OUTSIDE else ""
+
+
+def _censored(block: xarray.Dataset, here: xarray.Dataset) -> str:
+    """What must be said where many starts find no window before the series ends."""
+    if "n_censored" not in here or "n_hours" not in here:
+        return ""
+    part = float(here["n_censored"]) * float(block.attrs.get("step", HOUR)) / HOUR / max(1.0, float(here["n_hours"]))
+    return f" {percent(part)} of the starts find no window before the series ends: true waiting is longer." if part > CENSORED else ""
+
+
+def _limits(result: PlanResult, name: str) -> list[Part]:
+    """The table that the operation is run by: OP_LIM of every heading and period; at the worst heading what governs, its 95 % interval
+    where the twin was run, and OP_WF; the twin's own answer where it is another."""
+    data, top = result.data, highest(result)
+    credited, twin = (limits(result, credit, name) for credit in (CREDITED, TWIN))
+    rows = few(data.sizes["period"], PERIODS)
+    at, at_twin = worst_heading(credited), worst_heading(twin)
+    columns = [("Tp", NUMBER, [f"{data['period'].values[k]:g} s" for k in rows])]
+    columns += _by_heading(result, credited, rows)
+    strong = range(1, len(columns))
+    intervals = [_interval(result, name, at[k], k) for k in rows]
+    columns += [("95 %", NUMBER, intervals)] if any(intervals) else []
+    columns.append(("governs (worst heading)", WIDE, [_what(result, CREDITED, name, at[k], k) for k in rows]))
+    for title, key in (("alpha", "alpha"), ("OP_WF", "op_wf")):
+        columns.append((title, NUMBER, [_told(result, name, key, at[k], k) for k in rows]))
+    if differs(result, name):
+        columns.append(("twin", NUMBER, [height(float(twin[at_twin[k], k]), top) for k in rows]))
+        columns.append(("governs by the twin", WIDE, [_what(result, TWIN, name, at_twin[k], k) for k in rows]))
+    said = f"OP_LIM with {named(name)}, credited: limiting Hs [m] by peak period and direction of the waves; OP_WF [m] at the worst heading"
+    kinds = {kind: [i for i, column in enumerate(columns) if column[1] == kind] for kind in (NUMBER, WIDE)}
+    body = zip(*(column[2] for column in columns), strict=True)
+    return [sub(said), table([c[0] for c in columns], body, wide=kinds[WIDE], numbers=kinds[NUMBER], strong=strong, small=True)]
+
+
+def _by_heading(result: PlanResult, Hs: FloatArray, rows: list[int]) -> list[tuple[str, str, list[str]]]:
+    """A column for every heading; of many headings the best and the worst of each period, each with its heading."""
+    beta, top = result.data["heading"].values, highest(result)
+    if len(beta) <= HEADINGS:
+        return [(degrees(beta[i]), NUMBER, [height(float(Hs[i, k]), top) for k in rows]) for i in range(len(beta))]
+    best = [int(i) for i in np.where(np.isnan(Hs), -1.0, Hs).argmax(axis=0)]
+    return [
+        (title, NUMBER, [f"{height(float(Hs[at[k], k]), top)} ({degrees(beta[at[k]])})" for k in rows])
+        for title, at in (("best heading", best), ("worst heading", worst_heading(Hs)))
+    ]
+
+
+def _interval(result: PlanResult, name: str, i: int, k: int) -> str:
+    """The 95 % interval of a credited limit, "from" its lower end where no upper one was reached; empty where there is none."""
+    here = result.data.sel(credit=CREDITED, alternative=name).isel(heading=i, period=k)
+    ends = [float(here[key]) for key in ("Hs_limit_low", "Hs_limit_high")]
+    if any(map(math.isnan, ends)):
+        return ""
+    low, high = (height(x, highest(result)) for x in ends)
+    return f"{low} to {high}" if ends[1] <= highest(result) else f"from {low}"
+
+
+def _what(result: PlanResult, credit: Credit, name: str, i: int, k: int) -> str:
+    here = result.data.sel(credit=credit, alternative=name).isel(heading=i, period=k)
+    return governs(str(here["governing_phase"].item()), str(here["governing_rule"].item()))
+
+
+def _told(result: PlanResult, name: str, key: str, i: int, k: int) -> str:
+    if key not in result.data:
+        return "-"
+    x = float(result.data[key].sel(credit=CREDITED, alternative=name).isel(heading=i, period=k))
+    return "-" if math.isnan(x) else f"{x:.2f}"
+
+
+def _side_by_side(result: PlanResult) -> list[Part]:
+    """All alternatives at the worst heading, credited; the twin's own answer where it is another."""
+    data, top = result.data, highest(result)
+    rows = few(data.sizes["period"], PERIODS)
+    waiting = "weather" in result
+    head = ["Tp [s]", *(f"{data['period'].values[k]:g}" for k in rows), *(("work", "wait") if waiting else ())]
+    body = []
+    for name in names(data):
+        said: list[tuple[str, Credit]] = [(named(name), CREDITED)]
+        if differs(result, name):
+            said.append((f"{named(name)}, by the twin", TWIN))
+        for label, credit in said:
+            Hs = least(limits(result, credit, name))
+            body.append([label, *(height(float(Hs[k]), top) for k in rows), *(_wait(result, credit, name) if waiting else ())])
+    title = "All alternatives, worst heading: OP_LIM [m], credited; a second line where the twin says otherwise"
+    tail = "; operability and mean waiting over the year" if waiting else ""
+    return [sub(title + tail), table(head, merged(body, result), wide=[0], numbers=range(1, len(head)), small=True)]
+
+
+def _wait(result: PlanResult, credit: Credit, name: str) -> tuple[str, str]:
+    """Operability and mean waiting over the year."""
+    here = result["weather"].sel(credit=credit, alternative=name, month=0)
+    return percent(float(here["operability"])), days(float(here["wait_mean"]))
+
+
+def _conditions(result: PlanResult) -> list[Part]:
+    told, place = result.facts, result.facts.get("place", {})
+    settings = told.get("settings", {})
+    waves = {"jonswap": "JONSWAP", "pm": "Pierson-Moskowitz", "torsethaugen": "Torsethaugen"}.get(str(settings.get("wave")), "-")
+    peak = f", gamma {settings['gamma']:g}" if settings.get("gamma") else ", gamma by Tp and Hs" if waves == "JONSWAP" else ""
+    spread = f"spreading cos^{settings['spread']:g}" if settings.get("spread") else "long-crested"
+    crane, payload = told.get("crane", {}), told.get("payload", {})
+    mass = show(payload["mass"], "mass", 4) if "mass" in payload else "-"
+    rows = [
+        ("lift", f"{payload.get('name', '-')}, {mass} in air, to {place.get('depth', math.nan):g} m of water"),
+        ("crane, vessel", f"{crane.get('name', '-')}; {place.get('text') or told.get('vessel', {}).get('name', '-')}"),
+        ("seas", f"{waves}{peak}, {spread}"),
+        ("reading", reading(result)),
+        ("credit", str(crane.get("twin", "-"))),
+    ]  # fmt: skip
+    rows += [("note", str(note)) for note in told.get("notes", ())]
+    return [text("Conditions. Wind, current and what the last section names are not part of these limits."), facts(rows)]

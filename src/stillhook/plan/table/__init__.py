@@ -1,0 +1,1 @@
+"""The table of limits over all phases, tiers and rules, and what of it may be credited."""

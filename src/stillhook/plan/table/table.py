@@ -1,0 +1,257 @@
+"""From limits of phases, tiers and rules to one table: the least of them in every cell, with what it is by, and how a table is read."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stillhook.base.arrays import BoolArray, FloatArray, IntArray
+from stillhook.errors import PlanError
+from stillhook.plan.definition.compensation import Alternative
+from stillhook.plan.definition.demand import Tier
+from stillhook.plan.definition.lift_plan import LiftPlan
+from stillhook.plan.limits.solve import Limits
+from stillhook.units import show
+
+TIERS = (Tier.CLOSED_FORM, Tier.FREQUENCY, Tier.TIME)
+"""From the least to the most that is known; a later one counts before an earlier."""
+SAME = 1e-9
+"""Part of a period or an angle by which two that are meant to be one may differ."""
+FULL = 2.0 * math.pi
+
+
+@dataclass(frozen=True)
+class Axes:
+    """Axes of a plan's tables: heading [rad], period [s], names of alternatives, phases and rules."""
+
+    headings: tuple[float, ...]
+    periods: tuple[float, ...]
+    alternatives: tuple[Alternative, ...]
+    phases: tuple[str, ...]
+    rules: tuple[str, ...]
+
+    @classmethod
+    def of(cls, plan: LiftPlan) -> Axes:
+        """Those of a plan, headings and periods rising."""
+        env, rules = plan.environment, tuple(rule.key for rule in plan.rules.rules)
+        return cls(tuple(sorted(env.headings)), tuple(sorted(env.Tp)), plan.alternatives, tuple(p.name for p in plan.phases), rules)
+
+    @property
+    def columns(self) -> tuple[int, int]:
+        """Number of headings and of periods."""
+        return len(self.headings), len(self.periods)
+
+    def place(self, Tp: FloatArray, beta: FloatArray) -> tuple[IntArray, IntArray]:
+        """Rows of headings and of periods of columns (c,). Errors: PlanError for a column that is not of this table."""
+        rows = [_nearest(x, of) for x, of in ((beta, self.headings), (Tp, self.periods))]
+        return rows[0], rows[1]
+
+
+def _nearest(x: FloatArray, of: Sequence[float]) -> IntArray:
+    off = np.abs(np.asarray(x, dtype=float)[:, None] - np.array(of))
+    best = off.argmin(axis=1)
+    if (off[np.arange(len(off)), best] > SAME * (1.0 + np.abs(x))).any():
+        raise PlanError(f"limits of periods or headings that are not of the table ({len(of)} of them). Ask for the plan's own table.")
+    return np.asarray(best, dtype=np.int64)
+
+
+@dataclass(frozen=True, eq=False)
+class Gathered:
+    """Limits of all phases side by side: Hs, low, high (tier, alternative, phase, rule, heading, period) [m], NaN where not told."""
+
+    axes: Axes
+    Hs: FloatArray = field(repr=False)
+    low: FloatArray = field(repr=False)
+    high: FloatArray = field(repr=False)
+
+
+def gathered(axes: Axes, limits: Sequence[Limits]) -> Gathered:
+    """Limits put in their places. A column that is told twice takes the later one."""
+    shape = (len(TIERS), len(axes.alternatives), len(axes.phases), len(axes.rules), *axes.columns)
+    found = Gathered(axes, *(np.full(shape, np.nan) for _ in range(3)))
+    for each in limits:
+        if each.alternative not in axes.alternatives:
+            continue
+        at = (TIERS.index(each.tier), axes.alternatives.index(each.alternative), axes.phases.index(each.phase))
+        heading, period = axes.place(each.Tp, each.beta)
+        for into, of in ((found.Hs, each.Hs), (found.low, each.low), (found.high, each.high)):
+            for rule, values in of.items():
+                into[(*at, axes.rules.index(rule), heading, period)] = values
+    return found
+
+
+@dataclass(frozen=True, eq=False)
+class Chosen:
+    """What counts: Hs, low, high and tier (alternative, phase, rule, heading, period), tier as a place in `TIERS`, -1 where none tells."""
+
+    axes: Axes
+    Hs: FloatArray = field(repr=False)
+    low: FloatArray = field(repr=False)
+    high: FloatArray = field(repr=False)
+    tier: IntArray = field(repr=False)
+
+
+def chosen(found: Gathered) -> Chosen:
+    """Of every rule the limit by the tier that knows most: the twin where it was run, else the frequency road, else the closed form.
+    Where a tier shows seas inside, and no limit (`stillhook.plan.limits.solve.Limits.low`), one below from a lesser tier is lifted to
+    there."""
+    told = np.isfinite(found.Hs) | np.isposinf(found.Hs)
+    rank = np.arange(len(TIERS)).reshape(-1, *([1] * (found.Hs.ndim - 1)))
+    tier = np.where(told, rank, -1).max(axis=0)
+    at = np.maximum(tier, 0)[None]
+
+    def taken(a: FloatArray) -> FloatArray:
+        return np.asarray(np.where(tier >= 0, np.take_along_axis(a, at, axis=0)[0], np.nan))
+
+    Hs, low, high = (taken(a) for a in (found.Hs, found.low, found.high))
+    for k in range(len(TIERS)):
+        lifted = ~told[k] & (tier < k) & (found.low[k] > Hs)
+        Hs, tier = np.where(lifted, found.low[k], Hs), np.where(lifted, k, tier)
+        low, high = (np.where(lifted, np.nan, ends) for ends in (low, high))
+    return Chosen(found.axes, Hs, low, high, tier.astype(np.int64))
+
+
+@dataclass(frozen=True, eq=False)
+class Governed:
+    """The table (alternative, heading, period): Hs with low and high [m]; phase, rule and tier as places in their axes, -1 where nothing
+    governs: no limit was found below the highest sea that was asked, or none is told."""
+
+    axes: Axes
+    Hs: FloatArray = field(repr=False)
+    low: FloatArray = field(repr=False)
+    high: FloatArray = field(repr=False)
+    phase: IntArray = field(repr=False)
+    rule: IntArray = field(repr=False)
+    tier: IntArray = field(repr=False)
+
+
+def governed(of: Chosen) -> Governed:
+    """The least limit over phases and rules in every cell, and what it is by; of equal ones the first phase and rule."""
+    n_a, n_p, n_r, n_b, n_T = of.Hs.shape
+    flat = [a.reshape(n_a, n_p * n_r, n_b, n_T) for a in (of.Hs, of.low, of.high)]
+    least = np.where(np.isnan(flat[0]), np.inf, flat[0]).argmin(axis=1)[:, None]
+    Hs, low, high = (np.take_along_axis(a, least, axis=1)[:, 0] for a in flat)
+    nothing = np.isnan(flat[0]).all(axis=1)
+    Hs = np.where(nothing, np.nan, np.where(np.isnan(Hs), np.inf, Hs))
+    tier = np.take_along_axis(of.tier.reshape(flat[0].shape), least, axis=1)[:, 0]
+    governs = np.isfinite(Hs)
+    phase, rule = np.divmod(least[:, 0], n_r)
+    return Governed(of.axes, Hs, low, high, *(np.where(governs, k, -1).astype(np.int64) for k in (phase, rule, tier)))
+
+
+def counting(of: Chosen) -> NDArray[np.str_]:
+    """The tier whose limits count in (alternative, phase, heading, period), as text: that which knows most of those that tell a rule."""
+    names = np.array(["", *(tier.value for tier in TIERS)])
+    return np.asarray(names[of.tier.max(axis=2) + 1])
+
+
+def untold(of: Chosen) -> Mapping[Alternative, tuple[str, ...]]:
+    """Phases that no tier tells anything of in some cell, by alternative; alternatives without such phases are left out."""
+    silent = np.asarray((of.tier < 0).all(axis=2))
+    found = {}
+    for i, alternative in enumerate(of.axes.alternatives):
+        found[alternative] = tuple(name for k, name in enumerate(of.axes.phases) if silent[i, k].any())
+    return {a: phases for a, phases in found.items() if phases}
+
+
+def _off(headings: FloatArray, beta: FloatArray) -> FloatArray:
+    """Angle between headings and beta (n,), either way: (heading, n) [rad]."""
+    return np.asarray(np.abs((beta[None] - headings[:, None] + math.pi) % FULL - math.pi))
+
+
+def worst(by_heading: FloatArray, counts: BoolArray, told: BoolArray) -> FloatArray:
+    """The least (n,) of limits (heading, n) over the headings that count (heading, n or 1); 0 where nothing is told (n or 1,)."""
+    return np.asarray(np.where(told, np.where(counts, by_heading, np.inf).min(axis=0), 0.0))
+
+
+def bracketed(headings: FloatArray, tolerance: float, beta: FloatArray) -> tuple[BoolArray, BoolArray]:
+    """Which headings lie next to beta (n,) on either side (heading, n), and whether a table tells it (n,): the two are no more than twice
+    the tolerance apart, or beta is a heading. [rad], around the circle."""
+    on = _off(headings, beta) <= SAME * FULL
+    behind, ahead = ((sign * (beta[None] - headings[:, None])) % FULL for sign in (1.0, -1.0))
+    rows = behind.argmin(axis=0), ahead.argmin(axis=0)
+    gap = (headings[rows[1]] - headings[rows[0]]) % FULL
+    beside = np.zeros_like(on)
+    for row in rows:
+        beside[row, np.arange(len(beta))] = True
+    exact = on.any(axis=0)
+    told = exact | (np.isfinite(beta) & (gap > 0.0) & (gap <= 2.0 * tolerance * (1.0 + SAME) + SAME))
+    return np.where(exact, on, beside), np.asarray(told)
+
+
+def counted(headings: FloatArray, tolerance: float, beta: FloatArray) -> tuple[BoolArray, BoolArray]:
+    """Which headings of a table count for waves of beta (heading, n): those on either side and those within the tolerance; and whether it
+    tells them (n,). [rad]"""
+    between, told = bracketed(headings, tolerance, beta)
+    return between | _near(headings, tolerance, beta), told
+
+
+def cones(headings: FloatArray, tolerance: float) -> BoolArray:
+    """Which headings count (heading, heading) for a vessel that keeps the second and is off it by the tolerance [rad] at most."""
+    found = _near(headings, tolerance, headings)
+    for end in (-tolerance, tolerance):
+        found |= bracketed(headings, tolerance, headings + end)[0]
+    return found
+
+
+def _near(headings: FloatArray, tolerance: float, beta: FloatArray) -> BoolArray:
+    """Which headings (heading, n) lie within the tolerance of beta (n,)."""
+    return np.asarray(_off(headings, beta) <= tolerance * (1.0 + SAME) + SAME)
+
+
+def kept(headings: FloatArray, tolerance: float) -> BoolArray:
+    """Which headings (heading,) a vessel can keep: waves from `tolerance` [rad] on either side of them are told by the table."""
+    return np.asarray(np.all([bracketed(headings, tolerance, headings + end)[1] for end in (-tolerance, tolerance)], axis=0))
+
+
+@dataclass(frozen=True, eq=False)
+class LimitTable:
+    """Limits of one alternative as they are read on board: Hs (heading, period) [m], headings [rad] and periods [s] rising;
+    heading_tolerance [rad]; Hs_highest, the highest sea that was asked [m]: more than that is never answered."""
+
+    Hs: FloatArray = field(repr=False)
+    headings: FloatArray = field(repr=False)
+    periods: FloatArray = field(repr=False)
+    heading_tolerance: float
+    Hs_highest: float
+
+    def __post_init__(self) -> None:
+        if self.Hs.shape != (len(self.headings), len(self.periods)):
+            raise PlanError(f"limit table of {self.Hs.shape}: not {len(self.headings)} headings by {len(self.periods)} periods.")
+
+    def at(self, Tp: FloatArray, beta: FloatArray) -> FloatArray:
+        """Limiting significant wave height [m] of seas of peak period Tp [s] that travel in beta [rad from the bow], (n,).
+
+        Between two headings that are no more than twice the tolerance apart the worst of these and of all within the tolerance; at a
+        heading itself the worst of those within the tolerance; elsewhere 0, for no such sea was looked at, and 0 where beta is NaN. Of the
+        periods see `by_heading`. What is not told in the table is 0. Vessels free to turn: `stillhook.plan.weather.headings`.
+        """
+        directions = np.asarray(beta, dtype=float)
+        return worst(self.by_heading(np.asarray(Tp, dtype=float)), *counted(self.headings, self.heading_tolerance, directions))
+
+    def by_heading(self, Tp: FloatArray) -> FloatArray:
+        """Limits (heading, n) of each heading alone: the worst of the two periods on either side of Tp (the one row where Tp is a row);
+        below the lowest the first row holds, above the highest the limit is 0. Tp NaN: the worst of all periods."""
+        told = np.minimum(np.nan_to_num(self.Hs, nan=0.0, posinf=np.inf), self.Hs_highest)
+        slack = SAME * self.periods
+        high = np.searchsorted(self.periods + slack, np.nan_to_num(Tp, nan=0.0))
+        low = np.searchsorted(self.periods - slack, np.nan_to_num(Tp, nan=0.0), side="right") - 1
+        beyond = high >= len(self.periods)
+        rows = [np.clip(k, 0, len(self.periods) - 1) for k in (low, high)]
+        found = np.minimum(told[:, rows[0]], told[:, rows[1]])
+        found = np.where(beyond, 0.0, found)
+        return np.where(np.isnan(Tp), told.min(axis=1, keepdims=True), found)
+
+    def described(self) -> str:
+        """How the table is read, in words."""
+        deg = show(self.heading_tolerance, "angle", 4)
+        lowest, highest = (show(float(T), "time", 4) for T in (self.periods[0], self.periods[-1]))
+        return (
+            f"worst of the headings within {deg} and of the periods on either side; below {lowest} the first period holds, above {highest} "
+            f"the limit is 0 m, and so it is for waves that do not lie between two headings of the table or at one; no more than "
+            f"{show(self.Hs_highest, 'length', 3)}, the highest sea that was asked"
+        )

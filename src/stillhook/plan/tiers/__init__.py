@@ -1,0 +1,1 @@
+"""Models that say what a phase demands: closed form, frequency domain, time domain."""

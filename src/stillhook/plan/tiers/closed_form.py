@@ -1,0 +1,310 @@
+"""The first tier: what phases ask by the closed forms of a standard, as on a sheet of paper, beside every simulation.
+
+Largest motions of the tip are the most probable ones of half an hour, or of the phase where it is longer; the method knows no other level.
+What the winch leaves of them is all (no compensation, or a winch that does not follow), or what the flat cap leaves: a twin has no closed
+form, and is told as the cap.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+from weakref import WeakKeyDictionary
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stillhook.base.arrays import FloatArray
+from stillhook.engine.pack.programme import hanging, payload_weight, wire_strength
+from stillhook.physics.scalar import G
+from stillhook.plan.definition.capacities import jerk, static_tension
+from stillhook.plan.definition.compensation import Alternative
+from stillhook.plan.definition.demand import Demand, Seas, Tier
+from stillhook.plan.definition.lift_plan import LiftPlan
+from stillhook.plan.definition.phases import IN_AIR, Phase, PhaseKind
+from stillhook.plan.tiers.frequency import forcing_at
+from stillhook.spec.lift import simplified as sm
+from stillhook.spec.lift.programme import StageMode
+from stillhook.spec.validity import CAP
+from stillhook.statistics.gaussian import most_probable_maximum, zero_crossing_period
+
+Values = dict[str, FloatArray]
+
+ON_THE_WAY = 41
+"""Heights of a phase's way that are looked at."""
+IN_THE_SURFACE = 161
+"""Heights that are looked at beside these where the surface cuts the payload: slamming acts over some tenths of a metre."""
+CALM = 1e-3
+"""Height of the sea whose period a calm is given [m]."""
+SLOPE = 1e-3
+"""Depth over which slopes of a payload's numbers are taken, either way [m]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Tip:
+    """Of n seas, each (n,): zero-crossing period T_w of the waves [s]; deviations of the tip's height [m], speed and acceleration."""
+
+    T_w: FloatArray = field(repr=False)
+    z: FloatArray = field(repr=False)
+    v: FloatArray = field(repr=False)
+    a: FloatArray = field(repr=False)
+
+    @property
+    def T_z(self) -> FloatArray:
+        """Zero-crossing period of the tip's height [s]; NaN where it stands still."""
+        return zero_crossing_period(self.z, self.v)
+
+    @property
+    def omega(self) -> FloatArray:
+        """Frequency of the tip's motion [rad/s]; 1 where it stands still."""
+        return np.divide(self.v, self.z, out=np.ones_like(self.z), where=self.z > 0.0)
+
+    def largest(self, duration: float) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Most probable largest height [m], speed [m/s] and acceleration [m/s^2] over a time [s]."""
+        T_v = zero_crossing_period(self.v, self.a)
+        z, v = most_probable_maximum(self.z, self.T_z, duration), most_probable_maximum(self.v, T_v, duration)
+        return z, v, most_probable_maximum(self.a, T_v, duration)
+
+
+@dataclass(frozen=True, eq=False)
+class Way:
+    """Heights z of the underside along a phase's way (k, 1) [m], and what is there: F_top tension at the crane tip and W sling tension, at
+    rest [N]; K stiffness of wire and slings [N/m]; above, mass of hook and a third of the wire [kg]; rho_V of displaced water, A33 [kg];
+    dA33 its slope over depth [kg/m]; A_w water-plane area [m^2]; B drag [N s^2/m^2]; d depth of the submerged part's centre [m]."""
+
+    z: FloatArray
+    F_top: FloatArray
+    W: FloatArray
+    K: FloatArray
+    above: FloatArray
+    rho_V: FloatArray
+    A33: FloatArray
+    dA33: FloatArray
+    A_w: FloatArray
+    B: FloatArray
+    d: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class Motions:
+    """What moves payload and water in n seas: amplitudes eta [m], v [m/s], a [m/s^2] of the wire's upper end as the winch leaves it, omega
+    its frequency [rad/s]; V speed of the way [m/s]; zeta amplitude [m] and T_w period [s] of the waves."""
+
+    eta: FloatArray
+    v: FloatArray
+    a: FloatArray
+    omega: FloatArray
+    V: float
+    zeta: FloatArray
+    T_w: FloatArray
+
+
+def closed_form(plan: LiftPlan, phase: Phase, seas: Seas, alternative: Alternative = Alternative.NONE) -> Demand:
+    """What a phase asks in every sea by the simplified method (`stillhook.spec.lift.simplified`).
+
+    In air: payload and hook on the wire as a spring, and the jerk of taking up the load. Through the surface: forces of the simplified
+    method at stated submergences. Deeper: a payload on a spring with drag, resonance on the way included, and the waves down there. On the
+    seabed: taking up the load with what the winch leaves of the tip's speed. Quantities that it does not know are left out.
+    """
+    left = 1.0 if alternative is Alternative.NONE or not phase.compensated else 1.0 - CAP
+    kept, key = _kept(plan, seas), ("values", phase.kind, phase.start, phase.end, phase.speed, phase.tip, phase.duration, phase.winch, left)
+    if key not in kept:
+        kept[key] = _values(plan, phase, seas, left)
+    notes = _notes(plan, phase, seas, alternative)
+    return Demand(phase.name, alternative, Tier.CLOSED_FORM, seas, kept[key], notes=notes)
+
+
+def _values(plan: LiftPlan, phase: Phase, seas: Seas, left: float) -> Values:
+    """Quantities of a phase with what the winch leaves of the tip's motion, from 1 (all)."""
+    tip, T = tip_motion(plan, phase, seas), max(phase.duration or 0.0, plan.rules.settings["duration_least"])
+    (eta, v, a), V = tip.largest(T), phase.speed or 0.0
+    moved = Motions(left * eta, left * v, left * a, tip.omega, V, plan.rules.settings["zeta_a"] * seas.Hs, tip.T_w)
+    values: Values = {"F_top_static": np.full(len(seas), static_tension(plan, phase)), "v_tip_max": v, "s_tip_pp": 2.0 * eta}
+    values["v_w_demand"] = V + (v if phase.compensated else np.zeros(len(seas)))
+    if phase.compensated:
+        values["e_c_pp"] = 2.0 * left * eta
+    values |= _OF_KIND.get(phase.kind, _under_water)(plan, phase, moved)
+    return {name: np.where(np.isnan(tip.z), np.nan, x) for name, x in values.items()}
+
+
+def valid(plan: LiftPlan, seas: Seas) -> NDArray[np.bool_]:
+    """Whether the simplified method holds in each sea, (n,): T_z from 8.9 sqrt(Hs/g) to 13 s by default. A calm is valid."""
+    T_w, settings = wave_periods(plan, seas), plan.rules.settings
+    inside = (sm.shortest_period(seas.Hs, settings["T_z_factor"]) <= T_w) & (settings["T_z_most"] >= T_w)
+    return np.asarray((seas.Hs == 0.0) | inside)
+
+
+def remarks(plan: LiftPlan, seas: Seas) -> tuple[str, ...]:
+    """What a reader of the closed form should know, a line for each remark with the phases that it is of."""
+    phases: dict[str, list[str]] = {}
+    for phase in plan.phases:
+        notes = [note for alternative in plan.alternatives for note in _notes(plan, phase, seas, alternative)]
+        for note in dict.fromkeys(notes):
+            phases.setdefault(note, []).append(phase.name)
+    return tuple(f"closed form, {', '.join(names)}: {note}" for note, names in phases.items())
+
+
+def _notes(plan: LiftPlan, phase: Phase, seas: Seas, alternative: Alternative) -> tuple[str, ...]:
+    notes = []
+    out = int(np.count_nonzero(~valid(plan, seas)))
+    if out and phase.kind is PhaseKind.SPLASH:
+        least, most = (plan.rules.settings[name] for name in ("T_z_factor", "T_z_most"))
+        notes.append(f"the simplified method is for T_z from {least:g} sqrt(Hs/g) to {most:g} s: {out} of {len(seas)} seas are outside")
+    if alternative.twin and phase.compensated:
+        notes.append(f"no closed form knows a twin: told as {CAP:.0%} of the tip's motion taken")
+    if phase.winch is StageMode.SPLASH:
+        notes.append("splash mode of the winch is not credited: told as a winch that holds still")
+    if phase.kind is PhaseKind.LIFT_OFF:
+        notes.append("the payload stands on the vessel's own deck, below the tip: both move alike")
+    if phase.kind in (PhaseKind.LOWERING, PhaseKind.DEEP, PhaseKind.LANDING):
+        notes.append("one harmonic at the tip's mean period: waves near the load's natural period on the wire are not seen")
+    return tuple(notes)
+
+
+_KEPT: WeakKeyDictionary[LiftPlan, WeakKeyDictionary[Seas, dict[object, Any]]] = WeakKeyDictionary()
+_PERIODS: WeakKeyDictionary[LiftPlan, dict[tuple[float, float], float]] = WeakKeyDictionary()
+_WAYS: WeakKeyDictionary[LiftPlan, dict[object, Way]] = WeakKeyDictionary()
+
+
+def _kept(plan: LiftPlan, seas: Seas) -> dict[object, Any]:
+    """What was worked out for a plan in these seas, as long as both live."""
+    return _KEPT.setdefault(plan, WeakKeyDictionary()).setdefault(seas, {})
+
+
+def tip_motion(plan: LiftPlan, phase: Phase, seas: Seas) -> Tip:
+    """What the seas do at the crane tip of a phase; remembered as long as plan and seas live."""
+    at, kept = plan.tip_of(phase), _kept(plan, seas)
+    key = ("tip", at.x, at.y)
+    if key not in kept:
+        kept[key] = _tip(plan, seas, at.x, at.y)
+    tip: Tip = kept[key]
+    return tip
+
+
+def wave_periods(plan: LiftPlan, seas: Seas) -> FloatArray:
+    """Zero-crossing period of the waves T_m02 [s], (n,), that of a small sea for a calm; remembered as long as the plan lives."""
+    known = _PERIODS.setdefault(plan, {})
+    pairs = list(zip(np.maximum(seas.Hs, CALM).tolist(), seas.Tp.tolist(), strict=True))
+    for H, T in set(pairs) - known.keys():
+        known[H, T] = plan.environment.spectrum(H, T).T_m02
+    return np.array([known[pair] for pair in pairs])
+
+
+def _tip(plan: LiftPlan, seas: Seas, x: float, y: float) -> Tip:
+    forcing = forcing_at(plan, seas, x, y)
+    return Tip(wave_periods(plan, seas), *(forcing.deviation(order) for order in range(3)))
+
+
+def way(plan: LiftPlan, phase: Phase) -> Way:
+    """Heights of a phase's way, and what is there; remembered as long as the plan lives."""
+    known, key = _WAYS.setdefault(plan, {}), _of_way(phase)
+    if key not in known:
+        known[key] = _way(plan, phase)
+    return known[key]
+
+
+def on_way(plan: LiftPlan, phase: Phase, other: Way) -> LiftPlan:
+    """The same plan with another way in one of its phases, such as one with more added mass."""
+    changed = replace(plan)
+    _WAYS.setdefault(changed, {})[_of_way(phase)] = other
+    return changed
+
+
+def _of_way(phase: Phase) -> tuple[object, ...]:
+    return phase.kind, phase.start, phase.end, phase.tip
+
+
+def _way(plan: LiftPlan, phase: Phase) -> Way:
+    lift = plan.hanging(0.0, plan.tip_of(phase).z)
+    load, rho, crane = plan.payload, plan.rho, plan.crane
+    z = _heights(phase, load.reach(rho))
+    still = [hanging(crane, lift, float(each)) for each in z]
+    F_top, L = np.array([s.F_tip for s in still]), np.array([s.s_w for s in still])
+    h = np.maximum(-z, 0.0)
+    at, deeper, higher = (load.at(np.maximum(h + side, 0.0), rho) for side in (0.0, SLOPE, -SLOPE))
+    wet = (z <= 0.0) & (h <= load.reach(rho))
+
+    def slope(name: str) -> FloatArray:
+        middle = getattr(at, name)
+        return np.where(wet, np.maximum(getattr(deeper, name) - middle, middle - getattr(higher, name)) / SLOPE, 0.0)
+
+    EA, _ = wire_strength(crane)
+    columns = {
+        "z": z, "F_top": F_top, "W": np.array([payload_weight(lift, float(each)) for each in z]),
+        "K": 1.0 / ((crane.wire.L_0 + L) / EA + 1.0 / plan.rigging.stiffness),
+        "above": crane.hook_mass + crane.wire.mass_per_length * L / 3.0,
+        "rho_V": rho * at.V, "A33": at.A33, "dA33": slope("A33"), "A_w": slope("V"),
+        "B": 0.5 * rho * max(load.C_D, plan.rules.settings["C_D_least"]) * at.A_p,
+        "d": np.where(h < load.height, 0.5 * h, h - 0.5 * load.height),
+    }  # fmt: skip
+    return Way(**{name: np.asarray(column, dtype=np.float64)[:, None] for name, column in columns.items()})
+
+
+def _heights(phase: Phase, reach: float) -> FloatArray:
+    """Heights on the way, from the highest down."""
+    ends = [z for z in (phase.start, phase.end) if z is not None] or [0.0]
+    low, high = min(ends), max(ends)
+    z = np.linspace(high, low, ON_THE_WAY if high > low else 1)
+    surface = np.linspace(0.0, -reach, IN_THE_SURFACE)
+    both = np.concatenate((z, surface[(surface >= low) & (surface <= high)])) if phase.kind is PhaseKind.SPLASH else z
+    return np.unique(both)[::-1]
+
+
+def _in_air(plan: LiftPlan, phase: Phase, m: Motions) -> Values:
+    w, M = way(plan, phase), plan.payload.mass
+    s = sm.swing(m.eta, m.omega, w.K, M, w.above)
+    F = jerk(plan, phase, m.V)
+    off = phase.kind is PhaseKind.LIFT_OFF  # its slings come taut: that they were slack is no fault
+    found = _tensions(w, M, s.top + F, s.sling + F, slack=not off) | {"load_pp": 2.0 * s.load.max(axis=0)}
+    return found | ({"v_lift_off": np.zeros_like(m.v)} if off else {})
+
+
+def _wave_zone(plan: LiftPlan, phase: Phase, m: Motions) -> Values:
+    w, M = way(plan, phase), plan.payload.mass
+    v_w, a_w = (f(m.zeta, m.T_w, w.d) for f in (sm.water_speed, sm.water_acceleration))
+    v_r = sm.relative_speed(m.V, m.v, v_w)
+    F_M = sm.mass_force(M, w.A33, w.rho_V, m.a, a_w)
+    F_rho = sm.buoyancy_force(plan.rho, w.A_w, m.zeta, m.eta)
+    F = sm.hydrodynamic(sm.drag(w.B, v_r), sm.slamming(w.dA33, v_r), F_M, F_rho)
+    return _tensions(w, M, F + w.above * m.a, F) | _snap(plan, w, F, v_r)
+
+
+def _under_water(plan: LiftPlan, phase: Phase, m: Motions) -> Values:
+    w, M = way(plan, phase), plan.payload.mass
+    s = sm.swing(m.eta, m.omega, w.K, M + w.A33, w.above, w.B, plan.payload.C_lin)
+    v_w, a_w = (f(m.zeta, m.T_w, w.d) for f in (sm.water_speed, sm.water_acceleration))
+    F_w = np.hypot(sm.drag(w.B, v_w), (w.rho_V + w.A33) * a_w)
+    sling = np.hypot(s.sling, F_w)
+    found = _tensions(w, M, np.hypot(s.top, F_w), sling) | _snap(plan, w, sling, sm.relative_speed(m.V, m.v, v_w))
+    found["load_pp"] = 2.0 * s.load.max(axis=0)
+    if phase.kind is PhaseKind.LANDING:
+        found["v_landed"] = m.V + m.omega * s.load[-1]
+    return found
+
+
+def _off_the_seabed(plan: LiftPlan, phase: Phase, m: Motions) -> Values:
+    w, M = way(plan, phase), plan.payload.mass
+    held = plan.payload.lift_off.friction + plan.payload.lift_off.suction
+    F = jerk(plan, phase, 1.0) * (m.V + m.v)[None, :]  # proportional to the speed
+    return _tensions(w, M, F + held, F + held, slack=False) | {"v_lift_off": m.v}
+
+
+_OF_KIND: Mapping[PhaseKind, Callable[[LiftPlan, Phase, Motions], Values]] = {
+    **dict.fromkeys(IN_AIR, _in_air),
+    PhaseKind.SPLASH: _wave_zone,
+    PhaseKind.SEABED_LIFT_OFF: _off_the_seabed,
+}
+
+
+def _tensions(w: Way, M: float, top: FloatArray, sling: FloatArray, *, slack: bool = True) -> Values:
+    """Tensions of a way from the amplitudes of what comes on top of rest, (k, n) [N]. The least static tension is that of the whole way."""
+    found = {"F_top_max": (w.F_top + top).max(axis=0), "DAF": (w.W + sling).max(axis=0) / (M * G)}
+    return found | ({"sling_ratio": 1.0 - sling.max(axis=0) / w.W.min()} if slack else {})
+
+
+def _snap(plan: LiftPlan, w: Way, sling: FloatArray, v_r: FloatArray) -> Values:
+    """Snap load where the slings come slack: the payload sinks freely as fast as when covered, and is caught by the wire."""
+    v_ff = sm.free_fall_speed(w.W.min(), float(w.B.max())) if w.B.max() > 0.0 else np.zeros(())
+    F = sm.snap_tension(w.W, sm.snap_speed(v_ff, v_r), w.K, plan.payload.mass + w.A33)
+    return {"snap_load": np.where(sling > w.W, F, 0.0).max(axis=0)}

@@ -1,0 +1,119 @@
+"""Where the frequency road looks in a phase: heights on its way, what hangs there, and how long the payload is about there."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from stillhook.base.arrays import FloatArray
+from stillhook.plan.definition.lift_plan import LiftPlan
+from stillhook.plan.definition.phases import Phase, PhaseKind
+from stillhook.response.suspended_load import Hung, hung
+from stillhook.response.wire_rod import natural_periods
+
+EVERY = 150.0
+"""Largest way between two heights at which is looked [m]: over it the load's natural period changes by a tenth at 600 m, and less below."""
+NEAR = 20.0
+"""Way within which a height is taken for another one [m]."""
+EXACT = 0.01
+"""Height to which a resonance is sought [m]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Situation:
+    """The payload at one height of a phase's way.
+
+    z of its underside above still water [m]; time [s] of the phase that it stands for, all of them together its duration; x, y of the crane
+    tip from the vessel's reference point, forward and to port [m]; hung: what hangs there; T_0 natural period of the load on its wire, top
+    held [s].
+    """
+
+    z: float
+    time: float
+    x: float
+    y: float
+    hung: Hung = field(repr=False)
+    T_0: float
+
+
+def situations(plan: LiftPlan, phase: Phase) -> tuple[Situation, ...]:
+    """Situations of a phase in the order of its way: both ends, no more than 150 m between two, and where the load's natural period is a
+    peak period of the seas that are asked. Empty for the splash zone: nothing is linear where the surface cuts the payload.
+
+    Errors: LiftError where the payload cannot hang (`stillhook.response.suspended_load`).
+    """
+    if phase.kind is PhaseKind.SPLASH:
+        return ()
+    at = plan.tip_of(phase)
+    assert phase.duration is not None
+    looked = _looked(plan, phase)
+    shares = _shares([z for z, _ in looked])
+    return tuple(
+        Situation(z, float(share) * phase.duration, at.x, at.y, what, natural_period(what))
+        for (z, what), share in zip(looked, shares, strict=True)
+    )
+
+
+def resonance_depth(plan: LiftPlan, T: float) -> float:
+    """Depth of the payload's underside at which its natural period on the wire, top held, is T [m]; NaN where it is so nowhere.
+
+    The period grows with the wire that is out; hook, slings and the wire on the boom count.
+    """
+    top, bottom = -plan.payload.reach(plan.rho), -plan.depth
+    if not natural_period(_hung(plan, None, top)) <= T <= natural_period(_hung(plan, None, bottom)):
+        return math.nan
+    return -_resonance(plan, None, T, top, bottom)
+
+
+def natural_period(what: Hung) -> float:
+    """First natural period of what hangs, top held [s]."""
+    return float(natural_periods(what.rod, what.end, 1)[0])
+
+
+def _looked(plan: LiftPlan, phase: Phase) -> list[tuple[float, Hung]]:
+    """Heights on the way from start to end, and what hangs there."""
+    assert phase.start is not None
+    assert phase.end is not None
+    if phase.start == phase.end:
+        return [(phase.start, _hung(plan, phase, phase.start))]
+    count = max(1, math.ceil(abs(phase.end - phase.start) / EVERY))
+    found = [(float(z), _hung(plan, phase, float(z))) for z in np.linspace(phase.start, phase.end, count + 1)]
+    if max(phase.start, phase.end) > 0.0:
+        return found
+    periods = [natural_period(what) for _, what in found]
+    for T in plan.environment.Tp:
+        ends = next((i for i in range(count) if min(periods[i : i + 2]) <= T <= max(periods[i : i + 2])), None)
+        if ends is None:
+            continue
+        z = _resonance(plan, phase, T, max(found[ends][0], found[ends + 1][0]), min(found[ends][0], found[ends + 1][0]))
+        if min(abs(z - known) for known, _ in found) > NEAR:
+            found.append((z, _hung(plan, phase, z)))
+    return sorted(found, key=lambda pair: pair[0], reverse=phase.end < phase.start)
+
+
+def _resonance(plan: LiftPlan, phase: Phase | None, T: float, top: float, bottom: float) -> float:
+    """Height between two under water at which the natural period, less than T above and more below, is T [m]."""
+    while top - bottom > EXACT:
+        middle = 0.5 * (top + bottom)
+        if natural_period(_hung(plan, phase, middle)) < T:
+            top = middle
+        else:
+            bottom = middle
+    return 0.5 * (top + bottom)
+
+
+def _hung(plan: LiftPlan, phase: Phase | None, z: float) -> Hung:
+    h_tip = plan.h_tip if phase is None else plan.tip_of(phase).z
+    return hung(plan.crane, plan.hanging(z, h_tip), z)
+
+
+def _shares(heights: Sequence[float]) -> FloatArray:
+    """Part of the way that is nearest to each height."""
+    if len(heights) == 1:
+        return np.ones(1)
+    ways = np.abs(np.diff(np.array(heights)))
+    near = np.concatenate((ways, [0.0])) + np.concatenate(([0.0], ways))
+    return np.asarray(near / near.sum())

@@ -1,0 +1,296 @@
+"""The frequency tier: what every phase that does not cut the surface asks, in all seas of a table, under every alternative."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from weakref import WeakKeyDictionary
+
+import numpy as np
+
+from stillhook.base.arrays import FloatArray
+from stillhook.base.progress import Progress
+from stillhook.plan.definition.capacities import CAPACITIES, jerk
+from stillhook.plan.definition.compensation import Alternative
+from stillhook.plan.definition.demand import Demand, Seas, Tier
+from stillhook.plan.definition.lift_plan import LiftPlan
+from stillhook.plan.definition.phases import Phase, PhaseKind
+from stillhook.plan.definition.rules import Level
+from stillhook.plan.tiers.depths import Situation, situations
+from stillhook.plan.tiers.winch_residual import BRAKE, Way, ways
+from stillhook.response.forcing import Forcing, forcing_of_seas
+from stillhook.response.linear_drag import mean_drag
+from stillhook.response.standard_deviations import Sigmas, sigmas
+from stillhook.response.suspended_load import Hung
+from stillhook.response.winch.describing_function import Residual
+from stillhook.sea.vessel.ship_motion import STANDARD_GRAVITY
+from stillhook.statistics.extremes import MPM, P90
+from stillhook.statistics.gaussian import rate_below_zero, zero_crossing_period
+from stillhook.statistics.gaussian_extremes import largest_of_parts, share_beyond, speed_at_crossing
+
+Levels = Callable[[str], float]
+"""Quantity -> probability that its largest value stays below what is told."""
+
+ALIKE = ("the winch does not follow the tip: the same under all alternatives",)
+STANDING = (
+    "the winch is asked while it stands: where it lowers or hoists beside the waves, friction changes sides less often and leaves less",
+)
+UNUSABLE = "the controller may not be used at this load and layer: the twin is not asked"
+KEPT = 3
+"""Places of a phase that are looked at where all of them would take long: its ends and its middle."""
+QUANTILES = {Level.MPM: MPM, Level.P90: P90}
+"""Probability that a largest value stays below its level."""
+
+
+def frequency(
+    plan: LiftPlan, alternatives: Sequence[Alternative], seas: Seas, progress: Progress | None = None, *, threads: int = 2
+) -> list[Demand]:
+    """What every phase asks in every sea under every alternative, by the frequency road; phases in the surface are left out.
+
+    Phases in which the winch does not follow the tip are the same under all alternatives: they share one set of numbers. Largest values
+    are those of the phase's duration, part by part of its way (`stillhook.plan.tiers.depths`), at the level of the rule that asks for them;
+    shares of time are means. Residuals of the winch are made on the twin where they are not on disk
+    (`stillhook.plan.tiers.winch_residual`). Errors: StillhookError, one line: a lift that cannot hang, or that the twin cannot carry.
+    """
+    phases = looked_at(plan)
+    winch = winches_of(plan, phases, alternatives, progress, threads=threads)
+    return demands(plan, alternatives, seas, phases, forcings(plan, seas, phases), winch)
+
+
+Looks = Sequence[tuple[Phase, Sequence[Situation]]]
+"""Phases that the road tells, with the places on their way."""
+AtTip = Mapping[tuple[float, float], Forcing]
+"""Seas at the crane tip, by its place (x, y) [m]."""
+
+
+def looked_at(plan: LiftPlan) -> Looks:
+    """Phases that the road tells: those that do not cut the surface."""
+    found = ((phase, situations(plan, phase)) for phase in plan.phases)
+    return [(phase, parts) for phase, parts in found if parts]
+
+
+def thinned(parts: Sequence[Situation]) -> list[Situation]:
+    """Ends and middle of a phase's places, each for the time of those nearest to it."""
+    if len(parts) <= KEPT:
+        return list(parts)
+    kept = np.linspace(0, len(parts) - 1, KEPT).round().astype(int)
+    near = np.argmin(np.abs(np.arange(len(parts))[:, None] - kept[None, :]), axis=1)
+    return [replace(parts[i], time=sum(p.time for p, at in zip(parts, near, strict=True) if at == k)) for k, i in enumerate(kept)]
+
+
+def forcings(plan: LiftPlan, seas: Seas, phases: Looks) -> AtTip:
+    """What the seas of a table do at the crane tip in these phases."""
+    return {(x, y): forcing_at(plan, seas, x, y) for x, y in sorted({(s.x, s.y) for _, parts in phases for s in parts})}
+
+
+def forcing_at(plan: LiftPlan, seas: Seas, x: float, y: float) -> Forcing:
+    """What the seas of a table do at a crane tip x, y from the vessel's reference point [m]; remembered as long as plan and seas live."""
+    known = _AT_TIP.setdefault(plan, WeakKeyDictionary()).setdefault(seas, {})
+    if (x, y) not in known:
+        each = [plan.environment.sea(*(float(v) for v in row)) for row in zip(seas.Hs, seas.Tp, seas.beta, strict=True)]
+        known[x, y] = forcing_of_seas(each, plan.vessel, x, y)
+    return known[x, y]
+
+
+_AT_TIP: WeakKeyDictionary[LiftPlan, WeakKeyDictionary[Seas, dict[tuple[float, float], Forcing]]] = WeakKeyDictionary()
+
+
+def winches_of(
+    plan: LiftPlan, phases: Looks, alternatives: Sequence[Alternative], progress: Progress | None = None, *, threads: int = 2
+) -> Mapping[Alternative, Way]:
+    """What the winch leaves under each alternative on the way of the phases in which it follows the tip; nothing where there is none."""
+    follows = [(phase, parts) for phase, parts in phases if phase.compensated]
+    duties = [replace(s.hung.duty, sensors=plan.sensors) for _, parts in follows for s in parts]
+    usable = [a for a in alternatives if any(may_be_used(plan, phase, a) for phase, _ in follows)]
+    unusable = {a: Way((), (), UNUSABLE) for a in alternatives if a not in usable}
+    return {**unusable, **ways(plan.crane, usable, duties, threads=threads, progress=progress)} if duties else {}
+
+
+def may_be_used(plan: LiftPlan, phase: Phase, alternative: Alternative) -> bool:
+    """Whether a controller has any steady speed at the load and layers of a phase; the twin is not asked of one that has none."""
+    top = CAPACITIES["v_top"].find(plan, phase, alternative) if alternative.twin else None
+    return top is None or top.value > 0.0
+
+
+def demands(
+    plan: LiftPlan, alternatives: Sequence[Alternative], seas: Seas, phases: Looks, forcing: AtTip, winch: Mapping[Alternative, Way]
+) -> list[Demand]:
+    """As `frequency`, for seas whose forcing is known; the heights and periods of `seas` are only labels here."""
+    found: list[Demand] = []
+    for phase, parts in phases:
+        shared = None if phase.compensated else _phase(plan, phase, Alternative.NONE, parts, forcing, None)
+        for alternative in alternatives:
+            if shared is not None:
+                demand = Demand(phase.name, alternative, Tier.FREQUENCY, seas, shared, notes=ALIKE)
+            elif winch[alternative].known:
+                values = _phase(plan, phase, alternative, parts, forcing, winch[alternative])
+                moves = STANDING if alternative.twin and phase.speed else ()
+                demand = Demand(phase.name, alternative, Tier.FREQUENCY, seas, values, notes=moves)
+            else:
+                values = _unusable(plan, phase, parts, forcing)
+                demand = Demand(phase.name, alternative, Tier.FREQUENCY, seas, values, notes=(winch[alternative].why,))
+            found.append(demand)
+    return found
+
+
+def _unusable(plan: LiftPlan, phase: Phase, parts: Sequence[Situation], forcing: AtTip) -> Mapping[str, FloatArray]:
+    """What the tip asks of a winch whose controller may not be used: nothing of the load is told."""
+    still = Sigmas(*np.full((len(Sigmas._fields), 1), np.nan))
+    asked = [Part(s.hung, s.time, 0.0, forcing[s.x, s.y], still) for s in parts]
+    told = _of_tip(asked, phase, quantiles(plan))
+    return {name: values for name, values in told.items() if name != "v_lift_off"}
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """One situation of a phase in all seas: time [s] that it stands for, V speed of the way, lowering positive [m/s], what moves there."""
+
+    hung: Hung
+    time: float
+    V: float
+    forcing: Forcing
+    s: Sigmas = field(repr=False)
+
+    def cycles(self, sigma: FloatArray, rate: FloatArray) -> FloatArray:
+        """Number of cycles of a motion in the part's time; 0 of what stands still."""
+        T = zero_crossing_period(sigma, rate)
+        return np.asarray(self.time / np.where(np.isnan(T), np.inf, T))
+
+    @property
+    def rise(self) -> FloatArray:
+        """Mean force of the water on a payload that sinks, up positive [N]."""
+        return mean_drag(self.hung.B, self.V, self.s.relative) + self.hung.C_lin * self.V
+
+
+def _phase(
+    plan: LiftPlan,
+    phase: Phase,
+    alternative: Alternative,
+    parts: Sequence[Situation],
+    forcing: AtTip,
+    way: Way | None,
+) -> Mapping[str, FloatArray]:
+    """Quantities of one phase under one alternative."""
+    residuals = [BRAKE if way is None else way.at(s.hung.s_w) for s in parts]
+    V = _way_speed(phase)
+    asked = []
+    for s, residual in zip(parts, residuals, strict=True):
+        moving = replace(s.hung, V=V) if s.hung.z is not None else s.hung
+        asked.append(Part(moving, s.time, V, forcing[s.x, s.y], sigmas(forcing[s.x, s.y], moving, residual)))
+
+    level = quantiles(plan)
+    values = _of_tip(asked, phase, level) | of_load(asked, level)
+    if phase.compensated:
+        values["e_c_pp"] = _error(asked, residuals, level("e_c_pp"))
+    if way is not None and alternative.twin:
+        values |= _of_winch(plan, phase, alternative, asked, way, values["v_tip_max"])
+    if phase.kind in (PhaseKind.LIFT_OFF, PhaseKind.SEABED_LIFT_OFF):
+        values = _taken_up(plan, phase, values)
+    if phase.kind is PhaseKind.LANDING:
+        values["v_landed"] = speed_at_crossing(abs(V), asked[-1].s.load_rate, level("v_landed"))
+    return values
+
+
+def quantiles(plan: LiftPlan) -> Levels:
+    """Probability with which a quantity's largest value is told, by the plan's rules."""
+    return lambda quantity: QUANTILES[plan.rules.level(quantity)]
+
+
+def _way_speed(phase: Phase) -> float:
+    """Speed at which the payload goes down in a phase [m/s], negative up."""
+    if phase.speed is None or phase.start is None or phase.end is None or phase.start == phase.end:
+        return 0.0
+    return phase.speed if phase.end < phase.start else -phase.speed
+
+
+def _tip_speed(forcing: Forcing) -> tuple[FloatArray, FloatArray]:
+    """Deviation of the tip's speed [m/s] and zero-crossing period of its motion [s], (n,) each."""
+    v = forcing.deviation(1)
+    return v, zero_crossing_period(forcing.deviation(), v)
+
+
+def _mean(asked: Sequence[Part], values: Sequence[FloatArray]) -> FloatArray:
+    """Mean over the time of a phase, (n,)."""
+    return np.asarray(np.average(np.array(values), axis=0, weights=[p.time for p in asked]))
+
+
+def _largest(asked: Sequence[Part], name: str, rate: str, quantile: float, *, of_rate: bool = False) -> FloatArray:
+    """Largest value about its mean of a motion of `Sigmas`, or of its rate, over all parts, (n,)."""
+    cycles = np.array([p.cycles(getattr(p.s, name), getattr(p.s, rate)) for p in asked])
+    return largest_of_parts(0.0, np.array([getattr(p.s, rate if of_rate else name) for p in asked]), cycles, quantile)
+
+
+def _error(asked: Sequence[Part], residuals: Sequence[Residual], quantile: float) -> FloatArray:
+    """Largest peak-to-peak of the wire's end over 30 s in a phase, (n,): the twin's own of some minutes, grown to the phase's duration as a
+    Gaussian one grows; of a flat share, and on the brake, twice the largest value."""
+    whole = sum(p.time for p in asked)
+    found = []
+    for p, residual in zip(asked, residuals, strict=True):
+        v, T_z = _tip_speed(p.forcing)
+        moving = v > 0.0
+        peak = None if residual.remnant is None else residual.remnant.peak_at(np.where(moving, v, 1.0), np.where(moving, T_z, 1.0))
+        if residual.remnant is None or peak is None:
+            return 2.0 * _largest(asked, "u", "u_rate", quantile)
+        T_u = zero_crossing_period(p.s.u, p.s.u_rate)
+        runs, lasts = np.log(np.maximum(residual.remnant.lasts / T_u, math.e)), whole / T_u / -math.log(quantile)
+        grown = np.sqrt(np.log(np.maximum(lasts, math.e)) / runs)
+        found.append(np.where(moving, p.s.u * peak * grown, 0.0 * p.s.u))
+    return np.asarray(np.max(found, axis=0))
+
+
+def _of_tip(asked: Sequence[Part], phase: Phase, level: Levels) -> dict[str, FloatArray]:
+    """What the tip does and asks of the winch."""
+    z, v, a = (np.array([p.forcing.deviation(order) for p in asked]) for order in range(3))
+    N_z, N_v = (np.array([p.cycles(x[i], y[i]) for i, p in enumerate(asked)]) for x, y in ((z, v), (v, a)))
+    speed = abs(_way_speed(phase))
+    followed = largest_of_parts(0.0, v, N_v, level("v_w_demand")) if phase.compensated else 0.0 * v[0]
+    values = {
+        "v_tip_max": largest_of_parts(0.0, v, N_v, level("v_tip_max")),
+        "s_tip_pp": 2.0 * largest_of_parts(0.0, z, N_z, level("s_tip_pp")),
+        "v_w_demand": followed + speed,
+    }
+    if phase.kind is PhaseKind.SEABED_LIFT_OFF:
+        values["v_lift_off"] = _largest(asked, "u", "u_rate", level("v_lift_off"), of_rate=True)
+    return values
+
+
+def _taken_up(plan: LiftPlan, phase: Phase, values: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
+    """The quantities with the jerk of taking up the load: at the hoisting speed, off the seabed at that and the wire end's own, and what
+    holds the payload there besides. Slings come taut in these phases: what makes them slack is not told."""
+    F = jerk(plan, phase, 1.0) * ((phase.speed or 0.0) + values.get("v_lift_off", np.zeros(1)))
+    if phase.kind is PhaseKind.SEABED_LIFT_OFF:
+        F = F + plan.payload.lift_off.friction + plan.payload.lift_off.suction
+    found = {**values, "F_top_max": values["F_top_max"] + F, "DAF": values["DAF"] + F / (plan.payload.mass * STANDARD_GRAVITY)}
+    return {name: numbers for name, numbers in found.items() if name not in ("sling_ratio", "slack_chance")}
+
+
+def _of_winch(
+    plan: LiftPlan, phase: Phase, alternative: Alternative, asked: Sequence[Part], way: Way, v: FloatArray
+) -> dict[str, FloatArray]:
+    """What the twin's hydraulics stand: shares of the time, and the pressure under a sine as fast as the fastest motion v [m/s]."""
+    shares = [way.shares(p.hung.s_w, *_tip_speed(p.forcing)) for p in asked]
+    found = {name: _mean(asked, [share[name] for share in shares]) for name in shares[0]}
+    tops = [way.pressure(p.hung.s_w, v, zero_crossing_period(*(p.forcing.deviation(order) for order in (1, 2)))) for p in asked]
+    found["p_a_max"] = np.asarray(np.max(tops, axis=0))
+    stroke = CAPACITIES["s_stroke"].find(plan, phase, alternative)
+    if stroke is not None:
+        found["stroke_share"] = _mean(asked, [share_beyond(0.5 * stroke.value, p.forcing.deviation()) for p in asked])
+    return found
+
+
+def of_load(asked: Sequence[Part], level: Levels) -> dict[str, FloatArray]:
+    """Tensions and motion of what hangs. The drag of a payload that sinks takes some of its weight, that of one that rises adds to it."""
+    top, sling = (np.array([getattr(p.s, name) for p in asked]) for name in ("top", "sling"))
+    N_top, N_sling = (np.array([p.cycles(getattr(p.s, q), getattr(p.s, f"{q}_rate")) for p in asked]) for q in ("top", "sling"))
+    F_top, F_sling = (np.array([getattr(p.hung, name) - p.rise for p in asked]) for name in ("F_top", "F_sling"))
+    at_rest = min(p.hung.F_sling for p in asked)
+    T_sling = [zero_crossing_period(p.s.sling, p.s.sling_rate) for p in asked]
+    often = sum(p.time * rate_below_zero(F, p.s.sling, T) for p, F, T in zip(asked, F_sling, T_sling, strict=True))
+    return {
+        "F_top_max": largest_of_parts(F_top, top, N_top, level("F_top_max")),
+        "DAF": largest_of_parts(F_sling, sling, N_sling, level("DAF")) / (asked[0].hung.end.m * STANDARD_GRAVITY),
+        "sling_ratio": -largest_of_parts(-F_sling, sling, N_sling, level("sling_ratio")) / at_rest,
+        "slack_chance": -np.expm1(-np.asarray(often)),
+        "load_pp": 2.0 * _largest(asked, "load", "load_rate", level("load_pp")),
+    }

@@ -1,0 +1,1 @@
+"""The time-domain tier: lowerings of the twin."""

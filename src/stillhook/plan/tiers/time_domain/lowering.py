@@ -1,0 +1,267 @@
+"""Phases of a plan as lowerings of the twin: what is run of a phase, for how long, and which part of the run counts."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from stillhook.engine.pack.programme import payload_weight
+from stillhook.errors import PlanError
+from stillhook.physics.scalar import G
+from stillhook.plan.definition.compensation import Alternative
+from stillhook.plan.definition.lift_plan import LiftPlan
+from stillhook.plan.definition.phases import Phase, PhaseKind
+from stillhook.plan.tiers.depths import natural_period
+from stillhook.plan.tiers.winch_residual import controlled
+from stillhook.response.suspended_load import hung
+from stillhook.sea.spectra.spectrum import Sea
+from stillhook.sea.vessel.long_wave import wavenumber
+from stillhook.sea.vessel.realisation import Amplitudes
+from stillhook.sea.vessel.wave_field import decay
+from stillhook.spec.crane import Crane
+from stillhook.spec.lift.in_sea import InSea
+from stillhook.spec.lift.lowering import Lowering
+from stillhook.spec.lift.programme import Stage, StageMode
+from stillhook.spec.scenario import Mode
+from stillhook.spec.validity import CAP
+
+KINDS = (PhaseKind.IN_AIR, PhaseKind.SPLASH, PhaseKind.LOWERING, PhaseKind.DEEP, PhaseKind.LANDING)
+"""Phases that the twin runs. Lift-off, set-down and lift-off from the seabed need a ground under the load at the start, which no lowering
+has: they are told by the other tiers."""
+SETTLE = 60.0
+"""Time before the part that counts [s]: the sea grows for 10 s, compensation begins as the tip turns, and the load comes to its swing (its
+drag at limiting motions damps it by 3 %, at 6 s within 30 s)."""
+BLOCK = 240.0
+"""Longest part that counts [s]; a longer phase is many of these."""
+ROOM = 12.0
+"""Time beyond the part that counts as planned [s]: compensation may begin later than planned, by the half of a long period."""
+FAINT = 0.01
+"""Part of the water's vertical motion at the surface (standard deviations) at whose depth the waves are left out."""
+TOUCH_ROOM = 30.0
+"""Time beyond a landing as planned [s]: the load may swing, or the winch wait."""
+APPROACH = 90.0
+"""Of a landing the last time above the seabed is run [s], or the whole of its phase where this is shorter."""
+HANGS, THROUGH = 3.0, 1.0
+"""Without compensation a landing hangs at this height above the seabed at the most [m] while its tensions and motion count, and is then
+lowered until it would be so far below it [m]. (In manual mode the winch is a decimetre behind the joystick before its leakage is made up
+for: a load that is lowered would seem to move by that.)"""
+HELD = 0.5
+"""Tension that landing mode keeps after touch-down, beside the hook's weight, as part of the payload's weight in water (assumed)."""
+
+
+class Winch(NamedTuple):
+    """What the winch makes of the tip's motion. left: part of it that the wire's top end has where the winch stands; controller: the
+    alternative whose controller compensates the motion, None where none does."""
+
+    left: float = 1.0
+    controller: Alternative | None = None
+
+
+@dataclass(frozen=True)
+class Course:
+    """What is run of a phase once. z_0 height of the underside at the start [m]; programme; duration of the run, counted the part that
+    tells [s], which is stage number `counts`; times such parts that the phase holds, and swings those in which the load swings as here;
+    z_top highest place of the underside while it counts [m]."""
+
+    z_0: float
+    programme: tuple[Stage, ...]
+    duration: float
+    counted: float
+    counts: int
+    times: float
+    swings: float
+    z_top: float
+
+
+def winch_of(phase: Phase, alternative: Alternative) -> Winch:
+    """How an alternative runs the winch in a phase. Where nothing follows the tip all alternatives are one and the same run."""
+    if not phase.compensated or alternative is Alternative.NONE:
+        return Winch()
+    if alternative is Alternative.CAP:
+        return Winch(left=1.0 - CAP)
+    return Winch(controller=alternative)
+
+
+def machine_of(plan: LiftPlan, winch: Winch) -> tuple[Crane, Mode]:
+    """The crane with the settings of the controller, and its mode; the plan's own crane where nothing compensates."""
+    if winch.controller is None:
+        return plan.crane, Mode.SSC
+    crane, found = controlled(plan.crane, winch.controller, plan.sensors)
+    return crane, found.mode
+
+
+def course_of(plan: LiftPlan, phase: Phase, winch: Winch, z: float | None = None, about: float | None = None) -> Course:
+    """What is run of a phase. Of a long way it is the piece about z [m] (its worst place), where the payload is for the time `about` [s];
+    None for its end, and for all of its time.
+
+    A phase at one height, or a part of a long way, is run for up to `BLOCK` and counts as often as it goes into the phase's duration; a
+    passage of the splash zone is run whole, a landing from some metres above the seabed. Errors: PlanError for a phase that is not run.
+    """
+    if phase.kind not in KINDS:
+        raise PlanError(f'phase "{phase.name}": {phase.kind} is not run in time. Runs are made of {", ".join(KINDS)}.')
+    start, end = phase.start, phase.end
+    if start is None or end is None:
+        raise PlanError(f'phase "{phase.name}": it does not join. Read the plan with load_plan, which gives every phase its heights.')
+    mode = _mode(phase, winch)
+    if phase.kind is PhaseKind.LANDING:
+        return _landing(plan, phase, mode, start)
+    if phase.kind is PhaseKind.SPLASH:
+        return _passage(phase, mode, start, end)
+    if start == end:
+        return _standing(phase, mode, start)
+    return _part(plan, phase, mode, (start, end), end if z is None else z, about)
+
+
+def _mode(phase: Phase, winch: Winch) -> StageMode:
+    """Mode of the winch while it counts; in a phase that compensates, manual where nothing does."""
+    return StageMode.MANUAL if phase.compensated and winch.controller is None else phase.winch
+
+
+def _stage(mode: StageMode, v: float, **ends: str | bool) -> Stage:
+    return Stage(mode=mode, lower=f"{v!r} m/s", **ends)
+
+
+def _standing(phase: Phase, mode: StageMode, z: float) -> Course:
+    """A time at one height."""
+    lasts = phase.duration or BLOCK
+    counted = min(BLOCK, lasts)
+    half = _stage(mode, 0.0, time=f"{0.5 * SETTLE!r} s")  # two of them: as many stages as a way has, so that both fill blocks of lanes
+    stages = (half, half, _stage(mode, 0.0, time=f"{counted!r} s"))
+    return Course(z, stages, SETTLE + counted + ROOM, counted, len(stages) - 1, lasts / counted, lasts / counted, z)
+
+
+def _part(plan: LiftPlan, phase: Phase, mode: StageMode, ends: tuple[float, float], z: float, about: float | None) -> Course:
+    """A piece of a way."""
+    (start, end), v = ends, _speed(phase)
+    way, down = abs(end - start), math.copysign(1.0, start - end)
+    counted = min(BLOCK, way / v)
+    before = min(max(abs(z - start) - 0.5 * v * counted, 0.0), max(way - v * counted, 0.0))
+    at = start - down * before
+    ahead = _ahead(plan, mode, at, down * v, before)
+    stages = (*ahead, _stage(mode, down * v, time=f"{counted!r} s"))
+    times = max((phase.duration or counted) / counted, 1.0)
+    swings = times if about is None else min(max(about / counted, 1.0), times)
+    z_0, bottom = at + _covered(ahead), at - down * v * counted
+    return Course(z_0, stages, SETTLE + counted + ROOM, counted, len(ahead), times, swings, max(at, bottom))
+
+
+def _ahead(plan: LiftPlan, mode: StageMode, z: float, v: float, room: float) -> tuple[Stage, ...]:
+    """Stages of `SETTLE` before the part that counts, which begins at z and moves at v, lowering positive; room: way before z [m].
+
+    The joystick is pushed in two halves, half a natural period of the load apart, so that what swings later is not its start: on the real
+    way that has died away long before.
+    """
+    half = _half(plan, z)
+    moves = min(max(room / abs(v) + 0.5 * half, 0.0), SETTLE)
+    if moves <= half:
+        return (_stage(mode, 0.0, time=f"{SETTLE!r} s"),)
+    parts = ((SETTLE - moves, 0.0), (half, 0.5 * v), (moves - half, v))
+    return tuple(_stage(mode, speed, time=f"{time!r} s") for time, speed in parts if time > 0.0)
+
+
+def _half(plan: LiftPlan, z: float) -> float:
+    """Half a natural period of the load on its wire [s]."""
+    return 0.5 * min(natural_period(hung(plan.crane, plan.hanging(z), z)), SETTLE)
+
+
+def _covered(stages: Sequence[Stage]) -> float:
+    """Way down of stages that end by time [m]."""
+    return sum(stage.lower * (stage.time or 0.0) for stage in stages)
+
+
+def _passage(phase: Phase, mode: StageMode, start: float, end: float) -> Course:
+    """The whole way through the surface; as often as it goes into the phase's duration, where that is longer."""
+    v = _speed(phase)
+    counted = abs(end - start) / v
+    times = max((phase.duration or counted) / counted, 1.0)
+    down = math.copysign(v, start - end)
+    stages = (_stage(mode, 0.0, time=f"{SETTLE!r} s"), _stage(mode, down, depth=f"{-end!r} m"))
+    return Course(start, stages, SETTLE + 1.1 * counted + ROOM, counted, 1, times, times, max(start, end))
+
+
+def _landing(plan: LiftPlan, phase: Phase, mode: StageMode, start: float) -> Course:
+    """The last metres, and the touch-down. Without compensation the load first hangs, which counts, and is then put down by hand.
+
+    All ways of running the winch take the same time, so that a seed is the same sea to all of them.
+    """
+    v, high = _speed(phase), start + plan.depth
+    hangs, height = min(high, HANGS), min(high, APPROACH * v)
+    half, down = _half(plan, hangs - plan.depth), (hangs + THROUGH) / v
+    lasts = SETTLE + max(APPROACH + half + down, height / v) + TOUCH_ROOM
+    if mode is StageMode.MANUAL:
+        still = (_stage(mode, 0.0, time=f"{SETTLE!r} s"),)
+        put_down = (_stage(mode, 0.5 * v, time=f"{half!r} s"), _stage(mode, v, time=f"{down!r} s"))
+        last = (_stage(mode, 0.0, time=f"{APPROACH!r} s"), *put_down)
+        return _landed(phase, hangs - plan.depth, still, last, lasts, APPROACH)
+    z = height - plan.depth
+    before = _ahead(plan, StageMode.AHC, z, v, high - height)
+    if mode is StageMode.AHC:
+        return _landed(phase, z, before, (_stage(mode, v, landed=True),), lasts, height / v)
+    hold = HELD * payload_weight(plan.hanging(start), -math.inf) + plan.crane.hook_mass * G
+    land = Stage(mode=mode, lower=f"{v!r} m/s", hold=f"{hold!r} N", time="1 s")
+    return _landed(phase, z, before, (land,), lasts, height / v)
+
+
+def _landed(phase: Phase, z: float, before: tuple[Stage, ...], last: tuple[Stage, ...], lasts: float, counted: float) -> Course:
+    """The course of a landing whose counted stage begins at z and is the first of `last`."""
+    times = max((phase.duration or counted) / counted, 1.0)
+    return Course(z + _covered(before), (*before, *last), lasts, counted, len(before), times, times, z)
+
+
+def _speed(phase: Phase) -> float:
+    if phase.speed is None:
+        raise PlanError(f'phase "{phase.name}": speed is missing, that of the wire. Give it, such as "12 m/min".')
+    return phase.speed
+
+
+def lowering_of(plan: LiftPlan, phase: Phase, course: Course, mode: Mode) -> Lowering:
+    """The run of a course on a calm sea; mode of the controller."""
+    return plan.hanging(course.z_0, plan.tip_of(phase).z).model_copy(
+        update={
+            "name": phase.name,
+            "programme": course.programme,
+            "duration": course.duration,
+            "controller": mode,
+        }
+    )
+
+
+class Spot(NamedTuple):
+    """One sea of a table: Hs [m], Tp [s], direction of travel from the bow [rad]."""
+
+    Hs: float
+    Tp: float
+    beta: float
+
+
+def in_sea(plan: LiftPlan, phase: Phase, winch: Winch, course: Course, calm: Lowering, spot: Spot, seed: int) -> InSea:
+    """A course in one seed of a sea: the same waves for every alternative, and the same for every height but for their size.
+
+    Amplitudes are random (Rayleigh), as in a record of this length. What a flat cap leaves of the tip's motion moves the tip, the water
+    keeps its waves. calm: the course as `lowering_of` gives it.
+    """
+    at = plan.tip_of(phase)
+    sea = plan.environment.sea(*spot)
+    water = in_waves(plan, sea, course)
+    return InSea(calm, sea, seed, plan.vessel, at.x, at.y, water, winch.left, Amplitudes.RAYLEIGH)
+
+
+def in_waves(plan: LiftPlan, sea: Sea, course: Course) -> bool:
+    """Whether the water moves the payload while it counts: never in air, and not where it has `FAINT` of its motion at the surface."""
+    stage = course.programme[course.counts]
+    goes_under = stage.end == "depth" and stage.depth is not None and stage.depth > 0.0
+    if course.z_top >= 0.0:
+        return goes_under or course.z_0 < 0.0
+    z = np.array([min(course.z_top + plan.payload.height, 0.0)])
+    total = left = 0.0
+    for train in sea.trains:
+        omega = train.spectrum.grid()
+        rate = train.spectrum.density(omega) * omega**2
+        under = rate * decay(wavenumber(omega, plan.depth), z, plan.depth)[0] ** 2
+        total += float(np.sum(0.5 * (rate[1:] + rate[:-1]) * np.diff(omega)))
+        left += float(np.sum(0.5 * (under[1:] + under[:-1]) * np.diff(omega)))
+    return left > FAINT**2 * total

@@ -1,0 +1,123 @@
+"""From the numbers of runs to the quantities that rules ask of a phase: which number of which stage, at which level, for how long."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stillhook.base.arrays import FloatArray
+from stillhook.engine.pack.programme import payload_weight
+from stillhook.plan.definition.capacities import places
+from stillhook.plan.definition.compensation import Alternative
+from stillhook.plan.definition.lift_plan import LiftPlan
+from stillhook.plan.definition.phases import Phase, PhaseKind
+from stillhook.plan.definition.rules import Level
+from stillhook.plan.tiers.time_domain.lowering import Course, Winch
+from stillhook.plan.tiers.time_domain.over_seeds import BEYOND, Estimate, chance, largest, mean, passage
+
+if TYPE_CHECKING:
+    import xarray
+
+Runs = Mapping[str, FloatArray]
+"""Name of `KEPT` -> that number of every run (n,)."""
+
+OF_STAGE = (
+    "duration", "s_tip_pp", "e_c_pp", "load_pp", "F_w_max", "DAF", "F_sling_min", "sling_slack_time", "snap", "v_tip_max", "v_w_max",
+    "p_a_max", "saturation_time", "relief_time", "power_time", "stroke_time",
+)  # fmt: skip
+"""Numbers that are kept of the stage that counts."""
+KEPT = (*OF_STAGE, "v_landed")
+"""Those, and of the whole run the speed of the first touch: it may come before its stage is over."""
+FAILED_MOST = 0.1
+"""Chance of a failed run in a phase from which a cell is beyond every limit: as many phases as the level of 90 % leaves. One of 20 runs may
+fail in a phase that holds one run, none in a phase that holds two or more."""
+OF_LOAD = ("F_top_max", "DAF", "load_pp", "sling_ratio", "slack_chance", "snap_load")
+"""Quantities of what hangs: largest about the worst height of a way. All others are those of tip and winch, at every height alike."""
+WINCH = ("p_a_max", "saturation_share", "relief_share", "power_share", "stroke_share", "v_w_demand")
+"""Quantities of the winch while it compensates: none and the flat cap have none of the twin's."""
+
+
+def kept(data: xarray.Dataset, counts: Sequence[int]) -> dict[str, FloatArray]:
+    """Numbers of every run of a Dataset of lowerings over "case"; counts: number of the stage that counts in each."""
+    each = np.arange(len(counts)), np.array(counts)
+    found = {name: data[f"stage_{name}"].values[each] for name in OF_STAGE}
+    return found | {"v_landed": data["v_landed"].values}
+
+
+def quantities(plan: LiftPlan, phase: Phase, alternative: Alternative, winch: Winch, course: Course, runs: Runs) -> dict[str, Estimate]:
+    """Quantities of `stillhook.plan.definition.rules` that the twin tells of a phase in one sea, from the runs of that sea, each with its
+    interval.
+
+    Largest values are those of the phase's duration at the level that the rules ask for; shares of time are means. What counts is the
+    stage after everything settled. A phase of which too many runs fail is beyond every limit.
+    """
+    landing = phase.kind is PhaseKind.LANDING
+    sound = np.isfinite(runs["duration"]) & (np.isfinite(runs["v_landed"]) if landing else True)
+    n = len(sound)
+    told = _told(plan, phase, alternative, winch, course, {name: values[sound] for name, values in runs.items()}) if sound.any() else {}
+    failed = 1.0 - (float(sound.sum()) / n) ** course.times
+    if failed < FAILED_MOST - 1e-9:
+        return told
+    names = told or {rule.quantity: BEYOND for rule in plan.rules.of(phase.kind).values()}
+    return {name: Estimate(0.0, 0.0, 0.0) if name == "sling_ratio" else BEYOND for name in names}
+
+
+def _told(plan: LiftPlan, phase: Phase, alternative: Alternative, winch: Winch, course: Course, runs: Runs) -> dict[str, Estimate]:
+    level, left = plan.rules.level, winch.left
+    compensates = phase.compensated
+    stick = max(abs(stage.lower) for stage in course.programme)
+
+    def top(name: str, quantity: str) -> Estimate:
+        return _extreme(phase)(runs[name], level(quantity), course.swings if quantity in OF_LOAD else course.times)
+
+    share = {key: mean(runs[f"{key}_time"] / runs["duration"]) for key in ("saturation", "relief", "power", "stroke")}
+    tip, v_tip = top("s_tip_pp", "s_tip_pp").of(1.0 / left), top("v_tip_max", "v_tip_max").of(1.0 / left)
+    told = {
+        "F_top_max": top("F_w_max", "F_top_max"),
+        "DAF": top("DAF", "DAF"),
+        "s_tip_pp": tip,
+        "v_tip_max": v_tip,
+        "load_pp": top("load_pp", "load_pp"),
+        "p_a_max": top("p_a_max", "p_a_max"),
+        "v_w_demand": v_tip.of(1.0, stick) if compensates else top("v_w_max", "v_w_demand"),
+    }
+    told |= {f"{key}_share": value for key, value in share.items()}
+    if phase.kind is PhaseKind.LANDING:
+        told["v_landed"] = passage(runs["v_landed"], level("v_landed"))
+    else:
+        told |= _slings(plan, phase, course, runs)
+    if compensates:
+        told["e_c_pp"] = top("e_c_pp", "e_c_pp") if alternative.twin else top("s_tip_pp", "e_c_pp")
+        if not alternative.twin:
+            told = {name: value for name, value in told.items() if name not in WINCH}
+        if alternative is Alternative.CAP:
+            told["v_w_demand"] = v_tip.of(1.0, stick)
+    return told
+
+
+def _extreme(phase: Phase) -> Callable[[FloatArray, Level, float], Estimate]:
+    """How largest values of a phase follow from those of its runs: by passages through the surface, else by a time of swinging."""
+    return passage if phase.kind is PhaseKind.SPLASH else largest
+
+
+def _slings(plan: LiftPlan, phase: Phase, course: Course, runs: Runs) -> dict[str, Estimate]:
+    """Least tension of the slings over the least at rest, the chance that they fall slack, and the snap when they come taut.
+
+    Slings pull or hang: a least tension below nothing, as the distribution of larger ones may tell, is nothing.
+    """
+    rest, level = least_at_rest(plan, phase), plan.rules.level
+    fallen = _extreme(phase)(rest - runs["F_sling_min"], level("sling_ratio"), course.swings).of(-1.0 / rest, 1.0)
+    slack = runs["sling_slack_time"] > 0.0
+    return {
+        "sling_ratio": Estimate(*(x if math.isnan(x) else max(x, 0.0) for x in fallen)),
+        "slack_chance": chance(int(slack.sum()), len(slack), course.swings),
+        "snap_load": _extreme(phase)(runs["snap"], level("snap_load"), course.swings) if slack.any() else Estimate(0.0, 0.0, 0.0),
+    }
+
+
+def least_at_rest(plan: LiftPlan, phase: Phase) -> float:
+    """Least sling tension at rest on a phase's way [N]."""
+    return min(payload_weight(plan.hanging(z), z) for z in places(phase))

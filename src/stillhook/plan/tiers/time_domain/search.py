@@ -1,0 +1,267 @@
+"""The search of the twin's tier: which limits may govern, and which cells tell them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from stillhook.base.arrays import FloatArray
+from stillhook.base.progress import Progress
+from stillhook.plan.definition.compensation import Alternative
+from stillhook.plan.definition.demand import Tier
+from stillhook.plan.definition.lift_plan import LiftPlan
+from stillhook.plan.definition.phases import Phase
+from stillhook.plan.definition.rules import Limited
+from stillhook.plan.limits.applicable_rules import limited
+from stillhook.plan.limits.solve import Limits, utilisation
+from stillhook.plan.tiers.time_domain.bracketing import Search, crossing, nearest, next_height
+from stillhook.plan.tiers.time_domain.cells import Ask, Cells
+from stillhook.plan.tiers.time_domain.lowering import KINDS, Spot, Winch, winch_of
+from stillhook.plan.tiers.time_domain.over_seeds import Estimate
+from stillhook.plan.tiers.time_domain.quantities import quantities
+
+Column = tuple[float, float]
+"""Tp [s] and direction of travel [rad]."""
+
+TRUST: Mapping[Tier, float] = {Tier.FREQUENCY: 1.25, Tier.CLOSED_FORM: 1.0}
+"""A phase may limit a lift at its predicted height over this: the frequency road may be so much too kind; a closed form,
+which stands for the splash zone, is on the safe side there."""
+HOPE: Mapping[Tier, float] = {Tier.FREQUENCY: 1.05, Tier.CLOSED_FORM: 1.8}
+"""Where a limit is looked for first, over the predicted height: a little behind it, for a cell that is beyond ends a search; the closed
+form of the splash zone is on the safe side by about so much (docs/explanation/limits-by-runs.md)."""
+ENOUGH = 1.1
+"""A phase that is inside up to this over a limit that is known of another one does not govern, and is not looked at any higher."""
+
+
+@dataclass(eq=False)
+class Line:
+    """One limit that is looked for: a phase under an alternative in a column. guess: predicted height, where it is looked for first, floor
+    below which it is taken not to lie [m]; limit: what was found (NaN: not yet); seems: what it seems to be so far."""
+
+    phase: Phase
+    alternative: Alternative
+    winch: Winch
+    column: Column
+    guess: float
+    floor: float
+    started: bool = False
+    limit: float = math.nan
+    seems: float = math.inf
+
+    @property
+    def found(self) -> bool:
+        return not math.isnan(self.limit)
+
+    def spot(self, Hs: float) -> Spot:
+        return Spot(Hs, *self.column)
+
+
+class Work:
+    """The state of a search over all lines."""
+
+    def __init__(self, plan: LiftPlan, search: Search, cells: Cells, progress: Progress | None) -> None:
+        self.plan, self.search, self.cells, self.progress = plan, search, cells, progress
+        self.lines: list[Line] = []
+        self.groups: dict[tuple[Alternative, Column], list[Line]] = {}
+        self.others: dict[tuple[Alternative, Column], float] = {}
+        self.limited: dict[tuple[str, Alternative], tuple[Limited, ...]] = {}
+        self.told: dict[tuple[str, Alternative, Spot, int], dict[str, Estimate]] = {}
+        self.share = 0.0
+
+    def prepare(self, predicted: Sequence[Limits]) -> None:
+        """Lines of all phases that can be run, and the lowest limit of those that cannot."""
+        columns = [(T, beta) for T, beta, _ in self.plan.environment.table().columns()]
+        known = _least_predicted(predicted)
+        for alternative in self.plan.alternatives:
+            for column in columns:
+                group = self.groups.setdefault((alternative, column), [])
+                for phase in self.plan.phases:
+                    guess, tier = known.get((phase.name, alternative, column), (math.nan, None))
+                    if phase.kind not in KINDS:
+                        old = self.others.get((alternative, column), math.inf)
+                        self.others[alternative, column] = old if math.isnan(guess) else min(old, guess)
+                        continue
+                    floor = 0.0 if tier is None else guess / TRUST[tier]
+                    hope = guess if tier is None else guess * HOPE[tier]
+                    group.append(
+                        Line(
+                            phase,
+                            alternative,
+                            winch_of(phase, alternative),
+                            column,
+                            hope,
+                            floor,
+                            seems=math.inf if math.isnan(hope) else hope,
+                        )
+                    )
+                self.lines += group
+
+    def round(self) -> bool:
+        """Start what may govern, ask what is wanted, and say whether anything was."""
+        for key, group in self.groups.items():
+            self._start(key, group)
+        looking = [line for line in self.lines if line.started and not line.found]
+        known = sum(line.found for line in self.lines)
+        wanted = [ask for line in looking for ask in self._wanted(line, self._hoped(line))]
+        if not wanted and known == sum(line.found for line in self.lines):
+            wanted = [ask for line in looking for ask in self._wanted(line)]
+        if not wanted:
+            return bool(looking)
+        self.cells.ask(_merged(wanted), self._told(len(wanted)))
+        return True
+
+    def _start(self, key: tuple[Alternative, Column], group: Sequence[Line]) -> None:
+        """Of the lines that are not started, those that may lie below everything that is known, or that seems to be."""
+        under_way = [line.seems for line in group if line.started and not line.found]
+        open_lines = [line for line in group if not line.started and line.floor < min([self.least(*key), *under_way])]
+        first = min(open_lines, key=lambda line: line.floor, default=None)
+        if first is None or first.floor == math.inf:
+            return
+        bar = first.guess if first.guess > 0.0 else first.floor
+        for line in open_lines:
+            line.started = line is first or line.floor <= bar
+
+    def _hoped(self, line: Line) -> float:
+        """Lowest limit that other phases of a line's column seem to have, of those that are not found yet [m]."""
+        others = [o for o in self.groups[line.alternative, line.column] if o is not line and not o.found]
+        return min((o.seems for o in others), default=math.inf)
+
+    def _wanted(self, line: Line, hoped: float = math.inf) -> list[Ask]:
+        """The next cell of a line, or more seeds for the one next to its limit; none where the limit is found, or where the line waits for
+        other phases: it is inside up to what their limits seem to be, `hoped` [m], and may not matter."""
+        calm = Ask(line.phase.name, line.winch, line.spot(0.0), 1)
+        if calm.cell not in self.cells.runs:
+            return [calm]
+        Hs = self.heights(line)
+        u = self.used(line, Hs)
+        at = crossing(Hs, u, self.search)
+        line.seems = at if 0.0 < at < math.inf else max(line.seems, float(Hs[-1]))
+        known = ENOUGH * self.least(line.alternative, line.column)
+        highest = min(max(self.plan.environment.Hs), known)
+        if ENOUGH * hoped < highest and u[0] < 1.0 and (line.guess > ENOUGH * hoped if len(Hs) == 1 else not (u > 1.0).any()):
+            return []
+        wanted = next_height(Hs, u, line.guess, highest, self.search)
+        if wanted is not None:
+            return [Ask(line.phase.name, line.winch, line.spot(wanted), self.search.seeds)]
+        k = nearest(Hs, at)
+        if k > 0 and 0.0 < at <= known and at < math.inf:
+            more = self._more_seeds(line, float(Hs[k]))
+            if more is not None:
+                return [more]
+        line.limit = at
+        return []
+
+    def _more_seeds(self, line: Line, Hs: float) -> Ask | None:
+        """More seeds for a cell whose interval is still too wide."""
+        n = len(self.cells.runs[line.phase.name, line.winch, line.spot(Hs)]["duration"])
+        if n >= self.search.most_seeds or openness(self, line, Hs) <= self.search.width:
+            return None
+        return Ask(line.phase.name, line.winch, line.spot(Hs), min(n + self.search.more, self.search.most_seeds))
+
+    def heights(self, line: Line) -> FloatArray:
+        """Heights that were run in a line's column, the calm first."""
+        return self.cells.heights(line.phase.name, line.winch, *line.column)
+
+    def numbers(self, line: Line, Hs: float) -> dict[str, Estimate]:
+        """Quantities of one cell."""
+        spot = line.spot(Hs)
+        runs = self.cells.runs[line.phase.name, line.winch, spot]
+        key = (line.phase.name, line.alternative, spot, len(runs["duration"]))
+        if key not in self.told:
+            course = self.cells.course(line.phase, line.winch, spot)
+            told = quantities(self.plan, line.phase, line.alternative, line.winch, course, runs)
+            self.told[key] = told if Hs > 0.0 else {name: Estimate(e.value, e.value, e.value) for name, e in told.items()}
+        return self.told[key]
+
+    def rules(self, line: Line) -> tuple[Limited, ...]:
+        """Limits that hold in a line's phase under its alternative."""
+        return self.limits(line.phase, line.alternative)
+
+    def limits(self, phase: Phase, alternative: Alternative) -> tuple[Limited, ...]:
+        """Limits that hold in a phase under an alternative."""
+        key = (phase.name, alternative)
+        if key not in self.limited:
+            self.limited[key] = limited(self.plan, phase, alternative)
+        return self.limited[key]
+
+    def least(self, alternative: Alternative, column: Column) -> float:
+        """Lowest limit that is known of an alternative in a column, by runs or of a phase that is not run [m]."""
+        found = [line.limit for line in self.groups[alternative, column] if line.found]
+        return min([self.others.get((alternative, column), math.inf), *found])
+
+    def governs(self, line: Line, Hs: float) -> str:
+        """The rule that is used most in a cell; "" where none is told."""
+        used = _used(self.rules(line), self.numbers(line, Hs))
+        return max(used, key=lambda key: used[key], default="")
+
+    def used(self, line: Line, Hs: FloatArray) -> FloatArray:
+        """Largest utilisation of each cell; NaN where no rule is told. In a calm that of the rule that governs the highest sea, from which
+        it grows there, unless the calm itself is beyond."""
+        rows = [_used(self.rules(line), self.numbers(line, float(h))) for h in Hs]
+        most = np.array([max(row.values(), default=math.nan) for row in rows])
+        if most[0] < 1.0 and len(rows) > 1 and rows[-1]:
+            most[0] = rows[0].get(max(rows[-1], key=lambda key: rows[-1][key]), most[0])
+        return most
+
+    def _told(self, asks: int) -> Progress | None:
+        """Progress of a round as part of all: as much again is taken to come while lines are open, so that it never goes back."""
+        if self.progress is None:
+            return None
+        before, tell = self.share, self.progress
+        open_lines = sum(1 for line in self.lines if line.started and not line.found)
+        part = (1.0 - before) * (asks / (asks + 1.5 * open_lines))
+
+        def told(share: float) -> None:
+            self.share = before + part * share
+            tell(self.share)
+
+        return told
+
+
+def openness(work: Work, line: Line, Hs: float) -> float:
+    """Half of the 95 % interval of the governing utilisation in a cell, over what the waves add to the calm's [-]; 0 where none is told."""
+    calm, here = work.numbers(line, 0.0), work.numbers(line, Hs)
+    used = _used(work.rules(line), here)
+    if not used:
+        return 0.0
+    governs = max(used, key=lambda key: used[key])
+    rule = next(r for r in work.rules(line) if r.rule.key == governs)
+    estimate = here[rule.rule.quantity]
+    low, high = utilisation(rule, np.array([estimate.low, estimate.high]))
+    still = calm.get(rule.rule.quantity)
+    added = used[governs] - (0.0 if still is None else float(utilisation(rule, np.array([still.value]))[0]))
+    half = 0.5 * abs(float(high - low))
+    return half / added if not math.isnan(half) and 0.0 < added < math.inf else 0.0
+
+
+def _used(rules: Sequence[Limited], numbers: Mapping[str, Estimate]) -> dict[str, float]:
+    """Rule -> utilisation, of the rules that are told."""
+    found = {r.rule.key: float(utilisation(r, np.array([numbers[r.rule.quantity].value]))[0]) for r in rules if r.rule.quantity in numbers}
+    return {key: value for key, value in found.items() if not math.isnan(value)}
+
+
+def _merged(wanted: Sequence[Ask]) -> list[Ask]:
+    """Each cell once, with the most seeds that any line wants."""
+    most: dict[Any, Ask] = {}
+    for ask in wanted:
+        if ask.cell not in most or most[ask.cell].seeds < ask.seeds:
+            most[ask.cell] = ask
+    return list(most.values())
+
+
+def _least_predicted(predicted: Sequence[Limits]) -> dict[tuple[str, Alternative, Column], tuple[float, Tier]]:
+    """(phase, alternative, column) -> lowest predicted limit [m] and its tier: frequency road, else closed form."""
+    found: dict[tuple[str, Alternative, Column], tuple[float, Tier]] = {}
+    for tier in (Tier.CLOSED_FORM, Tier.FREQUENCY):
+        for limits in (p for p in predicted if p.tier is tier):
+            table = [np.where(np.isnan(row), np.inf, row) for row in limits.Hs.values() if not np.isnan(row).all()]
+            if not table:
+                continue
+            least = np.min(table, axis=0)
+            for T, beta, Hs in zip(limits.Tp, limits.beta, least, strict=True):
+                found[limits.phase, limits.alternative, (float(T), float(beta))] = float(Hs), tier
+    return found

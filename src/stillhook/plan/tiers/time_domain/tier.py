@@ -1,0 +1,184 @@
+"""The twin's tier: limits by runs in the time domain, placed about the limits that the other tiers predict."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from stillhook.base.progress import Progress
+from stillhook.plan.definition.compensation import Alternative
+from stillhook.plan.definition.demand import Demand, Seas, Tier
+from stillhook.plan.definition.lift_plan import LiftPlan
+from stillhook.plan.definition.phases import Phase, PhaseKind
+from stillhook.plan.limits.solve import Limits, limits_of, utilisation
+from stillhook.plan.tiers.time_domain.bracketing import Search, nearest
+from stillhook.plan.tiers.time_domain.cells import Cells, Deal
+from stillhook.plan.tiers.time_domain.convergence import blocks
+from stillhook.plan.tiers.time_domain.lowering import KINDS, winch_of
+from stillhook.plan.tiers.time_domain.over_seeds import Estimate
+from stillhook.plan.tiers.time_domain.search import TRUST, Work
+from stillhook.units import show
+
+if TYPE_CHECKING:
+    import xarray
+
+
+USUAL_CELLS = 2.5
+"""Cells that a limit takes on the mean, for what is told before."""
+MOST_ROUNDS = 100
+SATURATED = 1.02
+"""Worse end of a utilisation's interval over its value up to which the cell is at the end of what there is, such as slack slings."""
+
+
+@dataclass(frozen=True, eq=False)
+class TwinTier:
+    """What the twin told. demands and limits: one of each phase and alternative that was run, tier TIME; runs: how many, of which seeds;
+    why: phase -> why it was run, or not; notes: what a reader of the limits must know; blocks: "landing" and "convergence" as
+    `stillhook.plan.result.result` has them, where there are any."""
+
+    demands: tuple[Demand, ...] = field(repr=False)
+    limits: tuple[Limits, ...] = field(repr=False)
+    runs: Mapping[str, Any]
+    why: Mapping[str, str]
+    notes: tuple[str, ...] = ()
+    blocks: Mapping[str, xarray.Dataset] = field(default_factory=dict, repr=False)
+
+
+def refine(
+    plan: LiftPlan,
+    predicted: Sequence[Limits],
+    *,
+    search: Search | None = None,
+    store: Any = None,
+    client: Any = None,
+    threads: int = 2,
+    progress: Progress | None = None,
+) -> TwinTier:
+    """Limits of the phases that may govern, by runs of the twin.
+
+    predicted: limits of the other tiers. In every column (Tp, direction) and under every alternative the phase that may limit the lowest
+    height is run first; a phase is not run where another limit that is known lies below the least that it may limit (its predicted height
+    over `TRUST`). Alternatives see the same waves (common random numbers), and what is one run under several of them is run once. Heights
+    are placed by `stillhook.plan.tiers.time_domain.bracketing`; the cell next to a limit gets more seeds until its interval closes.
+
+    store: folder in which runs are kept, so that an interrupted plan goes on; client of a Dask cluster; progress: share done, 0..1.
+    Errors: StillhookError, one line: what no crane can be asked, a store that cannot be written.
+    """
+    work = Work(plan, search or Search(), Cells(plan, Deal(store, client, threads)), progress)
+    work.prepare(predicted)
+    for _ in range(MOST_ROUNDS):
+        if not work.round():
+            break
+    return _result(work)
+
+
+def _result(work: Work) -> TwinTier:
+    """Demands and limits of everything that was run."""
+    pairs = {(line.phase.name, line.alternative): line.phase for line in work.lines if line.started}
+    demands = [_demand(work, phase, alternative) for (_, alternative), phase in pairs.items()]
+    highest = max(work.plan.environment.Hs)
+    limits = [_with_ends(limits_of(d, work.limited[d.phase, d.alternative], most=highest), d, work) for d in demands]
+    found = blocks(work)
+    if work.progress is not None:
+        work.progress(1.0)
+    return TwinTier(
+        tuple(demands), tuple(limits), _runs(work.cells), {p.name: _why(work, p) for p in work.plan.phases}, _notes(work), found
+    )
+
+
+def _with_ends(limits: Limits, demand: Demand, work: Work) -> Limits:
+    """Limits with the ends of their 95 % interval from the cell next to each, whose seeds were closed: what the waves add there grows with
+    the height. (Cells of one column see the same waves, so their errors go together; farther ones have fewer seeds and say less.)"""
+    rules = {r.rule.key: r for r in work.limited[demand.phase, demand.alternative]}
+    low, high = ({key: ends.copy() for key, ends in side.items()} for side in (limits.low, limits.high))
+    for key in high:
+        rule, q = rules[key], rules[key].rule.quantity
+        value, *sides = (utilisation(rule, table[q]) for table in (demand.values, demand.low, demand.high))
+        worst, best = np.fmax(*sides), np.fmin(*sides)
+        for i, (_, _, rows) in enumerate(demand.seas.columns()):
+            Hs = float(limits.Hs[key][i])
+            if not 0.0 < Hs < math.inf:
+                continue
+            n, calm = nearest(demand.seas.Hs[rows], Hs), value[rows[0]]
+            k = rows[n - 1] if n > 1 and worst[rows[n]] <= SATURATED * value[rows[n]] else rows[n]  # slack slings cannot be slacker
+            added = value[k] - calm
+            if math.isfinite(added) and added > 0.0:
+                low[key][i] = _scaled(Hs, added, worst[k] - calm) if math.isfinite(worst[k]) else math.nan
+                high[key][i] = _scaled(Hs, added, best[k] - calm)
+    most = max(work.plan.environment.Hs)
+    return replace(limits, low=low, high={key: np.where(ends > most, np.inf, ends) for key, ends in high.items()})
+
+
+def _scaled(Hs: float, told: float, taken: float) -> float:
+    """Height at which what the waves add is that of the limit, if in truth they add `taken` where `told` was found."""
+    return Hs * told / taken if taken > 0.0 else math.inf
+
+
+def _demand(work: Work, phase: Phase, alternative: Alternative) -> Demand:
+    """All cells of a phase under an alternative as one demand, the calm of every column first."""
+    lines = [line for line in work.lines if line.started and line.phase is phase and line.alternative is alternative]
+    rows = [(line.spot(float(h)), work.numbers(line, float(h))) for line in lines for h in work.heights(line)]
+    spots = [spot for spot, _ in rows]
+    names = sorted({name for _, numbers in rows for name in numbers})
+    seas = Seas(*(np.array([getattr(s, name) for s in spots]) for name in ("Hs", "Tp", "beta")))
+    blank = Estimate(math.nan)
+    value, low, high = (
+        {q: np.array([getattr(numbers.get(q, blank), part) for _, numbers in rows]) for q in names} for part in Estimate._fields
+    )
+    winch = lines[0].winch
+    seeds = np.array([len(work.cells.runs[phase.name, winch, s]["duration"]) for s in spots], dtype=np.int64)
+    return Demand(phase.name, alternative, Tier.TIME, seas, value, low, high, seeds)
+
+
+def _runs(cells: Cells) -> dict[str, Any]:
+    sizes = [len(runs["duration"]) for (_, _, spot), runs in cells.runs.items() if spot.Hs > 0.0]
+    return {
+        "n": cells.n_runs,
+        "n_failed": cells.n_failed,
+        "n_cells": len(sizes),
+        "seeds_first": 1,
+        "seeds_per_cell": [min(sizes, default=0), max(sizes, default=0)],
+        "simulated": cells.seconds,
+    }
+
+
+def _notes(work: Work) -> tuple[str, ...]:
+    """Landings by runs are braked by the water under the payload: by how much in a calm."""
+    line = next((x for x in work.lines if x.started and x.phase.kind is PhaseKind.LANDING and x.alternative.twin), None)
+    line = line or next((x for x in work.lines if x.started and x.phase.kind is PhaseKind.LANDING), None)
+    if line is None or line.phase.speed is None:
+        return ()
+    v = work.numbers(line, 0.0)["v_landed"].value
+    return (
+        f"landing speeds by runs count the cushion of water under the payload, with the gap numbers of the payload file (assumed unless it "
+        f"says otherwise): lowered at {show(line.phase.speed, 'speed')} in a calm it touches at {show(v, 'speed')}. Check them where the "
+        "landing is limited by its speed",
+    )
+
+
+def _why(work: Work, phase: Phase) -> str:
+    """Why a phase was run by the twin, or not."""
+    lines = [line for line in work.lines if line.phase is phase]
+    if not lines:
+        return f"{phase.kind} is told by closed form and frequency road: no run begins on a deck or on the seabed"
+    run = [line for line in lines if line.started]
+    if len(run) == len(lines):
+        return "run everywhere"
+    factor = f"{TRUST[Tier.FREQUENCY]:g}"
+    rest = f"another phase is known to limit lower than its predicted limit over {factor}, or it is predicted to limit nowhere"
+    if not run:
+        return f"not run: {rest}"
+    return f"run in {len(run)} of {len(lines)} columns of alternative, period and heading; elsewhere {rest}"
+
+
+def expected(plan: LiftPlan, search: Search | None = None) -> str:
+    """What the twin's tier may take, in words, before it runs: every line that could be looked for, at the usual number of cells."""
+    chosen = search or Search()
+    kinds = {(phase.name, winch_of(phase, a)) for phase in plan.phases if phase.kind in KINDS for a in plan.alternatives}
+    columns = len(plan.environment.Tp) * len(plan.environment.headings)
+    runs = round(len(kinds) * columns * USUAL_CELLS * chosen.seeds)
+    return f"up to some {runs:,} runs of the twin, fewer where a phase cannot govern"

@@ -1,0 +1,1 @@
+"""Limits held against weather: windows, waiting, forecasts."""

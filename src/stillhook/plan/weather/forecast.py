@@ -1,0 +1,87 @@
+"""A forecast held against a plan: under each alternative, may the lift start now, and if not, when.
+
+A start is a go if for T_R from it on the forecast height stays within OP_WF of its period and direction (`LimitTable.at`), and every limit
+given beside it (wind, say) holds. Cells of the plan for which no OP_WF is told are never a go. A vessel free to turn keeps one heading for
+T_R, the best one (`stillhook.plan.weather.headings`); limits beside it that ask for beta need a heading that is held.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from stillhook.base.arrays import FloatArray
+from stillhook.errors import WeatherError
+from stillhook.plan.result.result import Credit, PlanResult
+from stillhook.plan.table.table import LimitTable
+from stillhook.plan.weather.headings import KeptHeadings
+from stillhook.plan.weather.value import free_to_turn
+from stillhook.units import show
+from stillhook.weather.forecast import Bound, bounds, rows_of, started, starts_of, why_not
+from stillhook.weather.limit_text import Limit, inside
+from stillhook.weather.series import Weather
+
+OP_WF = "Hs <= OP_WF of the plan"
+"""What the plan's own limit is called where a start names the limit that governs."""
+
+
+def plan_forecast(
+    result: PlanResult, weather: Weather, *, limits: Sequence[Limit] = (), credit: Credit = "credited",
+    start: np.datetime64 | None = None, horizon: float = 72.0 * 3600.0, ship: float | None = None,
+) -> dict[str, Any]:  # fmt: skip
+    """Go or no-go of every alternative of a plan, by name [SI]; start, horizon [s] and limits as in `stillhook.weather.forecast`.
+
+    ship: where the bow points, clockwise from north [rad]; None: free to turn. Errors: WeatherError where the forecast does not tell the
+    height, or no direction though a heading is held.
+    """
+    operation = result.facts["operation"]
+    T_R = float(operation["T_R"])
+    rows = rows_of(weather, start, horizon)
+    Hs, Tp, come_from, notes = _seas(weather, ship)
+    more, known = inside(limits, weather, ship)
+    beside = bounds(weather, limits, ship)
+    found = []
+    for alternative in result.alternatives:
+        table = _table(result, alternative.value, credit)
+        limit = KeptHeadings.of(table, len(weather), come_from, ship).limits(table, (Tp,))
+        valid = known & np.isfinite(Hs)
+        met = valid & more & (Hs <= limit) & (limit > 0.0)
+        starts = starts_of(weather, met, valid, (Bound(OP_WF, Hs, limit), *beside), rows, T_R)
+        restricted = bool(operation["weather_restricted"])
+        go = restricted and bool(starts[0].go)
+        first = next((s for s in starts if s.go), None) if restricted else None
+        why = "" if go else why_not(starts[0], T_R, weather) if restricted else "not weather restricted: no forecast lets it start"
+        when = None if first is None else started([first])[0]["time"]
+        one = {"alternative": alternative.value, "go": go, "first_start": when, "why": why}
+        found.append(one | {"n_starts": len(starts), "n_go": sum(s.go is True for s in starts), "starts": started(starts)})
+    return {
+        "plan": result.name, "file": weather.source, "credit": credit, "limits": [limit.text for limit in limits], "horizon": horizon,
+        "T_POP": operation["T_POP"], "T_R": T_R, "weather_restricted": operation["weather_restricted"],
+        "ship": "free" if ship is None else ship, "alternatives": found, "notes": [*notes, *weather.notes],
+    }  # fmt: skip
+
+
+def _table(result: PlanResult, alternative: str, credit: Credit) -> LimitTable:
+    """OP_WF of one alternative as it is read on board."""
+    data = result.data
+    op_wf = data["op_wf"].sel(credit=credit, alternative=alternative).transpose("heading", "period").values
+    tolerance, highest = float(data.attrs["heading_tolerance"]), float(data.attrs["Hs_highest"])
+    return LimitTable(np.nan_to_num(op_wf, nan=0.0), data["heading"].values, data["period"].values, tolerance, highest)
+
+
+def _seas(weather: Weather, ship: float | None) -> tuple[FloatArray, FloatArray, FloatArray | None, list[str]]:
+    """Heights [m], peak periods [s], where waves come from [rad from north] or None, and notes."""
+    if "H_m0" not in weather.columns:
+        raise WeatherError(f"{weather.source}: no wave height. Give a forecast with a column of significant wave height.")
+    Hs, notes = weather.columns["H_m0"], []
+    if "T_p" not in weather.columns:
+        notes.append("no peak period in the forecast: the worst period of the table counts in every record")
+    Tp, come_from = weather.columns.get("T_p", np.full(len(Hs), np.nan)), weather.columns.get("come_from")
+    if ship is None:
+        notes.append(free_to_turn(come_from is not None))
+    elif come_from is None:
+        said = next((note for note in weather.notes if "direction" in note), "Leave --ship out, or give a forecast with directions.")
+        raise WeatherError(f"{weather.source}: tells no direction of waves, and the heading is held at {show(ship, 'angle')}. {said}")
+    return Hs, Tp, come_from, notes

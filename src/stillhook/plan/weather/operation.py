@@ -1,0 +1,29 @@
+"""Reads the weather that a plan names."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from stillhook.errors import PlanError, WeatherError
+from stillhook.formats.weather.file import SENSES, read_weather
+from stillhook.library.toml.tree import nearest
+from stillhook.plan.definition.lift_plan import WeatherUse
+from stillhook.units import came
+from stillhook.weather.series import Weather
+
+
+def weather_used(use: WeatherUse) -> Weather:
+    """The weather, read as the plan says; columns without any number are left out.
+
+    Errors: WeatherError of one line for the file and where no height is known, PlanError for a sense that is none.
+    """
+    if use.sense is not None and use.sense not in SENSES:
+        raise PlanError(f"weather.sense = {came(use.sense)}: is not one of {', '.join(SENSES)}{nearest(use.sense, tuple(SENSES))}")
+    sense = None if use.sense is None else SENSES[use.sense]
+    found = read_weather(use.file, sense=sense, columns_as=use.columns, time_column=use.time, date_order=use.date_order)
+    known = {name: x for name, x in found.columns.items() if np.isfinite(x).any()}
+    if "H_m0" in found.columns and "H_m0" not in known:
+        raise WeatherError(f"{found.source}: no record of wave height: all {len(found)} are missing. Give weather that has them.")
+    return replace(found, columns=known)

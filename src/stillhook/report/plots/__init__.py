@@ -1,0 +1,1 @@
+"""Figures of runs, lowerings, waves, vessels and weather."""

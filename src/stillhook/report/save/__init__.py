@@ -1,0 +1,1 @@
+"""Folders of results with figures, series and summary."""

@@ -1,0 +1,190 @@
+"""How commands print: JSON in SI for machines, tables in human units for people."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Sequence
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
+
+from stillhook.units import in_display, number
+from stillhook.variables import BY_NAME
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+    from stillhook.base.progress import Progress
+    from stillhook.spec.crane import Crane
+    from stillhook.spec.scenario import Scenario
+
+
+PLAIN_WIDTH = 160
+"""Width of tables that go to a file or a pipe."""
+FREE = ("status", "meaning")
+"""Columns of text among the numbers."""
+FOLDED, BORDER = 10, 3
+"""Narrowest column of text that is folded; what a column takes beside its content: a border and a space on either side."""
+
+
+def print_json(data: Any) -> None:
+    from stillhook.formats.results import to_json
+
+    print(to_json(data))
+
+
+def human(name: str, value: Any, digits: int = 6) -> str:
+    """A value of a variable in display unit, as text without its unit."""
+    if not isinstance(value, int | float) or isinstance(value, bool):
+        return str(value)
+    kind = BY_NAME[name].kind if name in BY_NAME else ""
+    return number(in_display(float(value), kind) if kind else float(value), digits)
+
+
+def unit_of(name: str) -> str:
+    from stillhook.units import KINDS
+
+    v = BY_NAME.get(name)
+    return KINDS[v.kind].display if v is not None and v.kind else ""
+
+
+def print_values(values: dict[str, Any]) -> None:
+    """Name, value, unit and meaning, one line each."""
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table(box=None, show_header=False, pad_edge=False)
+    for name, value in values.items():
+        meaning = BY_NAME[name].meaning if name in BY_NAME else ""
+        table.add_row(*(_escaped(text) for text in (name, human(name, value), unit_of(name), meaning)))
+    Console().print(table)
+
+
+def print_table(
+    header: Sequence[str], rows: Sequence[Sequence[str]], *, title: str = "", left: int = 1, texts: Collection[int] = ()
+) -> None:
+    """A table; the first `left` columns are text, the others numbers, but for those whose place (from 0) is in `texts`: text that folds.
+
+    Numbers are never cut: on a terminal too narrow for all of them the table goes on below, the texts at its left repeated.
+    """
+    from rich.console import Console
+
+    console = Console()
+    folds = [name in FREE or i in texts or (i < left and left > 1) for i, name in enumerate(header)]  # texts fold: numbers stay whole
+    least = [_least_width([name, *(row[i] for row in rows)], folds[i]) for i, name in enumerate(header)]
+    if not console.is_terminal:
+        console = Console(width=max(console.width, PLAIN_WIDTH, sum(least) + 1))
+    for columns in _side_by_side(least, left, console.width):
+        aligned = [i < left or folds[i] for i in columns]
+        table = _table([header[i] for i in columns], [[row[i] for i in columns] for row in rows], [folds[i] for i in columns], aligned)
+        table.title, title = title and _escaped(title), ""
+        width = max(console.width, sum(least[i] for i in columns) + 1)  # what no terminal holds runs over its edge, whole
+        console.print(table, width=width, soft_wrap=width > console.width)
+
+
+def _side_by_side(least: Sequence[int], left: int, width: int) -> Iterator[list[int]]:
+    """Columns of tables that fit the width, each with the first `left` columns."""
+    kept = list(range(min(left, len(least))))
+    columns = list(kept)
+    for i in range(len(kept), len(least)):
+        if len(columns) > len(kept) and sum(least[k] for k in columns) + least[i] + 1 > width:
+            yield columns
+            columns = list(kept)
+        columns.append(i)
+    yield columns
+
+
+def _least_width(cells: Sequence[str], folds: bool) -> int:
+    """Width that a column cannot do without, with its border and padding."""
+    from rich.cells import cell_len
+
+    widest = max(cell_len(line) for cell in cells for line in cell.split("\n"))
+    return BORDER + (min(widest, FOLDED) if folds else widest)
+
+
+def _table(header: Sequence[str], rows: Sequence[Sequence[str]], folds: Sequence[bool], left: Sequence[bool]) -> Table:
+    from rich.table import Table
+
+    table = Table(title_justify="left", title_style="bold", header_style="bold")
+    for name, text, fold in zip(header, left, folds, strict=True):
+        table.add_column(_escaped(name), justify="left" if text else "right", no_wrap=not fold, overflow="fold")
+    for row in rows:
+        table.add_row(*(_escaped(cell) for cell in row))
+    return table
+
+
+def _escaped(text: str) -> str:
+    from rich.markup import escape
+
+    return escape(text)
+
+
+def print_twin(crane: Crane, *cases: Scenario) -> None:
+    """How far the twin is validated, for what, and where these cases leave that; each thing once."""
+    from stillhook.engine.validity import doubts, envelope_line, twin_line
+
+    print(twin_line(crane))
+    if line := envelope_line(crane):
+        print(line)
+    if crane.certified is not None:
+        for note in dict.fromkeys(note for case in cases for note in doubts(crane, case)):
+            print(note)
+
+
+def print_implausible(crane: Crane) -> None:
+    """What of a crane is outside of what was ever built; for answers that have no notes of their own."""
+    from stillhook.spec.plausible import implausible_values
+
+    for note in implausible_values(crane):
+        print(note)
+
+
+def say(text: str) -> None:
+    """A line for the person, not for the machine that reads standard output."""
+    import sys
+
+    print(text, file=sys.stderr)
+
+
+def say_if_compiling(crane: Crane, *, series: bool = False, kind: str = "driver") -> None:
+    """A word on why the first run of a winch type takes longer; with series one trajectory runs at a time; kind of driver."""
+    from stillhook.kernels.build import is_compiled
+    from stillhook.kernels.lanes import VL
+    from stillhook.kernels.winch_type import plant_of
+
+    plant_of(crane)
+    if not is_compiled(crane.plant.value, 1 if series else VL, kind):
+        say("compiling the winch model for this machine (once, about 10 s) ...")
+
+
+def started(crane: Crane, bar: Progress | None, *, series: bool = False, report: str = "", kind: str = "driver") -> Progress:
+    """Progress of a run that says what there is to say once everything that was given has been found good.
+
+    series: whether series are kept; report: a line on the motion; kind of driver: that of a crane, or of a lowering.
+    """
+
+    def told(share: float) -> None:
+        if share == 0.0:
+            if report:
+                say(report)
+            say_if_compiling(crane, series=series, kind=kind)
+        if bar is not None:
+            bar(share)
+
+    return told
+
+
+@contextmanager
+def progress_bar(title: str) -> Iterator[Progress | None]:
+    """A bar on a terminal, nothing elsewhere."""
+    from rich.console import Console
+
+    console = Console(stderr=True)
+    if not console.is_terminal:
+        yield None
+        return
+    from rich.progress import BarColumn, TaskProgressColumn, TextColumn, TimeRemainingColumn
+    from rich.progress import Progress as Bar
+
+    columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeRemainingColumn())
+    with Bar(*columns, console=console, transient=True) as bar:
+        task = bar.add_task(_escaped(title), total=1.0)
+        yield lambda share: bar.update(task, completed=share)

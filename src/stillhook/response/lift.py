@@ -1,0 +1,254 @@
+"""The frequency road for a lift file: one sea, or a year of them, to motion and tension of what it hangs at one depth."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Self
+
+import numpy as np
+
+from stillhook.base.arrays import FloatArray
+from stillhook.base.progress import Progress
+from stillhook.errors import LiftError
+from stillhook.formats.lift.file import LiftFile
+from stillhook.response.forcing import Forcing, forcing_of_seas, forcing_of_series
+from stillhook.response.forcing_measured import forcing_of_directional, forcing_of_states
+from stillhook.response.frequency_domain import road
+from stillhook.response.suspended_load import Hung, hung
+from stillhook.response.winch.describing_function import Residual
+from stillhook.response.winch.identify.describing_function import Steps, identify_residual
+from stillhook.response.wire_rod import natural_periods
+from stillhook.sea.spectra.directions import parse_direction
+from stillhook.sea.spectra.measured import SpectrumSeries
+from stillhook.sea.spectra.spectrum import Sea
+from stillhook.sea.spectra.states import SeaStates
+from stillhook.sea.vessel.rao import Rao
+from stillhook.spec.lift.lowering import Lowering
+from stillhook.spec.lift.programme import StageMode
+from stillhook.spec.scenario import Mode, mode_of
+from stillhook.units import parse, show
+from stillhook.variables import BY_NAME
+
+if TYPE_CHECKING:
+    import xarray
+
+
+ABOVE_SEABED = 20.0
+"""Height of the payload above the seabed where the programme compensates at no depth [m]."""
+LIKELY = 0.1
+"""Chance of slack slings over the duration from which they count as likely: what 90 % of such operations stay free of is not."""
+WAVES = 400
+"""Heights that stand for all of an irregular motion."""
+PERIODS = 3
+"""Natural periods that are told."""
+FLAGS = ("saturated", "slack", "overload")
+"""What may be wrong in a sea: the winch, the slings, the load."""
+
+
+@dataclass(frozen=True, init=False)
+class Waves:
+    """One sea, or many with a direction: beta of travel from the bow, or ship, where the bow points from north; spread exponent of cos^n.
+    A `Sea` has directions of its own.
+
+    Parameters: of the waves; beta, ship texts such as "180 deg" (`from_si` takes radians); held as rad.
+    Errors: UnitError for a direction without its unit, SeaError for one outside 0 to 360 deg.
+    """
+
+    of: Sea | SpectrumSeries | SeaStates
+    beta: float | None
+    ship: float | None
+    spread: float | None
+
+    def __init__(
+        self, of: Sea | SpectrumSeries | SeaStates, beta: str | None = None, ship: str | None = None, spread: float | None = None
+    ) -> None:
+        travel = None if beta is None else parse_direction(beta, "beta")
+        self._fill(of, travel, None if ship is None else parse_direction(ship, "ship"), spread)
+
+    @classmethod
+    def from_si(
+        cls, of: Sea | SpectrumSeries | SeaStates, *, beta: float | None = None, ship: float | None = None, spread: float | None = None
+    ) -> Self:
+        """Waves with directions in rad."""
+        waves = cls.__new__(cls)
+        waves._fill(of, beta, ship, spread)
+        return waves
+
+    def _fill(self, of: Sea | SpectrumSeries | SeaStates, beta: float | None, ship: float | None, spread: float | None) -> None:
+        for name, value in (("of", of), ("beta", beta), ("ship", ship), ("spread", spread)):
+            object.__setattr__(self, name, value)
+
+    def with_waves(self, of: Sea | SpectrumSeries | SeaStates) -> Self:
+        """Other waves with the same directions."""
+        return type(self).from_si(of, beta=self.beta, ship=self.ship, spread=self.spread)
+
+    def describe(self) -> str:
+        """The waves in words."""
+        if isinstance(self.of, Sea):
+            return self.of.describe()
+        if self.beta is not None:
+            where = f"travelling {math.degrees(self.beta):.4g} deg from the bow"
+        else:
+            where = f"ship heading {math.degrees(self.ship or 0.0):.4g} deg from north"
+        short = "" if self.spread is None else f", cos^{self.spread:g}"
+        return f"{self.of.source}, {where}{short}"
+
+
+@dataclass(frozen=True, eq=False)
+class LiftResponse:
+    """What a lift does in waves: data, the Dataset of `stillhook.response.frequency_domain` over "case" (one sea) or "time" (records), with
+    H_m0, T_p, T_m02, saturation_share and the flags of `FLAGS` beside it; forcing by the waves; what hangs; the winch's residual; made,
+    whether the twin was asked for it now (else it was on disk); T_wire natural periods, top held [s]; z height of the payload's underside
+    [m]; mode of the winch."""
+
+    data: xarray.Dataset = field(repr=False)
+    forcing: Forcing = field(repr=False)
+    hung: Hung = field(repr=False)
+    residual: Residual = field(repr=False)
+    made: bool
+    T_wire: FloatArray
+    z: float
+    mode: Mode
+
+
+def compensated_depth(lift: Lowering) -> float:
+    """Deepest depth of the underside at which a stage compensates (AHC) [m], by the programme as planned; where none tells one, that of the
+    seabed less 20 m."""
+    z, deepest = lift.z_0, -math.inf
+    for stage in lift.programme:
+        before = z
+        if stage.time is not None:
+            z -= stage.lower * stage.time
+        elif stage.depth is not None or stage.landed:
+            z = -lift.depth if stage.landed or stage.depth is None else -stage.depth
+        else:
+            z = math.nan
+        if stage.mode is StageMode.AHC:
+            deepest = max([deepest, *(-x for x in (before, z) if not math.isnan(x))])
+    return deepest if math.isfinite(deepest) and deepest < lift.depth else lift.depth - ABOVE_SEABED
+
+
+def lift_response(
+    file: LiftFile, waves: Waves, *, z: str, mode: Mode | str | None = None, duration: str = "3 h", progress: Progress | None = None
+) -> LiftResponse:
+    """Statistics of tip, wire and load of a lift in every sea, its underside at z above still water ("-1500 m": below).
+
+    mode: how the winch compensates, None for the lift's controller; duration, "3 h", of largest values and chances. progress is called
+    while the winch is simulated, and not where the result is on disk. Valid as `stillhook.response.frequency_domain` and
+    `stillhook.response.suspended_load` say. Errors: StillhookError, one line: a quantity without its unit, no vessel or tip, a depth or
+    tension that cannot be, waves without a direction.
+    """
+    return response_at(file, waves, parse(z, "length", "z"), mode=mode, duration=parse(duration, "time", "duration"), progress=progress)
+
+
+def response_at(
+    file: LiftFile, waves: Waves, z: float, *, mode: Mode | str | None = None, duration: float = 10800.0, progress: Progress | None = None
+) -> LiftResponse:
+    """The same at z [m] and over a duration [s]; see `lift_response`."""
+    check_place(file)
+    mode = file.lift.controller if mode is None else mode_of(mode)
+    if mode is Mode.MANUAL:
+        others = ", ".join(m.value for m in Mode if m is not Mode.MANUAL)
+        raise LiftError(f"mode manual: compensates nothing, and the brake is told beside every other one. Give one of {others}.")
+    if -z > file.lift.depth:
+        raise LiftError(f"depth {show(-z, 'length')}: the water is {show(file.lift.depth, 'length')} deep. Give a place in it.")
+    what_hangs = hung(file.crane, file.lift, z)
+    forcing = forcing_of(waves, file)
+    asked = Steps(progress)
+    duty = replace(what_hangs.duty, sensors=file.lift.sensors)
+    residual = identify_residual(file.crane, duty, mode, progress=asked)
+    found = road(forcing, what_hangs, residual, duration=duration)
+    data = _judged(_labelled(found, waves), what_hangs, residual, file.crane.SWL)
+    T_wire = natural_periods(what_hangs.rod, what_hangs.end, PERIODS)
+    return LiftResponse(data, forcing, what_hangs, residual, asked.calls > 0, T_wire, z, mode)
+
+
+def check_place(file: LiftFile) -> None:
+    """Refuse a lift without vessel or place of the crane tip. Errors: LiftError."""
+    if file.vessel is None or file.at is None:
+        what = "vessel" if file.vessel is None else "place of the crane tip (tip.at, or [boom])"
+        raise LiftError(f"{what}: missing. The frequency road needs vessel and tip; a motion of the tip in their place runs in time only.")
+
+
+def forcing_of(waves: Waves, file: LiftFile) -> Forcing:
+    """What the waves do at the lift's crane tip and load."""
+    assert file.vessel is not None
+    assert file.at is not None
+    return forcing_of_waves(waves, file.vessel, file.at.x, file.at.y)
+
+
+def forcing_of_waves(waves: Waves, vessel: Rao, x: float, y: float) -> Forcing:
+    """What the waves do at a crane tip x, y from the vessel's reference point [m], and at the load under it."""
+    if isinstance(waves.of, Sea):
+        return forcing_of_seas(waves.of, vessel, x, y)
+    if isinstance(waves.of, SeaStates):
+        return forcing_of_states(waves.of, vessel, x, y, beta=waves.beta, ship=waves.ship, spread=waves.spread)
+    if waves.beta is None:
+        return forcing_of_directional(waves.of, vessel, x, y, waves.ship or 0.0)
+    return forcing_of_series(waves.of, vessel, x, y, waves.beta, spread=waves.spread)
+
+
+def _labelled(data: xarray.Dataset, waves: Waves) -> xarray.Dataset:
+    """The Dataset with the waves beside it, over time where they are records."""
+    columns: dict[str, FloatArray] = {}
+    if isinstance(waves.of, Sea):
+        dim, trains = "case", waves.of.trains
+        columns["H_m0"] = np.array([math.sqrt(sum(train.spectrum.H_m0**2 for train in trains))])
+    else:
+        dim = "time"
+        data = data.drop_vars("case").rename(case=dim).assign_coords(time=waves.of.time.astype("datetime64[ns]"))
+        columns |= {name: np.asarray(getattr(waves.of, name)) for name in ("H_m0", "T_p", "T_m02")}
+    return data.assign({name: (dim, values, _attrs(name)) for name, values in columns.items()})
+
+
+def _attrs(name: str) -> dict[str, str]:
+    return {"units": BY_NAME[name].unit, "long_name": BY_NAME[name].meaning}
+
+
+def _judged(data: xarray.Dataset, what: Hung, residual: Residual, SWL: float) -> xarray.Dataset:
+    """The Dataset with what goes beyond a limit in which sea."""
+    dim = next(iter(data.sizes))
+    v, T_z = data["sigma_v"].values, data["T_z"].values
+    flags = {
+        "saturated": saturation(residual, data["v_mpm"].values, T_z) > 0.0,
+        "slack": data["slack_chance"].values > LIKELY,
+        "overload": data["DAF"].values * what.end.m > SWL,
+    }
+    share = (dim, saturation_share(residual, v, T_z), _attrs("saturation_share"))
+    return data.assign({"saturation_share": share} | {name: (dim, flag) for name, flag in flags.items()})
+
+
+def saturation(residual: Residual, v: FloatArray, T: FloatArray) -> FloatArray:
+    """Share of the time in which the pumps stand at their stop under sines of speed amplitudes v [m/s] and periods T [s], (n,); NaN where
+    either is unknown."""
+    return table_at(residual.omega, residual.v, residual.saturated, v, T)
+
+
+def saturation_share(residual: Residual, sigma_v: FloatArray, T: FloatArray) -> FloatArray:
+    """Share of the time with the pumps at their stop under irregular motions of deviation sigma_v [m/s] and period T [s], (n,): waves taken
+    as sines whose heights are Rayleigh distributed. NaN where either is unknown."""
+    return share_of_time(residual, residual.saturated, sigma_v, T)
+
+
+def share_of_time(residual: Residual, table: FloatArray, sigma_v: FloatArray, T: FloatArray) -> FloatArray:
+    """As `saturation_share`, of another table (m, k) of shares of time under the sines of a residual."""
+    top = residual.v[-1]
+    sigma = np.geomspace(top / 100.0, 2.0 * top, 60)
+    chance = (np.arange(WAVES) + 0.5) / WAVES
+    v = np.outer(sigma, np.sqrt(-2.0 * np.log(chance)))
+    knots = np.concatenate(([0.0], residual.v))
+    mean = np.array([np.interp(v, knots, [0.0, *row]).mean(axis=1) for row in table])
+    return table_at(residual.omega, sigma, mean, sigma_v, T)
+
+
+def table_at(omega: FloatArray, speeds: FloatArray, table: FloatArray, v: FloatArray, T: FloatArray) -> FloatArray:
+    """A table over frequency and speed at speeds v and periods T (n,): linear in speed and in log omega, 0 at rest, the ends hold."""
+    knots = np.concatenate(([0.0], speeds))
+    rows = np.array([np.interp(v, knots, [0.0, *row]) for row in table])
+    at = np.log(2.0 * math.pi / np.where(T > 0.0, T, np.nan))
+    places, own = np.log(omega), np.arange(len(v))
+    low = np.clip(np.searchsorted(places, np.nan_to_num(at), side="right") - 1, 0, max(len(places) - 2, 0))
+    high = np.minimum(low + 1, len(places) - 1)
+    part = np.clip((at - places[low]) / np.where(high > low, places[high] - places[low], 1.0), 0.0, 1.0)
+    return np.asarray(rows[low, own] + part * (rows[high, own] - rows[low, own]))

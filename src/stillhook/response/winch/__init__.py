@@ -1,0 +1,1 @@
+"""The compensated winch as the frequency-domain method sees it."""

@@ -1,0 +1,103 @@
+"""Motions as text that a person writes ("sine 2 m 13 s + sine 0.5 m 6 s") and as text that a file stores (JSON)."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Mapping
+from typing import Any
+
+from stillhook.errors import MotionError
+from stillhook.sea.motion.irregular import IrregularTip
+from stillhook.sea.motion.motion import Motion, Profile, Ramped, Sine, Still, Sum
+from stillhook.sea.motion.recorded import Recorded
+from stillhook.units import came, parse
+
+ALLOWED = '"still", "sine <amplitude> <period> [<phase>]" such as "sine 2.8 m 12 s", and sums of sines joined by " + "'
+_STARTS_QUANTITY = re.compile(r"[+-]?\.?\d")
+
+
+def parse_motion(text: str, where: str = "") -> Motion:
+    """The motion that a text names.
+
+    - `still`
+    - `sine 2.8 m 12 s`: amplitude (middle to crest), period; `sine 2.8 m 12 s 90 deg` with a phase
+    - `sine 2 m 13 s + sine 0.5 m 6 s`: sums, with spaces round the plus sign
+
+    Parameters: text; where, put first in every error (the file and field). Errors: MotionError for a text of another
+    form, UnitError for a number with a wrong unit; both in one line.
+    """
+    place = f"{where}: " if where else ""
+    if not isinstance(text, str):
+        raise MotionError(f"{place}{came(text)} is not a motion. Allowed: {ALLOWED}.")
+    terms = [_term(term, came(text), place) for term in re.split(r"(?:^|\s)\+(?=\s|$)", text.strip())]
+    return terms[0] if len(terms) == 1 else Sum(terms)
+
+
+def _term(text: str, whole: str, place: str) -> Motion:
+    word, *rest = text.split() or [""]
+    match word.lower():
+        case "still" if not rest:
+            return Still()
+        case "sine":
+            return _sine(rest, whole, place)
+    raise MotionError(f"{place}{whole}: {came(text.strip())} is not a motion. Allowed: {ALLOWED}.")
+
+
+def _sine(tokens: list[str], whole: str, place: str) -> Sine:
+    quantities: list[list[str]] = []
+    for token in tokens:
+        if _STARTS_QUANTITY.match(token) or not quantities:
+            quantities.append([])
+        quantities[-1].append(token)
+    if len(quantities) not in (2, 3):
+        raise MotionError(
+            f"{place}{whole}: a sine has an amplitude, a period and at most a phase, and {len(quantities)} "
+            f'{"quantity was" if len(quantities) == 1 else "quantities were"} given. Write "sine 2.8 m 12 s" or '
+            '"sine 2.8 m 12 s 90 deg".'
+        )
+    names = (("amplitude", "length"), ("period", "time"), ("phase", "angle"))
+    values = [parse(" ".join(quantity), kind, f"{place}{whole}: {name}") for (name, kind), quantity in zip(names, quantities, strict=False)]
+    return Sine.from_si(*values, where=f"{place}{whole}")
+
+
+def motion_to_json(motion: Motion) -> str:
+    """The motion as one line of JSON, for an attribute of a stored run; exact, floats and all."""
+    return json.dumps(motion.to_dict(), allow_nan=False)
+
+
+def motion_from_json(text: str) -> Motion:
+    """The motion that `motion_to_json` stored."""
+    try:
+        data = json.loads(text)
+    except (TypeError, ValueError, RecursionError):
+        raise MotionError(f"stored motion: {came(text)} is not JSON. Simulate again to store it anew.") from None
+    return motion_from_dict(data)
+
+
+def motion_from_dict(data: Mapping[str, Any]) -> Motion:
+    """The motion whose `to_dict` gave this; the numbers are SI."""
+    if not isinstance(data, Mapping):
+        raise MotionError(f"stored motion: {came(data)} is not a table of type and numbers. Simulate again.")
+    try:
+        match data.get("type"):
+            case "still":
+                return Still()
+            case "sine":
+                return Sine.from_si(data["amplitude"], data["period"], data["phase"], where="stored motion")
+            case "sum":
+                return Sum(motion_from_dict(term) for term in data["terms"])
+            case "profile":
+                return Profile.from_si(data["t"], data["v"])
+            case "ramped":
+                return Ramped.from_si(motion_from_dict(data["motion"]), data["t_ramp"])
+            case "recorded":
+                return Recorded.from_dict(dict(data))
+            case "irregular":
+                return IrregularTip.from_dict(dict(data))
+    except (KeyError, TypeError, ValueError) as problem:
+        raise MotionError(
+            f"stored motion: type {came(data.get('type'))} lacks or misstates {came(str(problem))}. Simulate again."
+        ) from problem
+    types = ", ".join(cls.kind for cls in (Still, Sine, Sum, Profile, Ramped, Recorded, IrregularTip))
+    raise MotionError(f"stored motion: type {came(data.get('type'))} is not one of {types}.")

@@ -1,0 +1,1 @@
+"""Wave spectra, parametric and measured, with their directions."""

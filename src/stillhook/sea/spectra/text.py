@@ -1,0 +1,179 @@
+"""Waves as text that a person writes ("jonswap Hs=1 m Tp=8 s gamma=3.3 + pm Hs=0.5 m Tp=14 s") and as plain numbers that a file stores."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from stillhook.errors import SeaError, UnitError
+from stillhook.sea.spectra.directions import parse_direction
+from stillhook.sea.spectra.measured import Measured
+from stillhook.sea.spectra.ochi_hubble import Hump, OchiHubble
+from stillhook.sea.spectra.parametric import Jonswap, Mixed, Peaks, peak_period_of, pierson_moskowitz
+from stillhook.sea.spectra.spectrum import Sea, Train, WaveSpectrum, check_spread
+from stillhook.sea.spectra.torsethaugen import Torsethaugen
+from stillhook.units import came, parse
+
+FIELDS: Mapping[str, tuple[str, ...]] = {
+    "jonswap": ("Hs", "Tp", "Tz", "gamma", "norm"),
+    "pm": ("Hs", "Tp", "Tz"),
+    "torsethaugen": ("Hs", "Tp", "norm"),
+    "ochi-hubble": ("Hs1", "Tp1", "lambda1", "Hs2", "Tp2", "lambda2"),
+}
+"""Spectra that a text can name, and what each takes; gamma and norm may be left out."""
+PLACED = ("heading", "spread")
+"""What a wave train of a sea may have besides."""
+ALLOWED = 'Write "jonswap Hs=2 m Tp=8 s gamma=3.3", "pm Hs=2 m Tp=8 s", "torsethaugen Hs=2 m Tp=8 s" or ochi-hubble; sums with " + "'
+_OPTIONAL = ("Tz", "gamma", "norm", *PLACED)
+_KEY = re.compile(r"(?:^|\s)([A-Za-z_]+[0-9]?)\s*=\s*")
+_GLUED = re.compile(r"\+\s*[A-Za-z]")
+_NUMBER = re.compile(r"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
+
+
+def parse_wave(text: str, where: str = "") -> Peaks:
+    """The wave spectrum that a text names; sums with spaces round the plus sign.
+
+    - `jonswap Hs=1 m Tp=8 s gamma=3.3` (gamma by the rule of T_p/sqrt(H_s) if left out; norm=printed for 1 - 0.287 ln(gamma))
+    - `pm Hs=1 m Tp=8 s`; both also take T_m02 in place of the peak period: `pm Hs=1 m Tz=5.7 s`
+    - `torsethaugen Hs=2 m Tp=8 s`
+    - `ochi-hubble Hs1=2 m Tp1=14 s lambda1=3 Hs2=1 m Tp2=7 s lambda2=1`
+
+    where is put first in every error (the file and field). Errors: SeaError for a text of another form or for values that no sea has,
+    UnitError for a number with a wrong unit; both in one line.
+    """
+    terms = []
+    for place, name, values in _terms(text, where):
+        for key in PLACED:
+            if key in values:
+                raise SeaError(f"{place}: {key} does not belong to a spectrum. Leave it out here; waves beside a ship have one.")
+        terms.append(_spectrum(place, name, values))
+    return terms[0] if len(terms) == 1 else Mixed(tuple(terms))
+
+
+def parse_sea(text: str, *, heading: str | None = None, spread: float | None = None, where: str = "") -> Sea:
+    """A sea whose wave trains may each have their own `heading=150 deg` and `spread=4`, else the ones given here.
+
+    heading: the direction in which waves travel, counter-clockwise from the bow, as text such as "180 deg" ("0 deg" following, "90 deg"
+    coming from starboard, "180 deg" head sea); spread: exponent of cos^n, None for long-crested waves. Errors: as `parse_wave`; UnitError
+    for a heading without its unit, SeaError for one outside 0 to 360 deg or a train that has none.
+    """
+    given = None if heading is None else parse_direction(heading, f"{where}: heading" if where else "heading")
+    trains = []
+    for place, name, values in _terms(text, where):
+        towards, n = given, spread
+        if "heading" in values:
+            towards = parse_direction(values["heading"], f"{place}: heading")
+        if "spread" in values:
+            n = check_spread(_number(values["spread"], f"{place}: spread"), f"{place}: spread")
+        if towards is None:
+            raise SeaError(f'{place}: no heading. Add "heading=180 deg" (0 following, 90 coming from starboard, 180 head sea).')
+        trains.append(Train(_spectrum(place, name, values), towards, n))
+    return Sea(tuple(trains))
+
+
+def _terms(text: str, where: str) -> list[tuple[str, str, dict[str, str]]]:
+    """Place, name and texts of the values of each term."""
+    place = f"{where}: " if where else ""
+    if not isinstance(text, str):
+        raise SeaError(f"{place}{came(text)} is no wave spectrum. {ALLOWED}.")
+    if not text.strip():
+        raise SeaError(f"{place}no waves are given. {ALLOWED}.")
+    terms = [term.strip() for term in re.split(r"(?:^|\s)\+(?=\s|$)", text.strip())]
+    if not all(terms):
+        raise SeaError(f'{place}{came(text)}: a "+" has a spectrum on one side only. Give the other, or leave the "+" out.')
+    if any(_GLUED.search(term) for term in terms):
+        raise SeaError(f'{place}{came(text)}: a "+" without spaces round it. Write " + " between spectra.')
+    return [_term(term, f"{place}{came(text)}", place) for term in terms]
+
+
+def _term(term: str, whole: str, place: str) -> tuple[str, str, dict[str, str]]:
+    head, *parts = _KEY.split(term)
+    name = head.strip().lower()
+    if name not in FIELDS:
+        raise SeaError(f"{place}{came(term)}: {came(head.strip())} is not one of {', '.join(FIELDS)}. {ALLOWED}.")
+    values: dict[str, str] = {}
+    known = {key.lower(): key for key in (*FIELDS[name], *PLACED)}
+    for key, value in zip(parts[::2], parts[1::2], strict=True):
+        if key.lower() not in known:
+            raise SeaError(f"{whole}: {came(key)} is not one of {', '.join(FIELDS[name])} of {name}.")
+        if known[key.lower()] in values:
+            raise SeaError(f"{whole}: {key} is given twice. Give it once.")
+        values[known[key.lower()]] = value.strip()
+    if "Tz" in values and "Tp" in values:
+        raise SeaError(f"{whole}: Tp and Tz are both given. Give one of them.")
+    for key in FIELDS[name]:
+        if key not in values and key not in _OPTIONAL and not (key == "Tp" and "Tz" in values):
+            raise SeaError(f"{whole}: {name} has no {key}. Give {', '.join(k for k in FIELDS[name] if k not in _OPTIONAL)}.")
+    return whole, name, values
+
+
+def _spectrum(where: str, name: str, values: Mapping[str, str]) -> Peaks:
+    kinds = {"Hs": "length", "Tp": "time", "Tz": "time"}
+    x = {
+        key: parse(text, kinds[key[:2]], f"{where}: {key}") if key[:2] in kinds else _number(text, f"{where}: {key}")
+        for key, text in values.items()
+        if key not in ("norm", *PLACED)
+    }
+    norm = values.get("norm", "exact")
+    if "Tz" in x:
+        x["Tp"] = peak_period_of(x["Tz"], x["Hs"], 1.0 if name == "pm" else x.get("gamma"))
+    match name:
+        case "jonswap":
+            return Jonswap(x["Hs"], x["Tp"], x.get("gamma"), norm, where=where)
+        case "pm":
+            return pierson_moskowitz(x["Hs"], x["Tp"], where=where)
+        case "torsethaugen":
+            return Torsethaugen(x["Hs"], x["Tp"], norm, where=where)
+        case _:
+            first, second = (Hump(x[f"Hs{i}"], x[f"Tp{i}"], x[f"lambda{i}"], where) for i in (1, 2))
+            return OchiHubble((first, second))
+
+
+def _number(text: str, where: str) -> float:
+    if not _NUMBER.fullmatch(text) or not math.isfinite(float(text)):
+        raise UnitError(f"{where} = {came(text)}: not a plain number. Write one such as 3.3, without a unit.")
+    return float(text)
+
+
+def spectrum_from_dict(data: Mapping[str, Any]) -> WaveSpectrum:
+    """The spectrum whose `to_dict` gave this. Errors: SeaError for what no spectrum stored."""
+    place = "stored waves"
+    try:
+        match data["type"]:
+            case "jonswap":
+                return Jonswap(data["H_s"], data["T_p"], data["gamma"], data["norm"], where=place)
+            case "torsethaugen":
+                return Torsethaugen(data["H_s"], data["T_p"], data["norm"], where=place)
+            case "ochi-hubble":
+                first, second = (Hump(h["H_s"], h["T_p"], h["lambda"], place) for h in data["humps"])
+                return OchiHubble((first, second))
+            case "mixed":
+                return Mixed(tuple(_peaks(term) for term in data["terms"]))
+            case "measured":
+                return Measured(data["omega"], data["width"], data["S"], data["source"])
+    except (KeyError, TypeError, ValueError) as problem:
+        raise SeaError(f"{place}: {came(str(problem))} is missing or misstated. Make them anew.") from None
+    raise SeaError(f"{place}: type {came(data['type'])} is not one of jonswap, torsethaugen, ochi-hubble, mixed, measured.")
+
+
+def _peaks(data: Mapping[str, Any]) -> Peaks:
+    spectrum = spectrum_from_dict(data)
+    if not isinstance(spectrum, Peaks):
+        raise SeaError(f"stored waves: a {data['type']} spectrum cannot be a term of a sum.")
+    return spectrum
+
+
+def sea_to_dict(sea: Sea) -> dict[str, Any]:
+    """Plain SI numbers and texts; `sea_from_dict` is the way back."""
+    return {"trains": [{"spectrum": t.spectrum.to_dict(), "beta": t.beta, "spread": t.spread} for t in sea.trains]}
+
+
+def sea_from_dict(data: Mapping[str, Any]) -> Sea:
+    """The sea that `sea_to_dict` gave. Errors: SeaError."""
+    try:
+        trains: Sequence[Mapping[str, Any]] = data["trains"]
+        return Sea(tuple(Train(spectrum_from_dict(t["spectrum"]), t["beta"], t["spread"]) for t in trains))
+    except (KeyError, TypeError) as problem:
+        raise SeaError(f"stored sea: {came(str(problem))} is missing or misstated. Make it anew.") from None

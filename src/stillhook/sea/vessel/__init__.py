@@ -1,0 +1,1 @@
+"""Vessel and crane tip in waves."""

@@ -1,0 +1,202 @@
+"""The test of any table of vessel motions: in long waves every floating body rides on the water (`stillhook.sea.vessel.long_wave`).
+
+What the test cannot show: bow and stern changed together with port and starboard are one with time running backwards, and roll has the
+wrong sign beyond its natural period.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from stillhook.base.arrays import ComplexArray
+from stillhook.sea.vessel.long_wave import long_wave_limits, long_wave_scales
+from stillhook.sea.vessel.rao import DOFS, Rao
+
+Verdict = Literal["rides", "doubtful", "wrong", "not shown"]
+
+LONG = 0.35
+"""Frequency [rad/s] up to which a wave is long for every ship here: 18 s, 500 m."""
+MIDDLE = 0.6
+"""Frequency [rad/s] up to which at least the sign of a motion is that of the limit: 10.5 s, 170 m."""
+BELOW_ROLL = 0.15
+"""Frequency [rad/s] below every ship's natural roll (42 s): from it on roll must have the sign of the slope."""
+DOUBTFUL, WRONG = 0.25, 0.6
+"""Deviations from the limit, per metre of wave (rotations: per slope): beyond them a motion is doubtful, or another one than said."""
+SLOPES = 25.0
+"""Times the slope of the wave beyond which a roll or yaw in long waves is no motion: 57 is degrees taken for radians."""
+ROLL_RANGE = (0.3, 5.0)  # times the slope: roll beyond it deserves a look
+LARGEST_SHIFT, LARGEST_TURN = 4.0, math.radians(20.0)  # m/m, rad/m: beyond what damped ships do in any wave
+NO_SHIFT, NO_TURN = 50.0, math.pi  # m/m, rad/m: beyond what any ship does: a slip, or a resonance that makes the table useless
+USUAL, LONGEST_AND_SHORTEST = (0.02, 10.0), (1e-3, 100.0)  # rad/s: what tables have, and beyond what none has: 0.06 s to 1.7 h
+SHALLOW = 0.5  # m: water in which no ship of these floats
+END = 0.05  # m/m: what a table may still hold at its highest frequency without a word
+LEVER = 50.0  # m: makes a rotation comparable with a displacement at the ship's end
+
+
+@dataclass(frozen=True)
+class LongWave:
+    """One motion at the lowest frequency against the limit, both in shares of it: m/m, or rotation per slope of the wave.
+
+    share: how much of the limit is found over all headings, 1 ideal, -1 the other sign; found and limit at the heading beta [rad] where
+    they differ most; deviation: by how much they do.
+    """
+
+    dof: str
+    share: float
+    found: complex
+    limit: complex
+    beta: float
+    deviation: float
+    verdict: Verdict
+
+
+def long_wave_test(rao: Rao) -> tuple[LongWave, ...]:
+    """The six motions of a vessel at its lowest frequency against the limits of a floating body, at every heading of its table.
+
+    wrong: no floating body moves so, the table means something else. doubtful: deserves a look. not shown: the table's longest wave is too
+    short to tell.
+    """
+    limit, found = long_wave_limits(rao.beta), _scaled(rao)
+    tests = []
+    for d, dof in enumerate(DOFS):
+        share = float(np.vdot(limit[d], found[d]).real / np.vdot(limit[d], limit[d]).real)
+        apart = np.abs(found[d] - limit[d])
+        j = int(np.argmax(apart))
+        verdict = _verdict(dof, float(rao.omega[0]), share, float(apart[j]), float(np.abs(found[d]).max()))
+        tests.append(LongWave(dof, share, complex(found[d, j]), complex(limit[d, j]), float(rao.beta[j]), float(apart[j]), verdict))
+    return tuple(tests)
+
+
+def _scaled(rao: Rao) -> ComplexArray:
+    return np.asarray(rao.H[:, :, 0] / long_wave_scales(rao.omega[:1], rao.depth))
+
+
+def _verdict(dof: str, omega: float, share: float, apart: float, largest: float) -> Verdict:
+    if omega > MIDDLE:
+        return "not shown"
+    if dof in ("roll", "yaw"):
+        if largest > SLOPES or (dof == "roll" and share < 0.0 and omega <= BELOW_ROLL):
+            return "wrong"
+        low, high = ROLL_RANGE if dof == "roll" else (0.0, 2.0)
+        return "rides" if low <= share <= high else "doubtful"
+    if omega > LONG:
+        return "wrong" if share < -DOUBTFUL or largest > SLOPES else "not shown"
+    return "wrong" if apart > WRONG else "doubtful" if apart > DOUBTFUL else "rides"
+
+
+def wrong_line(rao: Rao, tests: tuple[LongWave, ...]) -> str | None:
+    """Why a table is refused, in one line with the numbers and what would make it right; None where nothing is wrong."""
+    bad = [t for t in tests if t.verdict == "wrong"]
+    if not bad:
+        return _out_of_order(rao) or _beyond(rao)
+    told = ", ".join(f"{t.dof} {in_words(t.found)} (should be {in_words(t.limit)})" for t in bad[:3])
+    more = f" and {len(bad) - 3} more" if len(bad) > 3 else ""
+    period, beta = 2.0 * math.pi / rao.omega[0], math.degrees(bad[0].beta)
+    return (
+        f"{rao.source or rao.name}: no floating body moves so in waves of {period:.3g} s that travel to {beta:.4g} deg: "
+        f"{told}{more}; rotations per slope of the wave. {_remedy(rao)}"
+    )
+
+
+def _out_of_order(rao: Rao) -> str | None:
+    """Refusal of a table whose headings go one way and whose surge and sway, read as a direction, another."""
+    if rao.omega[0] > LONG:
+        return None
+    surge, sway = (1j * _scaled(rao)[:2]).real
+    travelled = np.arctan2(sway, surge)
+    steps = np.angle(np.exp(1j * (np.roll(travelled, -1) - travelled)))
+    if (steps > 0.0).all():
+        return None
+    j = int(np.argmax(np.abs(np.angle(np.exp(1j * (travelled - rao.beta))))))
+    return (
+        f"{rao.source or rao.name}: headings are out of order: surge and sway that stand under waves travelling to "
+        f"{math.degrees(rao.beta[j]):.4g} deg are those of waves to {math.degrees(travelled[j]) % 360.0:.3g} deg. Export the file again."
+    )
+
+
+def _beyond(rao: Rao) -> str | None:
+    """Refusal of a motion larger than any ship's, in any wave."""
+    first, last = LONGEST_AND_SHORTEST
+    if rao.omega[0] < first or rao.omega[-1] > last:
+        return (
+            f"{rao.source or rao.name}: frequencies of {rao.omega[0]:.3g} to {rao.omega[-1]:.3g} rad/s are not between {first:g} and "
+            f"{last:g} rad/s, those of waves. Check their unit."
+        )
+    if rao.depth < SHALLOW:
+        return f"{rao.source or rao.name}: a depth of {rao.depth:.3g} m floats no ship. Check its unit."
+    for d, dof in enumerate(DOFS):
+        size, amount, place = _peak(rao, d)
+        if size > (NO_SHIFT if d < 3 else NO_TURN):
+            return f"{rao.source or rao.name}: {dof} of {amount} at {place} is no ship's motion. Mend the value, or add damping."
+    return None
+
+
+def _peak(rao: Rao, d: int) -> tuple[float, str, str]:
+    """Largest motion in one degree of freedom [m/m, rad/m]; it and where it is in words."""
+    j, n = np.unravel_index(int(np.argmax(np.abs(rao.H[d]))), rao.H[d].shape)
+    size = float(np.abs(rao.H[d, j, n]))
+    amount = f"{size:.3g} m/m" if d < 3 else f"{math.degrees(size):.3g} deg/m"
+    return size, amount, f"{2.0 * math.pi / rao.omega[n]:.3g} s and {math.degrees(rao.beta[j]):.4g} deg"
+
+
+def _remedy(rao: Rao) -> str:
+    """What the table would have to mean so that its motions ride on long waves."""
+    found, limit = _scaled(rao), long_wave_limits(rao.beta)
+    other_side = np.array([1, -1, 1, -1, 1, -1])[:, None]
+    degrees = np.array([1.0, 1.0, 1.0, math.pi / 180.0, math.pi / 180.0, math.pi / 180.0])[:, None]
+    guesses: tuple[tuple[str, Callable[[ComplexArray], ComplexArray]], ...] = (
+        ("time the other way (exp(-i omega t) against exp(+i omega t), lag against lead), or headings to against from", np.conj),
+        ("headings that turn the other way, or y to the other side", lambda H: other_side * H),
+        ("both time and the turn of headings the other way", lambda H: np.conj(other_side * H)),
+        ("rotations in deg/m that are said to be rad/m", lambda H: degrees * H),
+        ("rotations in rad/m that are said to be deg/m", lambda H: H / degrees),
+        ("z the other way, or phases from the trough", lambda H: -H),
+    )
+    heavy = np.array([0, 1, 2, 4])
+    for words, change in guesses:
+        if np.abs(change(found)[heavy] - limit[heavy]).max() < WRONG:
+            return f"It would ride with {words}. Check what the file declares."
+    return "Check axes, signs, phases, units and the order of headings."
+
+
+def remarks(rao: Rao, tests: tuple[LongWave, ...]) -> tuple[str, ...]:
+    """What deserves a look: doubtful motions with their numbers, and what lies beyond the ends of the table."""
+    first, last = float(rao.omega[0]), float(rao.omega[-1])
+    long = f"{2.0 * math.pi / first:.3g} s"
+    lines = [
+        f"in waves of {long} {t.dof} is {t.share:.3g} times {'the slope' if t.dof in ('roll', 'pitch', 'yaw') else 'the motion'} of the "
+        f"water (worst at {math.degrees(t.beta):.4g} deg: {in_words(t.found)}, limit {in_words(t.limit)})"
+        for t in tests
+        if t.verdict == "doubtful"
+    ]
+    if any(t.verdict == "not shown" for t in tests):
+        lines.append(f"the longest wave, {long}, is too short for the long-wave test: signs and phases are not shown to be right")
+    for d, t in enumerate(tests):
+        size, amount, place = _peak(rao, d)
+        if size > (LARGEST_SHIFT if d < 3 else LARGEST_TURN):
+            lines.append(f"{t.dof} reaches {amount} at {place}: a resonance with hardly any damping, or a slip in the table")
+    if first < USUAL[0] or last > USUAL[1]:
+        usual = f"{USUAL[0]:g} to {USUAL[1]:g} rad/s"
+        lines.append(f"frequencies of {first:.3g} to {last:.3g} rad/s are implausible, outside {usual}: check their unit")
+    left = float(np.abs(rao.H[2:5, :, -1] * np.array([1.0, LEVER, LEVER])[:, None]).max())
+    if left > END:
+        lines.append(
+            f"in the shortest waves, {2.0 * math.pi / last:.3g} s, points up to {LEVER:g} m away still move {left:.2g} m/m; "
+            "still shorter ones are taken to move nothing"
+        )
+    return tuple(lines)
+
+
+def in_words(z: complex) -> str:
+    """A complex number in words: 1, -0.99i, 0.31-0.95i."""
+    size = abs(z)
+    if abs(z.imag) <= 0.02 * size or size < 0.005:
+        return f"{z.real:.2g}" if size >= 0.005 else "0"
+    if abs(z.real) <= 0.02 * size:
+        return f"{z.imag:.2g}i"
+    return f"{z.real:.2g}{z.imag:+.2g}i"

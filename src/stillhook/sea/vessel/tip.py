@@ -1,0 +1,298 @@
+"""Vertical motion of the crane tip in a sea: response spectra, their moments, and how far it goes in a time."""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass, field
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stillhook.base.arrays import FloatArray
+from stillhook.errors import SeaError
+from stillhook.sea.motion.motion import Motion
+from stillhook.sea.spectra.spectrum import Sea
+from stillhook.sea.vessel.rao import Rao
+from stillhook.sea.vessel.ship_motion import LONGEST_LEVER, mean_zero_crossing_period
+from stillhook.statistics.extremes import MPM, P90, largest
+from stillhook.units import came, number, parse
+
+AT_LIKE = 'such as "x=-20 m, y=-18 m" (forward and to port of the reference point; z, the height, where it is needed)'
+STEP = 2e-3  # rad/s: integrals over the response take steps no coarser than this
+SAMPLING = 0.05  # s: of motions in time
+NOTHING = 5e-5  # parts of a variance that are not worth a line
+EDGE = 5.0  # s: nearer to its ends a recorded motion is not right
+
+
+@dataclass(frozen=True)
+class TipPoint:
+    """Where the crane tip is [m] from the RAO's reference point, or from the motion sensor: x forward, y to port, z up (None: not told)."""
+
+    x: float
+    y: float
+    z: float | None = None
+
+    def describe(self) -> str:
+        """The place in words and units."""
+        up = "" if self.z is None else f", z {number(self.z)} m"
+        return f"x {number(self.x)} m, y {number(self.y)} m{up}"
+
+
+def parse_point(text: str, where: str = "at") -> TipPoint:
+    """The place that a text such as "x=-20 m, y=-18 m" names, z optional. Errors: SeaError, UnitError, one line."""
+    found: dict[str, float] = {}
+    for part in text.split(",") if isinstance(text, str) else [""]:
+        match = re.fullmatch(r"\s*([A-Za-z]+)\s*=\s*(.*?)\s*", part)
+        if match is None or match[1].lower() not in ("x", "y", "z"):
+            raise SeaError(f"{where} {came(text)}: {came(part.strip())} is not x, y or z with a length. Write a place {AT_LIKE}.")
+        name = match[1].lower()
+        if name in found:
+            raise SeaError(f"{where} {came(text)}: {name} comes twice. Give it once.")
+        found[name] = parse(match[2], "length", f"{where}: {name}")
+        if abs(found[name]) > LONGEST_LEVER:
+            raise SeaError(f"{where} {came(text)}: {name} is more than {LONGEST_LEVER:g} m. Check its unit.")
+    for name in ("x", "y"):
+        if name not in found:
+            raise SeaError(f"{where} {came(text)}: {name} is missing. Write a place {AT_LIKE}.")
+    return TipPoint(found["x"], found["y"], found.get("z"))
+
+
+@dataclass(frozen=True, eq=False)
+class TipResponse:
+    """Vertical motion of a crane tip in a sea, linear and Gaussian.
+
+    omega (n,) rising [rad/s]; weight (n,) [rad/s], with which sums over omega are integrals; S_wave, S (n,) one-sided densities of the
+    sea's surface and of the tip's height [m^2 s/rad]; S_end (n,) that of the height beyond the vessel's table if its last value stayed
+    there, 0 within it; omega_table first and last frequency of the table [rad/s].
+    """
+
+    omega: FloatArray = field(repr=False)
+    weight: FloatArray = field(repr=False)
+    S_wave: FloatArray = field(repr=False)
+    S: FloatArray = field(repr=False)
+    S_end: FloatArray = field(repr=False)
+    omega_table: tuple[float, float]
+
+    def moment(self, n: int) -> float:
+        """m_n of the tip's height [m^2 rad^n/s^n]; the table's end makes all of them finite."""
+        return float(np.sum(self.weight * self.omega**n * self.S))
+
+    @property
+    def sigma_z(self) -> float:
+        """Standard deviation of the height [m]."""
+        return math.sqrt(self.moment(0))
+
+    @property
+    def sigma_v(self) -> float:
+        """Standard deviation of the speed [m/s]."""
+        return math.sqrt(self.moment(2))
+
+    @property
+    def sigma_a(self) -> float:
+        """Standard deviation of the acceleration [m/s^2]."""
+        return math.sqrt(self.moment(4))
+
+    @property
+    def T_z(self) -> float:
+        """Mean time between upward crossings of the mean, 2 pi sigma_z/sigma_v [s]; NaN where nothing moves."""
+        return _period(self.sigma_z, self.sigma_v)
+
+    @property
+    def T_p(self) -> float:
+        """Period at which the density of the height over omega is highest [s]; NaN where nothing moves."""
+        i = int(np.argmax(self.S))
+        return 2.0 * math.pi / float(self.omega[i]) if self.S[i] > 0.0 else math.nan
+
+    @property
+    def bandwidth(self) -> float:
+        """sqrt(1 - m_2^2/(m_0 m_4)): 0 for one period alone, towards 1 for many; NaN where nothing moves."""
+        m_0, m_2, m_4 = (self.moment(n) for n in (0, 2, 4))
+        return math.sqrt(max(0.0, 1.0 - m_2**2 / (m_0 * m_4))) if m_0 * m_4 > 0.0 else math.nan
+
+    @property
+    def sigma_a_beyond(self) -> float:
+        """Standard deviation of the acceleration that waves beyond the table would add, in squares, if its last value stayed [m/s^2]."""
+        return math.sqrt(float(np.sum(self.weight * self.omega**4 * self.S_end)))
+
+    @property
+    def share_beyond(self) -> float:
+        """Part of the variance of the sea in waves shorter than the table has; they are taken to move nothing."""
+        return self._share(self.S_wave, self.omega > self.omega_table[1])
+
+    @property
+    def share_below(self) -> float:
+        """Part of the variance of the tip's height by waves longer than the table has; there the vessel follows the water."""
+        return self._share(self.S, self.omega < self.omega_table[0])
+
+    def _share(self, S: FloatArray, where: NDArray[np.bool_]) -> float:
+        whole = float(np.sum(self.weight * S))
+        return float(np.sum((self.weight * S)[where])) / whole if whole > 0.0 else 0.0
+
+    def statistics(self, duration: float) -> dict[str, float]:
+        """Numbers of the motion, and the largest of a time [s]: most probable maximum and the level that 90 % of such times stay below.
+
+        Maxima are above the mean alone, of height, speed and acceleration each with its own mean period. Errors: SeaError for a duration
+        shorter than a few waves.
+        """
+        m_6 = float(np.sum(self.weight * self.omega**6 * self.S))
+        numbers = {"sigma_z": self.sigma_z, "sigma_v": self.sigma_v, "sigma_a": self.sigma_a, "T_z": self.T_z, "T_p": self.T_p}
+        return {**numbers, "bandwidth": self.bandwidth, **_largest((self.sigma_z, self.sigma_v, self.sigma_a, math.sqrt(m_6)), duration)}
+
+
+def tip_response(rao: Rao, sea: Sea, x: float, y: float) -> TipResponse:
+    r"""Spectra of the vertical motion of a crane tip over (x, y) [m] from the RAO's reference point, forward and to port.
+
+    .. math:: S_z(\omega) = \sum_{trains} S(\omega) \sum_j w_j |H_3 + y H_4 - x H_5|^2(\omega, \beta_j)
+
+    Trains are independent of one another, and so are the directions of a short-crested one, with shares w_j of its variance. What the sea
+    has beyond the vessel's table is left out of S and told by `share_beyond` and `sigma_a_beyond`.
+    """
+    return tip_responses(rao, sea, x, y, np.zeros(1))[0]
+
+
+def tip_responses(rao: Rao, sea: Sea, x: float, y: float, turns: FloatArray) -> list[TipResponse]:
+    """The same with the whole sea turned about the ship by each of some angles (n,) [rad, counter-clockwise]; n of them cost little more
+    than one."""
+    edges = _edges(sea, rao)
+    omega, weight = (edges[1:] + edges[:-1]) / 2.0, np.diff(edges)
+    trains = [(train.spectrum.density(omega), *train.directions()) for train in sea.trains]
+    angles = np.concatenate([(turns[:, None] + beta).ravel() for _, beta, _ in trains])
+    used, place = np.unique(np.round(angles % (2.0 * math.pi), 12), return_inverse=True)
+    power = np.abs(rao.vertical(omega, used, x, y)) ** 2
+    power_end = np.abs(rao.vertical(rao.omega[-1:], used, x, y)) ** 2 * (omega > rao.omega[-1])
+    S_wave = np.sum([density for density, _, _ in trains], axis=0)
+    S, S_end = np.zeros((len(turns), len(omega))), np.zeros((len(turns), len(omega)))
+    at = 0
+    for density, beta, share in trains:
+        rows = place[at : at + len(turns) * len(beta)].reshape(len(turns), len(beta))
+        at += rows.size
+        for i, row in enumerate(rows):
+            S[i] += density * (share @ power[row])
+            S_end[i] += density * (share @ power_end[row])
+    table = (float(rao.omega[0]), float(rao.omega[-1]))
+    return [TipResponse(omega, weight, S_wave, S[i], S_end[i], table) for i in range(len(turns))]
+
+
+def tip_summary(rao: Rao, sea: Sea, at: TipPoint, duration: float) -> dict[str, Any]:
+    """What there is to say of a tip in a sea, in SI and with the names of `stillhook.variables`; duration [s] is that of the extremes."""
+    response = tip_response(rao, sea, at.x, at.y)
+    T_p = 2.0 * math.pi / float(response.omega[np.argmax(response.S_wave)]) if len(sea.trains) > 1 else sea.trains[0].spectrum.peak_period
+    waves = {"H_m0": sea.H_m0, "T_p": T_p, "text": sea.describe()}
+    where = {"x": at.x, "y": at.y} if at.z is None else {"x": at.x, "y": at.y, "z": at.z}
+    curves = other_curves(rao, sea, at.x, at.y)
+    notes = [*_table_notes(response), *_curve_notes(curves), *rao.notes]
+    numbers = tip_numbers(response, duration)
+    return {"vessel": rao.name, "at": where, "sea": waves, "duration": duration, **numbers, "curves": curves, "notes": notes}
+
+
+def other_curves(rao: Rao, sea: Sea, x: float, y: float) -> dict[str, dict[str, float]]:
+    """sigma_z, sigma_v, sigma_a of the same tip with straight lines ("straight") or cubic splines ("spline") from one frequency of the
+    vessel's table to the next, through the complex motion of the tip: what the table leaves open by saying nothing of what lies between."""
+    from scipy.interpolate import CubicSpline  # heavy: only where a vessel is used
+
+    edges = _edges(sea, rao)
+    omega, weight = (edges[1:] + edges[:-1]) / 2.0, np.diff(edges)
+    inside = (omega >= rao.omega[0]) & (omega <= rao.omega[-1])
+    omega, weight = omega[inside], weight[inside]
+    S = {name: np.zeros_like(omega) for name in ("straight", "spline")}
+    for train in sea.trains:
+        beta, share = train.directions()
+        H = rao.vertical(rao.omega, beta, x, y)
+        straight = np.array([np.interp(omega, rao.omega, row) for row in H])
+        for name, curve in (("straight", straight), ("spline", CubicSpline(rao.omega, H, axis=1)(omega))):
+            S[name] += train.spectrum.density(omega) * (share @ np.abs(curve) ** 2)
+    names = (("sigma_z", 0), ("sigma_v", 2), ("sigma_a", 4))
+    return {name: {sigma: math.sqrt(float(np.sum(weight * omega**n * x))) for sigma, n in names} for name, x in S.items()}
+
+
+def _curve_notes(curves: dict[str, dict[str, float]]) -> list[str]:
+    """A line where the two differ by more than 1 % in one of the three."""
+    apart = {name: spline / curves["straight"][name] - 1.0 for name, spline in curves["spline"].items() if curves["straight"][name] > 0.0}
+    if not apart or max(abs(x) for x in apart.values()) < 0.01:
+        return []
+    told = ", ".join(f"{x:+.1%} in {name}" for name, x in apart.items())
+    return [f"The vessel's table says nothing between its frequencies: a spline there differs from straight lines by {told}."]
+
+
+def tip_numbers(response: TipResponse, duration: float) -> dict[str, float]:
+    """The numbers among them."""
+    limits = {
+        "omega_first": response.omega_table[0],
+        "omega_last": response.omega_table[1],
+        "share_below": response.share_below,
+        "share_beyond": response.share_beyond,
+        "sigma_a_beyond": response.sigma_a_beyond,
+    }
+    return {**response.statistics(duration), **limits}
+
+
+def _table_notes(response: TipResponse) -> list[str]:
+    """Where the vessel's table ends, and what lies beyond."""
+    first, last = response.omega_table
+    with_end = math.hypot(response.sigma_a, response.sigma_a_beyond)
+    more = with_end / response.sigma_a - 1.0 if response.sigma_a > 0.0 else 0.0
+    edge = response.share_beyond > NOTHING or more > NOTHING
+    notes = edge * [
+        f"The vessel's table ends at a period of {2.0 * math.pi / last:.4g} s. Shorter waves, {response.share_beyond:.2%} of the sea's "
+        f"variance, are taken to move nothing; if its last value stayed, sigma_a would be {with_end:.4g} m/s^2 in place of "
+        f"{response.sigma_a:.4g} (+{more:.2%})."
+    ]
+    if more > 0.01:
+        notes.append("Caution: more than 1 % of sigma_a hangs on waves shorter than the table has. Use a vessel file with shorter periods.")
+    if response.share_below > 1e-3:
+        notes.append(
+            f"{response.share_below:.2%} of the tip's variance is by waves longer than the {2.0 * math.pi / first:.4g} s at which the "
+            "vessel's table begins: there it is taken to follow the water."
+        )
+    return notes
+
+
+def _edges(sea: Sea, rao: Rao) -> FloatArray:
+    """Edges of cells [rad/s] that resolve sea and vessel: bands of the one, frequencies of the other, within its table steps of STEP."""
+    low = min(float(train.spectrum.grid()[0]) for train in sea.trains) / 2.0
+    high = max(train.spectrum.omega_cut for train in sea.trains)
+    spectra = [train.spectrum for train in sea.trains]
+    bands = [s.grid() + side * s.weights() / 2.0 for s in spectra for side in (-1.0, 1.0)]
+    marks = np.concatenate([*bands, rao.omega, np.arange(low, min(high, rao.omega[-1]), STEP)])
+    return np.unique(np.concatenate((marks[(marks > low) & (marks < high)], [low, high])))
+
+
+def motion_statistics(motion: Motion, duration: float) -> dict[str, float]:
+    """The same numbers of a motion in time, such as a log of a motion sensor, over all of it but its first and last EDGE seconds.
+
+    About the mean height. T_z by counting crossings (`T_z_counted`) beside that of the deviations; the largest that was met (z_max, v_max,
+    a_max: magnitudes) beside the largest that is to be expected in `duration` [s] if the motion is Gaussian and goes on like this.
+    Errors: SeaError for a motion without end, shorter than ten waves, or at rest.
+    """
+    end = motion.duration
+    if end is None or end < 2.0 * EDGE + 60.0:
+        raise SeaError(f"{motion.describe()}: statistics take a motion of 70 s or longer that has an end. Give a longer record.")
+    t = np.arange(EDGE, end - EDGE, SAMPLING)
+    s, v, a = motion.sample(t)
+    s = s - s.mean()
+    sigma = (float(s.std()), float(v.std()), float(a.std()), float(np.diff(a).std()) / SAMPLING)
+    counted = mean_zero_crossing_period(t, s)
+    if sigma[0] <= 0.0 or counted is None:
+        raise SeaError(f"{motion.describe()}: does not move up and down. Give a record of a ship in waves.")
+    numbers = {"sigma_z": sigma[0], "sigma_v": sigma[1], "sigma_a": sigma[2], "T_z": _period(sigma[0], sigma[1]), "T_z_counted": counted}
+    met = {f"{name}_max": float(np.abs(x).max()) for name, x in (("z", s), ("v", v), ("a", a))}
+    return {**numbers, **met, **_largest(sigma, duration)}
+
+
+def _largest(sigma: tuple[float, float, float, float], duration: float) -> dict[str, float]:
+    """Most probable maximum and 90 % level of height, speed and acceleration, from their standard deviations and that of the next rate."""
+    if sigma[0] <= 0.0:
+        return {f"{name}_{level}": 0.0 for name in ("z", "v", "a") for level in ("mpm", "p90")}
+    cycles = [duration / _period(x, rate) for x, rate in pairwise(sigma)]
+    return {
+        f"{name}_{level}": largest(x, n, q)
+        for name, x, n in zip(("z", "v", "a"), sigma[:3], cycles, strict=True)
+        for level, q in (("mpm", MPM), ("p90", P90))
+    }
+
+
+def _period(sigma: float, rate: float) -> float:
+    return 2.0 * math.pi * sigma / rate if rate > 0.0 else math.nan

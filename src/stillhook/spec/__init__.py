@@ -1,0 +1,1 @@
+"""What a user writes: crane, scenario and lift, frozen and checked, every number with its unit and source."""

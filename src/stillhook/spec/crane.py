@@ -1,0 +1,496 @@
+"""What the machine is: a frozen description of one crane winch, in SI, with the source of every number.
+
+A ``Crane`` is read from a file by ``stillhook.library.load_crane``. Its fields take text with a unit and hold SI
+floats. Signs: hoisting is positive; A is the hoisting side of the active circuit. Displacement is m^3/rad everywhere.
+Letters follow the thesis (Moslatt 2020); what a number means stands in its field's description, which the readable
+crane sheet prints.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+from collections.abc import Iterator, Mapping
+from enum import StrEnum
+from typing import Annotated, Any, Self
+
+from pydantic import Field, model_validator
+
+from stillhook import units as u
+from stillhook.errors import UnitError
+from stillhook.physics.scalar import G
+from stillhook.spec.table import Count, Fraction, Number, Text
+from stillhook.spec.table import Source as Source
+from stillhook.spec.table import SourceKind as SourceKind
+from stillhook.spec.table import Spec as Spec
+from stillhook.spec.validity import Certified
+
+INERTIA_TOLERANCE = 0.005  # of J_m_eff: the published value has two digits, the split is ours
+DIAMETER_TOLERANCE = 0.005  # of d_max: printed 5.1 m against 5.104 m from drum, layers and wire
+BRAKE_RESERVE = 1.5  # of the torque of SWL and hook: what a holding brake carries unless the file says so; assumed
+RATIO_TOLERANCE = 0.001  # of i_hD: printed 501.6 against 35.4 * 14.17 = 501.618
+
+class Plant(StrEnum):
+    """Winch types: with or without a passive circuit that carries the load."""
+
+    ACTIVE_PASSIVE = "active-passive"
+    PURE_ACTIVE = "pure-active"
+
+
+class ServoVariant(StrEnum):
+    """How a motor's displacement is controlled (SPEC section 4)."""
+
+    CLOSED_LOOP = "closed-loop"
+    OPEN_LOOP_FEEDBACK = "open-loop-feedback"
+    OPEN_LOOP = "open-loop"
+
+
+class GasModel(StrEnum):
+    """Gas law of the accumulator."""
+
+    POLYTROPIC = "polytropic"
+    NITROGEN = "nitrogen"
+
+
+class LeakForm(StrEnum):
+    """What the leak of a circuit goes with. All are published and laminar: flow over pressure does not change with pressure."""
+
+    CONSTANT = "constant"
+    STROKE = "stroke"
+    SPEED = "speed"
+    STROKE_SPEED = "stroke+speed"
+
+
+class Packing(StrEnum):
+    """How the layers of wire lie on each other."""
+
+    SQUARE = "square"
+
+
+class Servo(Spec):
+    """Second-order response of a displacement to its command."""
+
+    omega_n: u.Frequency = Field(gt=0, description="natural frequency")
+    zeta: Number = Field(gt=0, description="damping ratio")
+    rate_max: u.GainPerTime | None = Field(default=None, gt=0, description="highest rate, full stroke over time; default no limit")
+
+
+class TorqueLoss(Spec):
+    """Torque loss of one motor shaft, model MJ4 (Moslatt 2020 eq. 2.12)."""
+
+    X_1: u.ViscousTorque = Field(ge=0, description="loss per shaft speed")
+    X_2: u.TorqueLossTurbulent = Field(ge=0, description="turbulent loss per speed squared and displacement cubed")
+    X_3: Number = Field(ge=0, description="loss per pressure and displacement")
+    X_4: u.Torque = Field(ge=0, description="constant loss")
+    X_5: u.TorqueLossPressure = Field(ge=0, description="loss per pressure squared")
+
+
+class Motor(Spec):
+    """One hydraulic motor of the library. Its total leak is ``C_1 + C_2 |n_m|`` (eq. 2.18)."""
+
+    D_max: u.Displacement = Field(gt=0, description="full displacement of one motor")
+    n_max_full: u.Rotation = Field(gt=0, description="highest shaft speed at full displacement")
+    n_max: u.Rotation = Field(gt=0, description="highest shaft speed at reduced displacement")
+    J: u.Inertia = Field(gt=0, description="rotor inertia of one motor")
+    loss: TorqueLoss
+    C_1: u.Leakage = Field(ge=0, description="total leak of one motor at standstill")
+    C_2: u.LeakagePerSpeed = Field(ge=0, description="rise of that leak with shaft speed")
+    D_loss_min: u.Displacement | None = Field(default=None, ge=0, description="least displacement at which the loss was fitted")
+    n_loss_max: u.Rotation | None = Field(default=None, gt=0, description="highest shaft speed at which the loss was fitted")
+    dp_loss_max: u.Pressure | None = Field(default=None, gt=0, description="largest pressure difference at which the loss was fitted")
+
+    @model_validator(mode="after")
+    def _speeds_in_order(self) -> Self:
+        if self.n_max < self.n_max_full:
+            raise ValueError(
+                f"n_max {u.show(self.n_max, 'rotation')} is below n_max_full {u.show(self.n_max_full, 'rotation')}: "
+                "a motor turns fastest at reduced displacement. Raise n_max."
+            )
+        return self
+
+
+class MotorSet(Motor):
+    """All motors of one circuit, of one type, moved by one command."""
+
+    type: Text = Field(description="motor type in the library")
+    count: Count = Field(description="number of motors")
+    alpha_min: Number = Field(ge=0, le=1, description="smallest relative displacement")
+    servo: Servo
+    variant: ServoVariant = Field(description="displacement control")
+    offset: Number = Field(ge=0, lt=1, description="open loop: displacement above its command, part of D_max")
+    hysteresis: Number = Field(ge=0, lt=1, description="open loop: full width of the hysteresis, part of D_max")
+
+    @property
+    def D_total(self) -> float:
+        """Full displacement of all motors together [m^3/rad]."""
+        return self.count * self.D_max
+
+
+class PumpSet(Spec):
+    """All pumps of one circuit; each belongs to one hydraulic power unit."""
+
+    D: tuple[Annotated[u.Displacement, Field(gt=0)], ...] = Field(
+        min_length=1, max_length=100, description="full displacement of each pump"
+    )
+    omega_p: u.Rotation = Field(gt=0, description="shaft speed")
+    leak: Text = Field(description="leak table in the library, scaled with D_total")
+    leak_scale: Number | None = Field(default=None, gt=0, description="leak of these pumps over that of the table, as of wear; default 1")
+    servo: Servo
+
+    @property
+    def D_total(self) -> float:
+        """Full displacement of all pumps together [m^3/rad]."""
+        return sum(self.D)
+
+
+class Line(Spec):
+    """Oil between pumps and motors on one side."""
+
+    V: u.Volume = Field(gt=0, description="oil volume per side")
+    bulk_modulus: u.Pressure = Field(gt=0, description="effective bulk modulus")
+
+
+class Boost(Spec):
+    """Feed that holds up the low side."""
+
+    p: u.Pressure = Field(gt=0, description="boost pressure")
+    conductance: u.Leakage = Field(gt=0, description="boost flow per pressure below it")
+    Q_max: u.Flow | None = Field(default=None, gt=0, description="flow that the boost pumps give; default no limit")
+
+
+class Relief(Spec):
+    """Relief valve of the high side."""
+
+    p: u.Pressure = Field(gt=0, description="relief pressure")
+    conductance: u.Leakage = Field(gt=0, description="relief flow per pressure above it")
+
+
+class Flushing(Spec):
+    """Hot-oil shuttle that drains the low side."""
+
+    dp_open: u.Pressure = Field(ge=0, description="opens this far above boost")
+    conductance: u.Leakage = Field(ge=0, description="flushing flow per pressure above that")
+    dp_shuttle: u.Pressure = Field(ge=0, description="pressure between the sides that throws the shuttle fully")
+
+
+class LeakPoint(Spec):
+    """Where the number of a leak holds."""
+
+    p: u.Pressure | None = Field(default=None, gt=0, description="pressure at which the leak was measured; conductances are laminar")
+    alpha_p: Number = Field(default=1.0, ge=0, le=1, description="setting of the pumps")
+    n_m: u.Rotation = Field(default=1000.0 * math.pi / 30.0, ge=0, description="speed of the motors")
+
+
+class Leak(Spec):
+    """Form of a circuit's leak. What pumps (table times leak_scale) and motors (C_1 + C_2 |n_m|) leak `at` a point holds everywhere
+    ("constant": Moslatt 2020 paper E eq. 11), or goes with the pumps' setting alone ("stroke": tables 2.5 and 2.6), with the motors' speed
+    alone ("speed": eq. 2.18), or with both ("stroke+speed": section 2.5.2.4)."""
+
+    form: LeakForm = Field(description="what the leak goes with")
+    at: LeakPoint = Field(default_factory=LeakPoint)
+
+
+class ActiveCircuit(Spec):
+    """Closed circuit that moves the winch."""
+
+    motor: MotorSet
+    pump: PumpSet
+    line: Line
+    boost: Boost
+    relief: Relief
+    flushing: Flushing
+    C_leak: u.Leakage = Field(ge=0, description="total leak of pumps and motors at leak.at; constant in the linear analysis")
+    leak: Leak | None = Field(default=None, description='form of the leak; default "stroke+speed"')
+
+    @model_validator(mode="after")
+    def _pressures_in_order(self) -> Self:
+        if self.relief.p <= self.boost.p + self.flushing.dp_open:
+            raise ValueError(
+                f"relief.p {u.show(self.relief.p, 'pressure')} is not above boost.p + flushing.dp_open "
+                f"{u.show(self.boost.p + self.flushing.dp_open, 'pressure')}. Raise relief.p."
+            )
+        if self.motor.alpha_min <= 0:
+            raise ValueError("motor.alpha_min = 0 leaves the winch without torque; give a value above 0, up to 1.")
+        return self
+
+
+class Gas(Spec):
+    """Gas charge of the accumulator, with the piston at mid stroke."""
+
+    model: GasModel = Field(description="gas law")
+    p_0: u.Pressure = Field(gt=0, description="pressure at mid stroke")
+    V_0: u.Volume = Field(gt=0, description="gas volume at mid stroke")
+    n: Number = Field(ge=1, le=2, description="polytropic exponent")
+    T_0: u.Temperature = Field(gt=0, description="gas temperature at mid stroke")
+
+
+class Accumulator(Spec):
+    """Double-piston accumulator between the high and the low side of the passive circuit."""
+
+    gas: Gas
+    V_stroke: u.Volume = Field(gt=0, description="oil volume of the whole stroke, from mid stroke at the start")
+    R_piston: u.FlowResistance = Field(ge=0, description="viscous friction of the piston as pressure per flow")
+    C_leak: u.Leakage = Field(ge=0, description="leak from the high to the low side")
+
+    @model_validator(mode="after")
+    def _gas_outlasts_the_stroke(self) -> Self:
+        if self.V_stroke / 2 >= self.gas.V_0:
+            raise ValueError(
+                f"gas.V_0 {u.show(self.gas.V_0, 'volume')} is not above half of V_stroke "
+                f"{u.show(self.V_stroke, 'volume')}: the gas would vanish at the end of the stroke. Raise gas.V_0."
+            )
+        return self
+
+
+class PassiveCircuit(Spec):
+    """Circuit on an accumulator that carries the weight of the load."""
+
+    motor: MotorSet
+    pump: PumpSet
+    accumulator: Accumulator
+    p_lp: u.Pressure = Field(gt=0, description="pressure of the low side")
+    relief: Relief
+    line: Line
+    leak: Leak | None = Field(default=None, description='form of the leak; default "stroke+speed"')
+
+    @model_validator(mode="after")
+    def _pressures_in_order(self) -> Self:
+        if self.motor.variant is not ServoVariant.CLOSED_LOOP:
+            raise ValueError(f'motor.variant "{self.motor.variant}" is modelled for active motors only. Set "closed-loop".')
+        p_0 = self.accumulator.gas.p_0
+        if not self.p_lp < p_0 < self.relief.p:
+            raise ValueError(
+                f"p_lp {u.show(self.p_lp, 'pressure')}, accumulator.gas.p_0 {u.show(p_0, 'pressure')} and relief.p "
+                f"{u.show(self.relief.p, 'pressure')} must rise in this order. Change the one that is out of place."
+            )
+        return self
+
+
+class Drum(Spec):
+    """Winch drum."""
+
+    d: u.Length = Field(gt=0, description="diameter of the bare drum")
+    width: u.Length = Field(gt=0, description="width between the flanges")
+    layers: Count = Field(description="layers of wire on the full drum")
+    turns: Count = Field(description="turns per layer")
+    d_max: u.Length = Field(gt=0, description="outer diameter of the full drum; effective one in published numbers")
+    packing: Packing = Field(description="how the layers lie on each other")
+
+
+class Wire(Spec):
+    """Winch wire."""
+
+    d: u.Diameter = Field(gt=0, description="diameter")
+    E: u.Modulus = Field(gt=0, description="elastic modulus of the steel")
+    fill: Fraction = Field(description="part of the cross section that is steel")
+    mass_per_length: u.MassPerLength = Field(gt=0, description="mass per length")
+    zeta: Number = Field(ge=0, lt=10, description="damping ratio of the load's first swing on the wire, for every command")
+    zeta_low: Number | None = Field(default=None, ge=0, description="low end of what that ratio may be; default a third of it")
+    zeta_high: Number | None = Field(default=None, ge=0, description="high end of what that ratio may be; default three times it")
+    L_0: u.Length = Field(gt=0, description="length between drum and crane tip")
+
+
+class PowerUnits(Spec):
+    """What the hydraulic power units give to active and passive pumps together, as hydraulic power at the pumps' constant speed."""
+
+    P_max: u.Power = Field(gt=0, description="largest power of all units together; the pumps' torque control holds it")
+    T_max: u.Torque | None = Field(default=None, gt=0, description="largest torque of all pump shafts together; default P_max over speed")
+    P_back: u.Power = Field(ge=0, description="power that the units take back while the load drives them")
+
+
+class HoldingBrake(Spec):
+    """Brake that holds the winch while no speed is commanded. Without this table the circuits alone hold it."""
+
+    T: u.Torque | None = Field(default=None, gt=0, description="torque that it holds, at the motor shaft; default 1.5 times SWL and hook")
+    t_wait: u.Time = Field(ge=0, description="time at zero commanded speed before it closes")
+    t_close: u.Time = Field(ge=0, description="time to close")
+    t_open: u.Time = Field(ge=0, description="time to open")
+    t_prove: u.Time = Field(ge=0, description="longest wait for the motors' torque before it opens")
+
+
+class Inertia(Spec):
+    """Inertia of the winch. Motors, J_gear and (J_drum + full wire)/i_hD^2 add up to J_m_eff."""
+
+    J_m_eff: u.Inertia = Field(gt=0, description="effective inertia at the motor shaft, full drum")
+    J_gear: u.Inertia = Field(ge=0, description="gears, brakes and couplings, at the motor shaft")
+    J_drum: u.Inertia = Field(gt=0, description="bare drum about its own axis")
+
+
+class SystemFriction(Spec):
+    """Friction of gears, bearings, sheaves and wire, per motor shaft (Moslatt 2020 eq. 2.7)."""
+
+    Y_1: Number = Field(ge=0, description="breakaway part of the drum torque")
+    Y_2: u.Torque = Field(ge=0, description="constant friction")
+    Y_3: u.Torque = Field(ge=0, description="breakaway friction")
+    Y_4: u.Rotation = Field(gt=0, description="motor speed over which breakaway fades")
+    Y_5: u.ViscousTorque = Field(ge=0, description="friction per motor speed")
+    Y_6: Number = Field(ge=0, description="friction part of the drum torque")
+
+
+class Friction(Spec):
+    """System friction and the stick-slip model's own numbers."""
+
+    library: Text = Field(description="system friction set in the library")
+    system: SystemFriction
+    T_d_min: u.Torque | None = Field(default=None, ge=0, description="least drum torque at which the set was identified")
+    T_d_max: u.Torque | None = Field(default=None, ge=0, description="largest drum torque at which the set was identified")
+    sigma_0: u.StiffnessTorsion = Field(gt=0, description="bristle stiffness at the motor shaft")
+    sigma_1_ratio: Number = Field(ge=0, description="bristle damping over sqrt(sigma_0 J)")
+    omega_fade: u.Rotation = Field(gt=0, description="motor speed over which bristle damping fades")
+    omega_reg: u.Rotation = Field(gt=0, description="regularised option: motor speed of the tanh")
+
+
+class Control(Spec):
+    """Settings of the heave-compensation controller. K_1 and K_2 are derived from the winch unless given."""
+
+    K_p: u.GainPerLength = Field(ge=0, description="position gain")
+    K_1: u.TimePerLength | None = Field(default=None, gt=0, description="speed feedforward")
+    K_2: u.TimeSquaredPerLength | None = Field(default=None, ge=0, description="acceleration feedforward")
+    u_thr: Number = Field(ge=0, lt=1, description="feedforward at which SSC starts to reduce the motors")
+    alpha_ns: Fraction = Field(description="motor displacement in normal-speed mode")
+    alpha_hs: Fraction = Field(description="motor displacement in high-speed mode")
+    alpha_swl: Fraction | None = Field(default=None, description="displacement that SSC keeps for the SWL (D_calc_min); default alpha_ns")
+    t_lead: u.Time | None = Field(default=None, ge=0, le=2, description="time by which the PLC extrapolates the tip's motion; default 0")
+    t_cycle: u.Time = Field(ge=1e-4, le=1, description="cycle of the controller")
+    compute_share: Number | None = Field(default=None, ge=0, le=1, description="time from reading to writing over the cycle; default 0")
+    tau_F: u.Time = Field(ge=0, description="low-pass of the load cell")
+    t_bumpless: u.Time = Field(ge=0, description="time over which a mode change is blended")
+    tau_acc: u.Time = Field(ge=0, description="slow mean of the accumulator pressure that the passive pumps follow")
+    K_acc: u.GainPerPressure = Field(ge=0, description="passive pump command per gas pressure below p_0")
+    B_v: u.ViscousTorque = Field(ge=0, description="viscous friction of the linear analysis, for all friction models")
+
+    @property
+    def computing(self) -> float:
+        """Time from reading to writing within a cycle [s]."""
+        return (self.compute_share or 0.0) * self.t_cycle
+
+
+class Crane(Spec):
+    """One crane winch."""
+
+    name: Text = Field(description="name")
+    title: Text = Field(description="what it is")
+    plant: Plant = Field(description="winch type")
+    SWL: u.Mass = Field(gt=0, description="safe working load")
+    hook_mass: u.Mass = Field(ge=0, description="hook block")
+    active: ActiveCircuit
+    passive: PassiveCircuit | None = None
+    drum: Drum
+    gear_ratios: tuple[Annotated[u.GearRatio, Field(gt=0, le=1e6)], ...] = Field(
+        min_length=1, max_length=10, description="gear stages from motor to drum"
+    )
+    i_hD: u.GearRatio = Field(ge=1e-3, le=1e6, description="motor turns per drum turn")
+    wire: Wire
+    inertia: Inertia
+    friction: Friction
+    control: Control
+    hpu: PowerUnits | None = None
+    brake: HoldingBrake | None = None
+    sources: Mapping[str, Source] = Field(default_factory=dict, repr=False, description="field to source")
+    certified: Certified | None = Field(default=None, repr=False, description="certificate of the twin, in short; none: not validated")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _ratio_from_its_stages(cls, data: Any) -> Any:
+        """i_hD is the product of the gear stages unless a (rounded) value is given."""
+        if isinstance(data, Mapping) and "i_hD" not in data:
+            stages = data.get("gear_ratios")
+            if isinstance(stages, (list, tuple)):
+                try:
+                    return {**data, "i_hD": math.prod(u.parse_ratio(i) for i in stages)}
+                except UnitError:
+                    return data  # the stage itself is refused, with its place
+        return data
+
+    @model_validator(mode="after")
+    def _parts_fit_together(self) -> Self:
+        for problem in _misfits(self):
+            raise ValueError(problem)
+        return self
+
+
+def content(crane: Crane) -> dict[str, str]:
+    """Hash of every part of a crane that results follow from, by its field; names, titles, sources and the certificate are none."""
+    named: Any = {"motor": {"type"}}
+    bare: Any = dict.fromkeys(("name", "title", "sources", "certified"), True)
+    bare |= {"active": named, "passive": named, "friction": {"library"}}
+    data = crane.model_dump(mode="json", exclude=bare, exclude_none=True)
+    return {name: hashlib.sha256(json.dumps(part, sort_keys=True).encode()).hexdigest()[:16] for name, part in data.items()}
+
+
+def wire_capacity(drum: Drum, wire: Wire) -> float:
+    """Wire on the full drum, measured along its centre [m]."""
+    return math.pi * drum.turns * drum.layers * (drum.d + drum.layers * wire.d)
+
+
+def wire_inertia(drum: Drum, wire: Wire) -> float:
+    """Inertia of the wire of a full drum about the drum axis, as a hollow cylinder [kg m^2]."""
+    r_1, r_2 = drum.d / 2, drum.d / 2 + drum.layers * wire.d
+    return wire.mass_per_length * wire_capacity(drum, wire) * (r_1**2 + r_2**2) / 2
+
+
+def effective_inertia(crane: Crane) -> float:
+    """Inertia at the motor shaft with a full drum, added up from its parts [kg m^2]."""
+    sets = [crane.active.motor] + ([crane.passive.motor] if crane.passive else [])
+    drum = crane.inertia.J_drum + wire_inertia(crane.drum, crane.wire)
+    return sum(m.count * m.J for m in sets) + crane.inertia.J_gear + drum / crane.i_hD**2
+
+
+def holding_torque(crane: Crane) -> float:
+    """Torque of SWL and hook at the motor shaft, with a full drum [N m]."""
+    return (crane.SWL + crane.hook_mass) * G * crane.drum.d_max / 2.0 / crane.i_hD
+
+
+def brake_torque(crane: Crane) -> float:
+    """Torque that the holding brake carries at the motor shaft [N m]; 0 without a brake."""
+    if crane.brake is None:
+        return 0.0
+    return BRAKE_RESERVE * holding_torque(crane) if crane.brake.T is None else crane.brake.T
+
+
+def beside_wire(crane: Crane) -> float:
+    """By how much the inertia beside the wire changes for one part of the whole: the wire's own inertia is known, from its mass [-]."""
+    J, J_wire = effective_inertia(crane), wire_inertia(crane.drum, crane.wire) / crane.i_hD**2
+    return J / (J - J_wire)
+
+
+def _misfits(crane: Crane) -> Iterator[str]:
+    """Why the parts of a crane do not fit together, worst first."""
+    if (crane.passive is not None) != (crane.plant is Plant.ACTIVE_PASSIVE):
+        need, do = ("needs a", "add") if crane.passive is None else ("has no", "remove")
+        yield f'plant "{crane.plant}" {need} passive circuit. Change plant, or {do} [passive].'
+    drum, wire, control, alpha_min = crane.drum, crane.wire, crane.control, crane.active.motor.alpha_min
+    if wire.zeta_low is not None and wire.zeta_high is not None and wire.zeta_low > wire.zeta_high:
+        yield f"wire.zeta_low {wire.zeta_low:g} is above wire.zeta_high {wire.zeta_high:g}. Change the one that is out of place."
+    T_hold = holding_torque(crane)
+    if crane.brake is not None and crane.brake.T is not None and T_hold > crane.brake.T:
+        yield (
+            f"brake.T {u.show(crane.brake.T, 'torque')} does not hold SWL and hook on the full drum: {u.show(T_hold, 'torque')} at the "
+            "motor shaft. Raise brake.T."
+        )
+    if not alpha_min <= control.alpha_hs <= control.alpha_ns:
+        yield (
+            f"active.motor.alpha_min {alpha_min}, control.alpha_hs {control.alpha_hs} and control.alpha_ns "
+            f"{control.alpha_ns} must not fall in this order. Change the one that is out of place."
+        )
+    if drum.turns * wire.d > drum.width:
+        yield (
+            f"drum.turns {drum.turns} x wire.d {u.show(wire.d, 'diameter')} = {drum.turns * wire.d:.4g} m is more than "
+            f"drum.width {u.show(drum.width, 'length')}. Lower drum.turns or widen the drum."
+        )
+    d_max = drum.d + 2 * drum.layers * wire.d
+    if abs(d_max - drum.d_max) > DIAMETER_TOLERANCE * drum.d_max:
+        yield (
+            f"drum.d_max {u.show(drum.d_max, 'length')} is not drum.d + 2 x {drum.layers} layers x wire.d = "
+            f'{d_max:.4g} m. Set drum.d_max = "{d_max:.4g} m" or change the layers.'
+        )
+    i_hD = math.prod(crane.gear_ratios)
+    if abs(i_hD - crane.i_hD) > RATIO_TOLERANCE * crane.i_hD:
+        yield f"i_hD {crane.i_hD:.6g} is not the product {i_hD:.6g} of gear_ratios. Set i_hD = {i_hD:.6g}."
+    J, J_m_eff = effective_inertia(crane), crane.inertia.J_m_eff
+    if abs(J - J_m_eff) > INERTIA_TOLERANCE * J_m_eff:
+        yield (
+            f"inertia.J_m_eff {u.show(J_m_eff, 'inertia')} is not the sum {J:.4g} kg m^2 of motors, J_gear, drum and "
+            f'full wire. Set inertia.J_m_eff = "{J:.4g} kg m^2", or change inertia.J_drum or inertia.J_gear.'
+        )

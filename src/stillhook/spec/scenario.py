@@ -1,0 +1,261 @@
+"""What is done to a crane: load, wire out, tip motion, operator, mode, sensors, faults. Frozen; text with units in, SI inside."""
+
+from __future__ import annotations
+
+import re
+import zlib
+from collections.abc import Mapping, Sequence
+from enum import StrEnum
+from itertools import pairwise
+from typing import Annotated, Any, Self
+
+from pydantic import BaseModel, ConfigDict, Field, SerializeAsAny, ValidationError, field_validator, model_validator
+
+from stillhook import units as u
+from stillhook.errors import ScenarioError, StillhookError
+from stillhook.physics.scalar import G
+from stillhook.sea.motion.motion import Motion, Still
+from stillhook.sea.motion.text import motion_from_dict, parse_motion
+from stillhook.spec.commands import Commands
+from stillhook.spec.plausible import Ranged, marks
+
+RHO_SEA = 1025.0
+"""Default density of sea water [kg/m^3]."""
+
+SHORTEST = 0.01
+LONGEST = 86400.0
+
+Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
+
+
+class Mode(StrEnum):
+    """How the winch is controlled."""
+
+    MANUAL = "manual"
+    LEVEL_1 = "level-1"
+    LEVEL_2 = "level-2"
+    NS = "ns"
+    HS = "hs"
+    SSC = "ssc"
+    SSC_CUBIC = "ssc-cubic"
+
+
+def mode_of(text: Mode | str) -> Mode:
+    """The mode of this name. Errors: ScenarioError naming the modes there are."""
+    try:
+        return Mode(text)
+    except ValueError:
+        raise ScenarioError(f'mode {u.came(str(text))} is not one of {", ".join(m.value for m in Mode)}.') from None
+
+
+class FrictionModel(StrEnum):
+    """Dry friction: LuGre bristle, or the regularised tanh law (peak pressure up to +-15 bar, error up to 1.5 mm off)."""
+
+    LUGRE = "lugre"
+    REGULARISED = "regularised"
+
+
+class Record(Ranged):
+    """A table of a scenario: frozen, and closed to unknown fields."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", arbitrary_types_allowed=True)
+
+    def __init__(self, /, **data: Any) -> None:
+        try:
+            super().__init__(**data)
+        except ValidationError as e:
+            raise ScenarioError(one_line(type(self), e, data)) from None
+
+
+class Water(Record):
+    """Fully submerged payload. Weight is less by buoyancy, moving mass more by added mass, drag 1/2 rho C_D A v|v|."""
+
+    volume: u.Volume = Field(gt=0, description="displaced volume of payload")
+    added_mass: u.Mass = Field(default=0.0, ge=0, description="added mass in heave")
+    C_D: Number = Field(default=0.0, ge=0, description="drag coefficient on `area`")
+    area: u.Area = Field(default=0.0, ge=0, description="projected area")
+    rho: u.Density = Field(default=RHO_SEA, gt=0, description="water density")
+
+
+class Sensors(Record):
+    """What stands between the winch and the PLC. Default: ideal. Noise is white per PLC cycle, from `seed`."""
+
+    delay: u.Time = Field(default=0.0, ge=0, le=10, description="delay of the tip motion signals")
+    noise_s_tip: u.Length = Field(default=0.0, ge=0, description="standard deviation of the tip position signal")
+    noise_v_tip: u.Speed = Field(default=0.0, ge=0, description="standard deviation of the tip speed signal")
+    noise_a_tip: u.Acceleration = Field(default=0.0, ge=0, description="standard deviation of the tip acceleration signal")
+    noise_s_w: u.Length = Field(default=0.0, ge=0, description="standard deviation of the wire encoder")
+    noise_F: u.Force = Field(default=0.0, ge=0, description="standard deviation of the load cell")
+    step_s_tip: u.Length = Field(default=0.0, ge=0, description="smallest step of the tip position signal")
+    step_v_tip: u.Speed = Field(default=0.0, ge=0, description="smallest step of the tip speed signal")
+    step_s_w: u.Length = Field(default=0.0, ge=0, description="smallest step of the wire encoder")
+    step_F: u.Force = Field(default=0.0, ge=0, description="smallest step of the load cell")
+    seed: Annotated[int, Field(strict=True, ge=0)] = 0
+
+
+class Operator(Record):
+    """Joystick: wire speeds held from a time on, hoisting positive, and set-point steps of the wire reference, hoisting positive.
+
+    `profile` joins its points by straight lines; before the first and after the last point the nearest speed holds.
+    `alpha_m` is the motors' relative displacement that the operator holds in manual mode, as in friction tests; the pump command then
+    follows the joystick alone and is steady within a layer. Without it the PLC chooses the displacement.
+    """
+
+    profile: tuple[tuple[u.Time, u.Speed], ...] = ()
+    steps: tuple[tuple[u.Time, u.Length], ...] = ()
+    alpha_m: Number | None = Field(default=None, gt=0, le=1, description="relative displacement of the motors, held in manual mode")
+
+    @model_validator(mode="after")
+    def _times_rise(self) -> Self:
+        for name, rows in (("profile", self.profile), ("steps", self.steps)):
+            times = [t for t, _ in rows]
+            if any(b < a for a, b in pairwise(times)) or any(t < 0 for t in times):
+                raise ValueError(f"{name}: times must not be negative nor fall. Sort the points.")
+        return self
+
+
+class PowerLoss(Record):
+    """One hydraulic power unit stops: its pumps run down, the PLC notices, isolates them and reconfigures its gains."""
+
+    time: u.Time = Field(ge=0, description="when the unit stops")
+    unit: Annotated[int, Field(strict=True, ge=1)] = Field(default=1, description="which unit, counted from 1")
+    run_down: u.Time = Field(default=0.3, ge=0, description="time in which the pump's flow falls to nothing (assumed)")
+    detection: u.Time = Field(default=0.1, ge=0, description="time until the PLC knows (assumed)")
+
+
+class Scenario(Record):
+    """One run. `load` is the hook load without the hook; `s_w` the wire paid out at the start; `tip` the crane tip's motion.
+
+    The motion is ramped in over `ramp`; metrics count from `warm_up` on. `modes` changes the mode at given times, bumpless.
+    `commands`: a record of pump and motor commands that the active circuit takes in place of the PLC's, as measured ones to see how the
+    winch itself answers. `gas_held`: the accumulator's pressure stands, as with a gas bank without end, so that a long steady run does
+    not empty it.
+    Texts carry units: `Scenario(load="100 t", s_w="100 m", tip="sine 2.8 m 12 s", mode="ssc")`.
+    Raises ScenarioError, one line, for anything else.
+    """
+
+    name: str = ""
+    load: u.Mass = Field(ge=0, description="payload on the hook")
+    s_w: u.Length = Field(ge=0, description="wire paid out at the start")
+    tip: SerializeAsAny[Motion] = Field(default_factory=Still, description="crane tip motion")
+    mode: Mode = Mode.SSC
+    modes: tuple[tuple[u.Time, Mode], ...] = ()
+    duration: u.Time = Field(default=120.0, ge=SHORTEST, le=LONGEST, description="length of the run")
+    ramp: u.Time = Field(default=10.0, ge=0, description="time in which the motion grows to full size")
+    warm_up: u.Time = Field(default=30.0, ge=0, description="start of the run that metrics leave out")
+    water: Water | None = None
+    operator: Operator = Field(default_factory=Operator)
+    sensors: Sensors = Field(default_factory=Sensors)
+    power_loss: PowerLoss | None = None
+    friction: FrictionModel = FrictionModel.LUGRE
+    gas_held: Annotated[bool, Field(strict=True)] = False
+    commands: Commands | None = None
+
+    @model_validator(mode="before")
+    @classmethod
+    def _whole_record(cls, data: Any) -> Any:
+        """A recorded motion, or a record of commands, is run to its end unless a duration is given."""
+        if not isinstance(data, dict) or "duration" in data:
+            return data
+        tip, commands = data.get("tip"), data.get("commands")
+        ends = [tip.duration] if isinstance(tip, Motion) and tip.duration is not None else []
+        ends += [commands.duration] if isinstance(commands, Commands) else []
+        return {**data, "duration": f"{min(ends)!r} s"} if ends else data
+
+    @field_validator("tip", mode="before")
+    @classmethod
+    def _tip_from_text(cls, value: object) -> object:
+        return parse_motion(value, "tip") if isinstance(value, str) else value
+
+    @model_validator(mode="after")
+    def _times_fit(self) -> Self:
+        if self.warm_up >= self.duration:
+            raise ValueError(
+                f"warm_up {self.warm_up:g} s leaves nothing of the duration {self.duration:g} s. Shorten warm_up or run longer."
+            )
+        if any(b <= a for (a, _), (b, _) in pairwise(self.modes)) or any(t < 0.0 for t, _ in self.modes):
+            raise ValueError("modes: times must rise and not be negative. Sort the mode changes.")
+        if self.tip.duration is not None and self.duration > self.tip.duration + 1e-9:
+            raise ValueError(
+                f"duration {self.duration:g} s is longer than the recorded motion, {self.tip.duration:g} s. Shorten the run."
+            )
+        if self.commands is not None and self.duration > self.commands.duration + 1e-9:
+            raise ValueError(
+                f"duration {self.duration:g} s is longer than the record of commands, {self.commands.duration:g} s. Shorten the run."
+            )
+        return self
+
+    @property
+    def weight(self) -> float:
+        """Weight of the payload, in water less buoyancy [N]."""
+        buoyancy = self.water.rho * self.water.volume if self.water else 0.0
+        return (self.load - buoyancy) * G
+
+    def with_mode(self, mode: Mode | str) -> Scenario:
+        """The same run in another mode. Errors: ScenarioError naming the modes there are."""
+        return self.model_copy(update={"mode": mode_of(mode)})
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data that `from_dict` turns into the same scenario: SI numbers, for storing in a result."""
+        data = self.model_dump(mode="json", exclude={"tip"})
+        return {**data, "tip": self.tip.to_dict()}
+
+    @classmethod
+    def from_dict(cls, data: Mapping[str, Any]) -> Scenario:
+        """The scenario that `to_dict` wrote. Errors: ScenarioError where it is none."""
+        try:
+            return cls.model_construct(**_rebuilt({**data, "tip": motion_from_dict(data["tip"])}))
+        except (KeyError, TypeError, ValueError, AttributeError, zlib.error) as problem:
+            raise ScenarioError(f"stored scenario: {u.came(str(problem))} is missing or wrong. Simulate again.") from None
+
+
+def _rebuilt(raw: dict[str, Any]) -> dict[str, Any]:
+    """SI data of `to_dict` with its tables as records again."""
+    raw["mode"] = Mode(raw["mode"])
+    raw["modes"] = tuple((t, Mode(m)) for t, m in raw["modes"])
+    raw["friction"] = FrictionModel(raw["friction"])
+    profile, steps = (tuple((t, x) for t, x in raw["operator"][k]) for k in ("profile", "steps"))
+    raw["operator"] = Operator.model_construct(profile=profile, steps=steps, alpha_m=raw["operator"].get("alpha_m"))
+    raw["sensors"] = Sensors.model_construct(**raw["sensors"])
+    raw["water"] = Water.model_construct(**raw["water"]) if raw["water"] else None
+    raw["commands"] = Commands.from_dict(raw["commands"]) if raw.get("commands") else None
+    raw["power_loss"] = PowerLoss.model_construct(**raw["power_loss"]) if raw["power_loss"] else None
+    return raw
+
+
+def one_line(model: type[BaseModel], error: ValidationError, data: Mapping[str, Any]) -> str:
+    """The first problem of a pydantic error in one line: where, what came, what is allowed. Misspelt fields come first."""
+    first = min(error.errors(), key=lambda p: (p["type"] != "extra_forbidden", p["type"] == "missing"))
+    cause = first.get("ctx", {}).get("error")
+    if isinstance(cause, StillhookError):
+        return str(cause)
+    loc, message = first["loc"], first["msg"].removeprefix("Value error, ").removesuffix(".")
+    where = ".".join(i if isinstance(i, str) and i.isprintable() else u.came(i).strip('"') for i in (model.__name__, *loc))
+    if first["type"] == "extra_forbidden":
+        return f"{where}: unknown field. Allowed: {', '.join(model.model_fields)}."
+    if first["type"] == "missing":
+        return f"{where}: missing. Give it."
+    if not loc:
+        return f"{where}: {message}."
+    written = u.written_at(data, loc, first["input"])
+    message = message.replace("Input should", "it must")
+    if first["type"] in BOUNDS and (kind := _kind_of(model, loc)) is not None and (end := first["ctx"][BOUNDS[first["type"]]]):
+        message = message[: message.rindex(" ") + 1] + u.bound(float(end), kind, written)
+    message = re.sub(r"be a valid dictionary or instance of \w+", "be a table of its fields", message)
+    message = re.sub(r"Tuple should have at least (\d+) items? after validation, not \d+", r"give at least \1", message)
+    return f"{where} = {u.came(written)}: {message}."
+
+
+BOUNDS = {"greater_than": "gt", "greater_than_equal": "ge", "less_than": "lt", "less_than_equal": "le"}
+"""Errors of pydantic about a bound -> its name in their context."""
+
+
+def _kind_of(model: type[BaseModel], loc: Sequence[int | str]) -> str | None:
+    """Kind of the quantity at a place of a model; None where it is none, or may be several."""
+    field = model.model_fields.get(str(loc[0]))
+    if field is None:
+        return None
+    if isinstance(field.annotation, type) and issubclass(field.annotation, BaseModel) and len(loc) > 1:
+        return _kind_of(field.annotation, loc[1:])
+    kinds = {mark.kind for mark in (*field.metadata, *marks(field.annotation)) if isinstance(mark, u.Quantity)}
+    return kinds.pop() if len(kinds) == 1 else None

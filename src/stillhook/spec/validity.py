@@ -1,0 +1,169 @@
+"""What a certificate says of a crane wherever the crane goes: for what its twin was validated, and whether that holds for this run.
+
+The certificate itself is a file (`stillhook.validate`); a `Crane` carries the small record below, which stays with it in stored runs.
+Conditions are judged by a box: every number alone must lie within what the tests covered. docs/explanation/validated-envelope.md says why.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+from collections.abc import Mapping
+from typing import Annotated, Any, NamedTuple, Self
+
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+from stillhook import units as u
+
+CAP = 0.80
+"""Largest compensation efficiency that may be credited where the twin is not validated [-]: without a verified model of the heave
+compensator, simplified models are approved that are proven conservative and do not exceed 80 %. Source: DNV GL, as cited in Moslatt 2020
+section 2.6 (reference 46); check against your edition."""
+EDGE = 0.01
+"""Part of an end of the envelope by which a condition may lie beyond it: load cells, encoders and motion sensors are hardly better, and a
+test repeated as it was is no extrapolation."""
+UNSIGNED = (
+    "A certificate carries a checksum, not a signature: an edited certificate with a new checksum reads as genuine. Verify it by computing "
+    "it again from the logs: stillhook certificate check certificate.json."
+)
+"""Stands wherever credit rests on a certificate."""
+SHORT = 12
+"""Digits of a digest that people are shown."""
+
+Text = Annotated[str, Field(min_length=1)]
+
+
+class _Closed(BaseModel):
+    """A record that is frozen, and closed to unknown fields."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+class Conditions(NamedTuple):
+    """What a run asks: payload [kg]; least and most wire out with the motion [m]; largest 30 s peak-to-peak of the tip [m]; mean period of
+    its motion [s] (both NaN where nothing follows the tip, as in manual mode); modes by name; faults that it has, in words."""
+
+    load: float
+    s_w_min: float
+    s_w_max: float
+    s_tip_pp: float
+    period: float
+    modes: tuple[str, ...]
+    faults: tuple[str, ...] = ()
+
+
+class Envelope(_Closed):
+    """What the tests of a validation covered, each as least and most value."""
+
+    load: tuple[u.Mass, u.Mass] = Field(description="payload on the hook")
+    s_w: tuple[u.Length, u.Length] = Field(description="wire out, with its motion")
+    s_tip_pp: tuple[u.Length, u.Length] = Field(description="peak-to-peak of the tip over 30 s")
+    period: tuple[u.Time, u.Time] = Field(description="period of the tip's motion")
+    modes: tuple[Text, ...] = Field(description="modes of the controller")
+
+    @model_validator(mode="after")
+    def _in_order(self) -> Self:
+        for name, (lo, hi) in self.ranges().items():
+            if lo > hi:
+                raise ValueError(f"{name}: from {lo:g} to {hi:g}: the second is the larger one.")
+        return self
+
+    def ranges(self) -> dict[str, tuple[float, float]]:
+        """Name of every range -> its ends [SI]."""
+        return {"load": self.load, "s_w": self.s_w, "s_tip_pp": self.s_tip_pp, "period": self.period}
+
+    def outside(self, asked: Conditions) -> tuple[str, ...]:
+        """Why conditions are outside, each with what was validated: "load 200 t (validated 82 t to 164 t)"; empty inside."""
+        found = [
+            _beyond("load", (asked.load, asked.load), self.load, "mass"),
+            _beyond("wire out", (asked.s_w_min, asked.s_w_max), self.s_w, "length", 4),
+            _beyond("tip motion over 30 s", (asked.s_tip_pp, asked.s_tip_pp), self.s_tip_pp, "length"),
+            _beyond("period of the tip", (asked.period, asked.period), self.period, "time"),
+        ]
+        unknown = [m for m in dict.fromkeys(asked.modes) if m not in self.modes]
+        if unknown:
+            found.append(f"mode {', '.join(unknown)} (validated {', '.join(self.modes)})")
+        found += [f"{fault} (not validated)" for fault in asked.faults]
+        return tuple(text for text in found if text)
+
+    def says(self) -> dict[str, str]:
+        """Every range in words, by what it is of."""
+        return {
+            "payload on the hook": _range(self.load, "mass"),
+            "wire paid out": _range(self.s_w, "length", 4),
+            "crane tip, peak-to-peak over 30 s": _range(self.s_tip_pp, "length"),
+            "period of the crane tip's motion": _range(self.period, "time"),
+            "controller modes": ", ".join(self.modes),
+        }
+
+
+def _range(ends: tuple[float, float], kind: str, digits: int = 3) -> str:
+    return f"{u.show(ends[0], kind, digits)} to {u.show(ends[1], kind, digits)}"
+
+
+def _beyond(what: str, ends: tuple[float, float], known: tuple[float, float], kind: str, digits: int = 3) -> str:
+    """What is asked and what is known, where the first is not within the second."""
+    (least, most), (lo, hi) = ends, known
+    if math.isnan(least) or (least >= lo - EDGE * abs(lo) and most <= hi + EDGE * abs(hi)):
+        return ""
+    asked = u.show(least, kind, digits) if least == most else _range(ends, kind, digits)
+    return f"{what} {asked} (validated {_range(known, kind, digits)})"
+
+
+class Certified(_Closed):
+    """A certificate in short. digest: of the certificate; date: that it bears; criteria: name and version; synthetic: the logs were
+    simulated, so that no crane was validated; level, variant: of the twin by Moslatt 2020 table 2.7; content: part of the crane -> hash of
+    what was validated (`stillhook.spec.crane.content`); code: `results_hash` of the Stillhook that did it; envelope: None where not
+    passed."""
+
+    digest: Text
+    date: Text
+    criteria: Text
+    passed: bool
+    synthetic: bool
+    level: int
+    variant: int
+    version: Text
+    code: Text
+    content: Mapping[str, str]
+    envelope: Envelope | None
+    seal: Text
+
+    @model_validator(mode="after")
+    def _sealed(self) -> Self:
+        if self.seal != _seal(self):
+            raise ValueError('a record changed by hand. Name the certificate itself in the crane file: certificate = "certificate.json".')
+        return self
+
+    @classmethod
+    def of(cls, **fields: Any) -> Self:
+        """A record with its seal; fields as they come from a file, quantities as texts."""
+        bare = cls.model_construct(**fields)
+        if isinstance(fields.get("envelope"), Mapping):
+            bare = bare.model_copy(update={"envelope": Envelope.model_validate(fields["envelope"])})
+        return cls.model_validate({**fields, "seal": _seal(bare)})
+
+    @property
+    def short(self) -> str:
+        """The digest as people are shown it."""
+        return self.digest[:SHORT]
+
+    def objections(self, content: Mapping[str, str], code: str) -> tuple[str, ...]:
+        """Why it does not hold for a crane of this content on this code; empty where it holds."""
+        found = [] if self.passed and self.envelope is not None else ["the validation was not passed"]
+        parts = sorted(name for name in {*content, *self.content} if content.get(name) != self.content.get(name))
+        if parts:
+            found.append(f"the crane was changed since in {', '.join(parts)}")
+        if code != self.code:
+            found.append(f"this Stillhook computes with other code ({code}) than the validated one ({self.code}, version {self.version})")
+        return tuple(found)
+
+    def outside(self, asked: Conditions) -> tuple[str, ...]:
+        """Why a run is outside of what was validated, a reason each; empty inside. Everything is outside where nothing was."""
+        return self.envelope.outside(asked) if self.envelope is not None else ("the validation was not passed",)
+
+
+def _seal(record: Certified) -> str:
+    data = record.model_dump(mode="json", exclude={"seal"})
+    return hashlib.sha256(json.dumps(data, sort_keys=True).encode()).hexdigest()[:16]

@@ -1,0 +1,154 @@
+"""How much later one signal shows what another one shows: to a fraction of a sample, with its uncertainty and its drift.
+
+Both are compared as changes over a short span, so that constants and slow differences (the operator's wire, a datum) do not count.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from stillhook.base.arrays import FloatArray
+
+SPAN = 0.5
+"""Span of each of the two means that make a change [s]: short against waves, long against noise."""
+PIECE = 25.0
+"""Length of the pieces that each give a lag [s]: some waves, so that neighbours are nearly independent."""
+FEWEST = 2
+"""Pieces for an uncertainty."""
+ROUNDS = 6
+"""Of linearising: each takes the error of a lag to its square over a wave's period."""
+AGAIN = 2
+"""Times that what was found is taken out and the rest looked for: a drift bends the pieces that it is found from."""
+CLEAR = 0.8
+"""Correlation of a piece that counts."""
+STEADY = 3.0
+"""Times its uncertainty: a drift that is smaller is none."""
+
+
+@dataclass(frozen=True)
+class Lag:
+    """y(t) = gain * x(t - seconds) + constant. seconds: lag of y behind x in the middle of the data [s], with u its standard uncertainty;
+    drift: change of the lag over time [-] with u_drift, 0 where it does not stand out; middle: time of `seconds` [s]; pieces."""
+
+    seconds: float
+    u: float
+    gain: float
+    drift: float
+    u_drift: float
+    middle: float
+    pieces: int
+
+    def at(self, t: FloatArray) -> FloatArray:
+        """Lag at times [s]."""
+        return self.seconds + self.drift * (t - self.middle)
+
+
+def lag(t: FloatArray, x: FloatArray, y: FloatArray, reach: float) -> Lag | None:
+    """Lag of y behind x, both (n,) on the even times t [s], NaN where not known; None where too little shows it.
+
+    Parameters: reach: largest lag that is looked for, of either sign [s].
+    """
+    found = _once(t, x, y, reach)
+    for _ in range(AGAIN):
+        if found is None:
+            return None
+        left = _once(t, x, shifted(t, y, found.at(t), 2.0 * float(t[1] - t[0])), reach)
+        if left is None:
+            return found
+        seconds = float(found.at(np.array(left.middle))) + left.seconds
+        found = replace(left, seconds=seconds, drift=found.drift + left.drift)
+    return found
+
+
+def _once(t: FloatArray, x: FloatArray, y: FloatArray, reach: float) -> Lag | None:
+    step = float(t[1] - t[0]) if len(t) > 1 else 1.0
+    span = max(1, round(SPAN / step))
+    dx, dy = changes(x, span), changes(y, span)
+    start = _coarse(dx, dy, round(reach / step)) * step
+    size = max(4 * span + 1, round(PIECE / step))
+    found = []
+    for a in range(0, max(1, len(t) - size // 2), size):
+        part = slice(a, min(len(t), a + size))
+        one = _piece(t, dx, dy, part, start, reach)
+        if one is not None:
+            found.append((float(np.mean(t[part])), *one))
+    if len(found) < FEWEST:
+        return None
+    at, seconds, gain = np.array(found).T
+    middle = float(np.mean(at))
+    drift, u_drift = _slope(at - middle, seconds)
+    if abs(drift) < STEADY * u_drift or len(found) < 2 * FEWEST:
+        drift = 0.0
+    rest = seconds - drift * (at - middle)
+    keep = np.abs(rest - np.median(rest)) <= 5.0 * max(1.4826 * float(np.median(np.abs(rest - np.median(rest)))), 1e-3 * step)
+    value, u = float(np.mean(rest[keep])), float(np.std(rest[keep], ddof=1) / np.sqrt(keep.sum())) if keep.sum() > 1 else np.inf
+    return Lag(value, u, float(np.median(gain)), drift, u_drift, middle, int(keep.sum())) if np.isfinite(u) else None
+
+
+def shifted(t: FloatArray, y: FloatArray, seconds: FloatArray, longest: float) -> FloatArray:
+    """y as it would be without a lag [s] that may change over time; NaN where a hole of y longer than `longest` [s] reaches."""
+    known = np.isfinite(y)
+    if known.sum() < 2:
+        return np.full(len(y), np.nan)
+    at, have = t + seconds, t[known]
+    after = np.clip(np.searchsorted(have, at), 1, len(have) - 1)
+    hole = (have[after] - have[after - 1] > longest) | (at < have[0] - longest) | (at > have[-1] + longest)
+    return np.where(hole, np.nan, np.interp(at, have, y[known]))
+
+
+def changes(x: FloatArray, span: int) -> FloatArray:
+    """Mean over the next `span` samples less that over the last ones: a change with little noise, even about its moment."""
+    kernel = np.concatenate([np.full(span, 1.0), [0.0], np.full(span, -1.0)]) / span
+    out = np.full(len(x), np.nan)
+    if len(x) > 2 * span:
+        out[span:-span] = np.convolve(x, kernel, mode="valid")
+    return out
+
+
+def _coarse(dx: FloatArray, dy: FloatArray, reach: int) -> int:
+    """Whole samples by which dy is best late."""
+    a, b = np.nan_to_num(dx), np.nan_to_num(dy)
+    size = 1 << (2 * len(a)).bit_length()
+    c = np.fft.irfft(np.fft.rfft(b, size) * np.conj(np.fft.rfft(a, size)), size)
+    lags = np.arange(-reach, reach + 1)
+    return int(lags[np.argmax(c[lags])]) if len(a) > reach else 0
+
+
+def _piece(t: FloatArray, dx: FloatArray, dy: FloatArray, part: slice, start: float, reach: float) -> tuple[float, float] | None:
+    """Lag and gain of one piece, by linearising about the lag found so far."""
+    slope, late = np.gradient(dx, t), dy[part]
+    seconds, gain = start, 1.0
+    for _ in range(ROUNDS):
+        at = t[part] - seconds
+        X, S = np.interp(at, t, dx, np.nan, np.nan), np.interp(at, t, slope, np.nan, np.nan)
+        ok = np.isfinite(X) & np.isfinite(S) & np.isfinite(late)
+        if ok.sum() < 0.5 * len(at):
+            return None
+        X, S, Y = X[ok], S[ok], late[ok]
+        gain, bent = _fitted(X - X.mean(), S - S.mean(), Y - Y.mean())
+        if not gain > 0.0:
+            return None
+        seconds -= bent / gain
+        if abs(seconds - start) > reach:
+            return None
+    size = float(np.std(X) * np.std(Y))
+    return (seconds, float(gain)) if np.mean((X - X.mean()) * (Y - Y.mean())) > CLEAR * size > 0.0 else None
+
+
+def _fitted(X: FloatArray, S: FloatArray, Y: FloatArray) -> tuple[float, float]:
+    """Y = gain X + bent S by least squares; sums rather than matrix products, whose rounding hangs on the number of threads."""
+    xx, xs, ss = float(np.sum(X * X)), float(np.sum(X * S)), float(np.sum(S * S))
+    xy, sy = float(np.sum(X * Y)), float(np.sum(S * Y))
+    det = xx * ss - xs * xs
+    return ((ss * xy - xs * sy) / det, (xx * sy - xs * xy) / det) if det > 0.0 else (0.0, 0.0)
+
+
+def _slope(x: FloatArray, y: FloatArray) -> tuple[float, float]:
+    """Slope of a line and its standard uncertainty."""
+    if len(x) < 3:
+        return 0.0, np.inf
+    s = float(np.sum(x * (y - y.mean())) / np.sum(x * x))
+    rest = y - y.mean() - s * x
+    return s, float(np.sqrt(np.sum(rest**2) / (len(x) - 2) / np.sum(x * x)))

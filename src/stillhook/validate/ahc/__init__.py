@@ -1,0 +1,1 @@
+"""Step 5: heave compensation of the whole twin."""

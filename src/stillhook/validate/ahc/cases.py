@@ -1,0 +1,78 @@
+"""A number of step 5 over all load cases, with the scatter between the cases in its interval."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from stillhook.base.arrays import FloatArray
+from stillhook.statistics.between_cases import half_of_mean
+from stillhook.statistics.block_bootstrap import Interval, Statistic, interval
+
+Scale = tuple[Callable[[float], float], Callable[[float], float]]
+AS_IT_IS: Scale = (float, float)
+FISHER: Scale = (math.atanh, math.tanh)
+"""Scale on which correlations scatter evenly. Source: Fisher 1915."""
+ENOUGH = 4
+"""Load cases from which their scatter is known to a factor: Student's t is 12.7 with two, 4.3 with three, 3.2 with four, as in paper F."""
+ONE = 1.0 - 1e-9
+"""Largest correlation that has a place on it."""
+
+
+@dataclass(frozen=True)
+class OverCases:
+    """pooled: the number over all samples, with an interval that holds the scatter between the load cases; cases: the same of each case
+    alone, from its own samples."""
+
+    pooled: Interval
+    cases: Mapping[str, Interval]
+
+    def extremes(self, words: Callable[[float], str]) -> str:
+        """The smallest and the largest case in words, "0.37 cm (4) to 1.48 cm (3) by load case"; that there is one alone, where so."""
+        values = {name: found.value for name, found in self.cases.items() if math.isfinite(found.value)}
+        if len(values) < 2:
+            return "one load case: its interval holds nothing of how load cases differ"
+        low, high = min(values, key=lambda name: values[name]), max(values, key=lambda name: values[name])
+        few = "" if len(values) >= ENOUGH else f"; {len(values)} cases tell little of how cases differ, test {ENOUGH} or more"
+        return f"{words(values[low])} ({low}) to {words(values[high])} ({high}) by load case{few}"
+
+
+def over_cases(
+    statistic: Statistic, parts: Mapping[str, Sequence[FloatArray]], *, at_least: int,
+    bounds: tuple[float, float] = (-math.inf, math.inf), scale: Scale = AS_IT_IS,
+) -> OverCases:  # fmt: skip
+    """A statistic of all parts together, by load case.
+
+    Parameters: parts of each load case, as of `block_bootstrap.interval`; scale: a function of the statistic on which cases scatter evenly,
+    and its inverse. The interval is that of the blocks, widened to that of a mean of the cases, each with the weight of its samples and
+    each with a true value of its own.
+    """
+    filled = {name: [p for p in own if len(p)] for name, own in parts.items()}
+    filled = {name: own for name, own in filled.items() if own}
+    cases = {name: interval(statistic, own, at_least=at_least, bounds=bounds) for name, own in filled.items()}
+    whole = interval(statistic, [p for own in filled.values() for p in own], at_least=at_least, bounds=bounds)
+    known = [name for name, found in cases.items() if math.isfinite(found.value)]
+    if len(known) < 2 or not math.isfinite(whole.value):
+        return OverCases(whole, cases)
+    to, back = scale
+    centre = _on(to, whole.value)
+    weights = [sum(map(len, filled[name])) for name in known]
+    half = half_of_mean([_on(to, cases[name].value) for name in known], [_half(cases[name], to) for name in known], weights)
+    low, high = (min(max(back(centre + sign * half), bounds[0]), bounds[1]) for sign in (-1.0, 1.0))
+    low, high = np.fmin(low, whole.low), np.fmax(high, whole.high)
+    return OverCases(Interval(whole.value, float(low), float(high), whole.blocks), cases)
+
+
+def _half(found: Interval, to: Callable[[float], float]) -> float:
+    """The longer side of an interval on its scale: the other may end at a bound. NaN where it has no interval."""
+    centre = _on(to, found.value)
+    return float(np.fmax(_on(to, found.high) - centre, centre - _on(to, found.low)))
+
+
+def _on(to: Callable[[float], float], x: float) -> float:
+    if not math.isfinite(x):
+        return math.nan
+    return to(min(max(x, -ONE), ONE)) if to is math.atanh else to(x)

@@ -1,0 +1,131 @@
+"""Figures of step 5 in the arrangement of Moslatt 2020 paper F: figure 10, figure 11, figures 12 and 13, and the spectra."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from stillhook.report.plots.run import COLOURS, GREY
+from stillhook.validate.ahc.check import AhcStep
+from stillhook.validate.ahc.compared import Compared
+from stillhook.validate.ahc.shape import BAND, Spectra
+from stillhook.validate.ahc.windows import Windows, by_motion
+from stillhook.validate.criteria.results import Step
+from stillhook.validate.data_set.axes import MEASURED, SIMULATED, axes_of, legend_below, marked
+from stillhook.validate.data_set.campaign import Campaign
+from stillhook.validate.data_set.records.record import Record
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+SHOWN = 300.0
+"""Length of the stretch that is drawn over time [s], as in figure 10."""
+BIN = 0.25
+"""Width of the bins of tip motion [m]."""
+
+
+def figures(step: Step, campaign: Campaign, records: tuple[Record, ...]) -> dict[str, Figure]:
+    """Pictures of step 5 by name; none where it could compare nothing."""
+    if not isinstance(step, AhcStep) or not step.compared:
+        return {}
+    parts = [c for c in step.compared if len(c.windows.x)]
+    out = {"tip-wire-speed-and-error": _over_time(_shown(step.compared), campaign)}
+    if parts:
+        out |= {"error-and-efficiency": _against_motion(parts, campaign), "deviations": _deviations([c.windows for c in parts], campaign)}
+    if step.spectra is not None:
+        out["spectra"] = _spectra(step.spectra, campaign)
+    return out
+
+
+def _shown(compared: Sequence[Compared]) -> Compared:
+    """The last load case that is long enough to be shown, else the longest: as print shows its load case 4."""
+    long = [c for c in compared if len(c.e_measured) * c.replay.record.step >= 0.8 * SHOWN]
+    return long[-1] if long else max(compared, key=lambda c: len(c.e_measured))
+
+
+def _over_time(c: Compared, campaign: Campaign) -> Figure:
+    n = min(len(c.e_measured), round(SHOWN / c.replay.record.step))
+    s = c.replay.segment
+    title = f"Load case {c.name}: {s.load / 1e3:.0f} t, {s.s_w:.0f} m of wire out, mode {s.mode.value}"
+    figure, grid = axes_of(3, 1, (10.0, 8.0), marked(campaign, title), sharex=True)
+    axes = grid[:, 0]
+    t = c.replay.t[:n] - c.replay.t[0]
+    axes[0].plot(t, c.replay.s_tip[:n] - c.replay.s_tip[:n].mean(), color=GREY, lw=1.0)
+    v_w = _wire_speed(c)
+    axes[1].plot(t, 60.0 * v_w[:n], color=MEASURED, lw=1.2, label="measured")
+    axes[1].plot(t, 60.0 * c.simulated["v_w"][:n], color=SIMULATED, lw=1.0, ls="--", label="simulated")
+    axes[2].plot(t, 100.0 * c.e_measured[:n], color=MEASURED, lw=1.2, label="measured")
+    axes[2].plot(t, 100.0 * c.e_simulated[:n], color=SIMULATED, lw=1.0, ls="--", label="simulated")
+    names = ("crane tip [m]\n(up positive)", "wire speed [m/min]\n(hoisting positive)", "control error [cm]")
+    for ax, name in zip(axes, names, strict=True):
+        ax.set_ylabel(name)
+    axes[2].set_xlabel("time [s]")
+    axes[2].set_xlim(0.0, t[-1])
+    figure.align_ylabels(axes)
+    legend_below(figure, [axes[2]], 2)
+    return figure
+
+
+def _wire_speed(c: Compared) -> Any:
+    """Measured wire speed: logged, or else the slope of the wire paid out."""
+    if c.replay.record.has("v_w"):
+        return c.replay.measured("v_w")
+    return -np.gradient(c.replay.measured("s_w"), c.replay.record.step)
+
+
+def _against_motion(parts: Sequence[Compared], campaign: Campaign) -> Figure:
+    figure, grid = axes_of(1, 2, (11.0, 5.0), marked(campaign, "Control error and efficiency over moving windows, all load cases"))
+    axes = grid[0]
+    whole = [c.windows for c in parts]
+    tip = np.concatenate([w.s_tip_pp for w in whole])
+    for colour, label, error, eta in (
+        (MEASURED, "measured", "measured", "eta_measured"),
+        (SIMULATED, "simulated", "simulated", "eta_simulated"),
+    ):
+        y = 100.0 * np.concatenate([getattr(w, error) for w in whole])
+        axes[0].plot(tip, y, ".", ms=3, color=colour, alpha=0.5, label=label)
+        axes[0].axhline(y.mean(), color=colour, ls=":", lw=1.2, label=f"{label}, average")
+        axes[1].plot(tip, 100.0 * np.concatenate([getattr(w, eta) for w in whole]), ".", ms=3, color=colour, alpha=0.5)
+    axes[0].set_ylabel("control error, peak to peak [cm]")
+    axes[1].set_ylabel("compensation efficiency [%]")
+    axes[0].set_ylim(bottom=0.0)
+    for ax in axes:
+        ax.set_xlabel("crane tip, peak to peak [m]")
+    legend_below(figure, [axes[0]], 4)
+    return figure
+
+
+def _deviations(whole: Sequence[Windows], campaign: Campaign) -> Figure:
+    figure, grid = axes_of(1, 3, (12.0, 4.6), marked(campaign, "Simulated against measured, all load cases"), width_ratios=(3, 3, 2))
+    axes = grid[0]
+    tip = np.concatenate([w.s_tip_pp for w in whole])
+    middle, error, eta, count = by_motion(whole, BIN)
+    dots = (100.0 * np.concatenate([np.abs(w.eta_simulated - w.eta_measured) for w in whole]), 100.0 * np.concatenate([w.x for w in whole]))
+    names = ("deviation of the efficiency [percentage points]", "deviation of the control error [cm]")
+    for ax, y, mean, name in zip(axes[:2], dots, (100.0 * eta, 100.0 * error), names, strict=True):
+        ax.plot(tip, y, ".", ms=3, color=COLOURS[5], label="windows")
+        ax.plot(middle, mean, "o-", color="#000000", lw=1.5, ms=4, label=f"average over {BIN:g} m")
+        ax.set_ylabel(name)
+        ax.set_ylim(bottom=0.0)
+    axes[2].bar(middle, 100.0 * count / count.sum(), width=0.9 * BIN, color=GREY)
+    axes[2].set_ylabel("share of the windows [%]")
+    for ax in axes:
+        ax.set_xlabel("crane tip, peak to peak [m]")
+    legend_below(figure, [axes[0]], 2)
+    return figure
+
+
+def _spectra(x: Spectra, campaign: Campaign) -> Figure:
+    figure, grid = axes_of(1, 1, (8.0, 4.6), marked(campaign, "Spectra of the control error, all load cases"))
+    ax = grid[0, 0]
+    band = (x.f > 0.0) & (x.f <= 5.0)
+    ax.axvspan(*BAND, color=GREY, alpha=0.12, lw=0, label="wave band")
+    ax.loglog(x.f[band], 1e4 * x.measured[band], color=MEASURED, lw=1.4, label="measured")
+    ax.loglog(x.f[band], 1e4 * x.simulated[band], color=SIMULATED, lw=1.2, ls="--", label="simulated")
+    ax.set_xlabel("frequency [Hz]")
+    ax.set_ylabel("power density [cm$^2$/Hz]")
+    ax.set_xlim(x.f[band][0], x.f[band][-1])
+    legend_below(figure, [ax], 3)
+    return figure

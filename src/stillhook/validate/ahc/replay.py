@@ -1,0 +1,204 @@
+"""The twin in the place of the crane: the measured tip motion, load, wire, mode and joystick of a segment through the whole twin."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from stillhook.base.arrays import FloatArray
+from stillhook.engine.arguments import SERIES_STEP, STATISTICS_STEP, steps_per_cycle
+from stillhook.engine.scenario.run import Ending, run_cases
+from stillhook.errors import SimulationError, ValidateError
+from stillhook.kernels.lanes import VL
+from stillhook.sea.motion.recorded import Recorded
+from stillhook.spec.crane import Crane
+from stillhook.spec.scenario import Operator, Scenario, Sensors
+from stillhook.validate.data_set.campaign import Campaign
+from stillhook.validate.data_set.records.record import Record, Segment
+from stillhook.validate.data_set.records.tip import Tip, smooth_tip
+from stillhook.winches.records import Signals
+
+SETTLE = 30.0
+"""Start of a segment that does not count [s]: the twin begins at rest with no error, the crane in full swing. What that sets off dies out
+with the position loop, 1/(K_p v_max) = 5 s on `nov-250t`, so to 0.3 % of the first error; tests/validate/test_ahc.py shows 1 mm."""
+LEAST_SPEED = 1e-3
+"""Joystick speeds below this are none [m/s]: 0.06 m/min, what a stick's centre may read."""
+STICK_STEP = 2e-3
+"""Change of the joystick speed that makes a new point of the scenario's profile [m/s]."""
+
+
+@dataclass(frozen=True)
+class Replay:
+    """A segment and what the twin makes of it. case: the run; tip as the PLC of the crane saw it, and its noise; skipped: samples at the
+    segment's start that do not count."""
+
+    record: Record
+    segment: Segment
+    case: Scenario
+    tip: Tip
+    skipped: int
+
+    @property
+    def name(self) -> str:
+        return self.segment.test
+
+    @property
+    def t(self) -> FloatArray:
+        """Times that count, as in the record [s]."""
+        return self.record.t[self.first : self.last]
+
+    @property
+    def first(self) -> int:
+        return self.segment.first + self.skipped
+
+    @property
+    def last(self) -> int:
+        """One past the last sample that the twin reaches: its tip runs ahead of the PLC's by the delay."""
+        reach = self.record.t[self.segment.first] + self.case.duration
+        return min(self.segment.last, int(np.searchsorted(self.record.t, reach + 1e-9, side="right")))
+
+    def measured(self, name: str) -> FloatArray:
+        """A signal of the log over the samples that count; NaN where it was not logged."""
+        if not self.record.has(name):
+            return np.full(self.last - self.first, np.nan)
+        return self.record.signals[name][self.first : self.last]
+
+    @property
+    def s_tip(self) -> FloatArray:
+        """Smooth tip height as the PLC sees it [m]."""
+        return self.tip.motion.sample(np.minimum(self.t - self.record.t[self.segment.first], self.tip.motion.duration))[0]
+
+    @property
+    def noise(self) -> FloatArray:
+        """Measured tip height less the smooth one [m], 0 where not measured."""
+        return np.nan_to_num(self.tip.noise[self.skipped :][: self.last - self.first])
+
+
+    def shortened(self, duration: float) -> Replay:
+        """The same for the first part of the segment [s]."""
+        return replace(self, case=self.case.model_copy(update={"duration": min(duration, self.case.duration)}))
+
+
+def replay(campaign: Campaign, record: Record, segment: Segment) -> Replay:
+    """The run that repeats a segment. Errors: ValidateError, ScenarioError of one line."""
+    part = slice(segment.first, segment.last)
+    t = record.t[part] - record.t[segment.first]
+    place = f'test "{segment.test}"'
+    v_tip = record.part(segment, "v_tip") if record.has("v_tip") else None
+    tip = smooth_tip(t, record.part(segment, "s_tip"), v_tip, place=place)
+    delay = campaign.delay
+    s_w = _si(_wire_out(record, segment, place), "m")
+    case = Scenario(
+        name=segment.test, load=_si(segment.load, "kg"), s_w=s_w, mode=segment.mode, water=record.test.water,
+        tip=_ahead(tip.motion, delay), duration=_si(t[-1] - delay, "s"), ramp="0 s", warm_up=_si(min(SETTLE, 0.5 * t[-1]), "s"),
+        operator=_operator(t, record, segment), sensors=Sensors(delay=_si(delay, "s")),
+    )  # fmt: skip
+    return Replay(record, segment, case, tip, round(SETTLE / record.step))
+
+
+def _wire_out(record: Record, segment: Segment, place: str) -> float:
+    """Wire out at the start of a segment [m]: the first that is known, where a gap ends. Errors: ValidateError where none is."""
+    if math.isfinite(segment.s_w):
+        return segment.s_w
+    logged = record.part(segment, "s_w") if record.has("s_w") else np.zeros(0)
+    known = logged[np.isfinite(logged)]
+    if not len(known):
+        raise ValidateError(f"{place}: s_w is not known at {segment.start:.0f} s. Log it, or give s_w of the test.")
+    return float(known[0])
+
+
+def _si(x: float, unit: str) -> str:
+    return f"{float(x)!r} {unit}"
+
+
+def _ahead(motion: Recorded, delay: float) -> Recorded:
+    """The true tip: what the PLC sees `delay` later. Points as far apart as before, so that the curve stays the same to 0.1 mm."""
+    if delay == 0.0:
+        return motion
+    count = len(motion.times) - 1
+    t = np.linspace(delay, motion.duration, count + 1)
+    return Recorded(t, motion.sample(t)[0], source=motion.source)
+
+
+def _operator(t: FloatArray, record: Record, segment: Segment) -> Operator:
+    """The joystick as straight lines through the points where it moves."""
+    if not record.has("v_op"):
+        return Operator()
+    v = record.part(segment, "v_op")
+    known = np.isfinite(v)
+    if not known.any() or np.abs(v[known]).max() < LEAST_SPEED:
+        return Operator()
+    v = np.interp(t, t[known], v[known])
+    keep = [0]
+    for i in range(1, len(v) - 1):
+        if abs(v[i] - v[keep[-1]]) >= STICK_STEP or (v[i] != v[i + 1] and v[i] == v[i - 1]):
+            keep.append(i)
+    keep.append(len(v) - 1)
+    return Operator(profile=tuple((_si(t[i], "s"), _si(v[i], "m/s")) for i in keep))
+
+
+def run_twin(
+    cranes: Sequence[Crane], replays: Sequence[Replay], names: Sequence[str], *, quick: bool = False
+) -> list[dict[str, FloatArray]]:
+    """Series of the twin over the samples that count, one dict a pair of crane and replay.
+
+    Parameters: cranes and replays in pairs; names of signals; quick: sixteen runs side by side, at the longer step of statistics.
+    Errors: SimulationError where a run loses its numbers.
+    """
+    n_sub = steps_per_cycle(cranes[0], None, STATISTICS_STEP if quick else SERIES_STEP)
+    every = max(1, round((0.05 if quick else replays[0].record.step) / cranes[0].control.t_cycle))
+    results = run_cases(list(cranes), [r.case for r in replays], n_sub=n_sub, lanes=VL if quick and len(cranes) > 1 else 1, every=every)
+    out = []
+    for r, result in zip(replays, results, strict=True):
+        if result.ending is not Ending.DONE or result.series is None:
+            raise SimulationError(f'test "{r.name}": the twin loses its numbers at {result.t_end:.4g} s of it. Check crane file and log.')
+        t = np.arange(len(result.series)) * result.dt + r.record.t[r.segment.first]
+        out.append({name: np.interp(r.t, t, result.series[:, Signals._fields.index(name)]) for name in names})
+    return out
+
+
+def usable(records: Sequence[Record], window: float) -> tuple[list[tuple[Record, Segment]], list[str]]:
+    """Segments of AHC tests that step 5 can use, and a line for each that it cannot."""
+    from stillhook.spec.scenario import Mode
+    from stillhook.validate.data_set.campaign import Kind
+
+    good, said = [], []
+    for record in records:
+        if record.test.kind is not Kind.AHC:
+            continue
+        for s in record.segments:
+            least = SETTLE + window
+            if s.mode is Mode.MANUAL:
+                said.append(f'Test "{s.test}": {s.duration:.0f} s from {s.start:.0f} s on are in manual mode and not part of step 5.')
+            elif s.duration < least + record.step:
+                said.append(
+                    f'Test "{s.test}": the {s.duration:.0f} s from {s.start:.0f} s on are left out of step 5, which takes '
+                    f"{SETTLE:.0f} s to settle and a window of {window:.0f} s."
+                )
+            else:
+                good.append((record, s))
+    return good, said
+
+
+def measured_error(replays: Sequence[Replay]) -> tuple[list[FloatArray], bool]:
+    """The crane's control error over the samples that count [m], and whether the PLC logged it.
+
+    Where it did not: e_c = s_tip - s_w plus what the joystick took in, about its mean, for the datum of the reference is not known then.
+    """
+    logged = all(r.record.has("e_c_measured") for r in replays)
+    if logged:
+        return [r.measured("e_c_measured") for r in replays], True
+    return [about_mean(r.s_tip + r.noise - r.measured("s_w") - _s_op(r)) for r in replays], False
+
+
+def _s_op(r: Replay) -> FloatArray:
+    """Wire that the joystick has asked for, hoisting positive [m]."""
+    v = np.nan_to_num(r.measured("v_op"))
+    return np.concatenate(([0.0], np.cumsum(0.5 * (v[1:] + v[:-1]) * np.diff(r.t))))
+
+
+def about_mean(x: FloatArray) -> FloatArray:
+    return x - np.nanmean(x)

@@ -1,0 +1,234 @@
+"""Does a certificate still hold? Its inputs compared by their hashes, and everything computed again with what is there now."""
+
+from __future__ import annotations
+
+import glob
+import math
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from stillhook.errors import StillhookError
+from stillhook.library import crane_from_toml
+from stillhook.library.certificate import digest_of
+from stillhook.library.write import items
+from stillhook.spec.crane import Crane
+from stillhook.spec.validity import UNSIGNED
+from stillhook.units import came, number, show
+from stillhook.validate.certificate.certificate import Certificate, certificate_of
+from stillhook.validate.certificate.content import crane_part, sha256_of, versions
+from stillhook.validate.certificate.pdf import pdf
+from stillhook.validate.data_set.campaign import Campaign, load_campaign
+from stillhook.validate.report.figures import pictures
+from stillhook.validate.validation import validate
+
+ROUNDED = 1e-3
+"""Relative difference of an end of the envelope that other libraries or processors explain."""
+MOST_SHOWN = 12
+"""Differences of one kind that are told one by one."""
+
+
+@dataclass(frozen=True)
+class Check:
+    """What a check found. changed: inputs that are other than they were, a line each; missing: inputs that are not there, or cannot be used
+    any more; lines: verdict lines and ends of the envelope that come out otherwise; computed: whether they were computed again;
+    same_bytes: whether the JSON came out as it is; same_pdf: the same of the PDF beside it, None where there is none; largest: largest
+    relative difference of two numbers, and where it is."""
+
+    certificate: Certificate
+    changed: tuple[str, ...]
+    missing: tuple[str, ...]
+    lines: tuple[str, ...] = ()
+    computed: bool = False
+    same_bytes: bool = False
+    same_pdf: bool | None = None
+    largest: float = math.nan
+    where: str = ""
+
+    @property
+    def holds(self) -> bool:
+        """Passed, nothing that it rests on has changed, and what was computed again has the same verdict lines and envelope."""
+        return self.certificate.passed and not (self.changed or self.missing or self.lines)
+
+    @property
+    def verdict(self) -> str:
+        """The answer in one sentence."""
+        if not self.certificate.passed:
+            return "DOES NOT HOLD: the validation was not passed, so there is nothing to hold."
+        if self.missing:
+            return "DOES NOT HOLD: what it rests on is not there, or not of use, so that nobody can tell."
+        if self.holds:
+            how = "computed again" if self.computed else "by its hashes; not computed again"
+            return f"HOLDS: nothing that it rests on has changed ({how})."
+        if self.lines:
+            return "DOES NOT HOLD: what was computed again comes out otherwise."
+        again = " The verdict lines come out the same: stillhook validate gives a new certificate." if self.computed else ""
+        return f"DOES NOT HOLD: what it rests on has changed.{again}"
+
+    def to_dict(self) -> dict[str, Any]:
+        """The answer as plain data for JSON."""
+        return {
+            "certificate": self.certificate.digest, "passed": self.certificate.passed, "holds": self.holds, "verdict": self.verdict,
+            "changed": list(self.changed), "missing": list(self.missing), "lines": list(self.lines), "computed": self.computed,
+            "same_bytes": self.same_bytes, "same_pdf": self.same_pdf, "largest_difference": self.largest, "where": self.where,
+            "unsigned": UNSIGNED,
+        }  # fmt: skip
+
+
+def check(
+    path: str | Path, certificate: Certificate, *, campaign: str | Path | None = None, quick: bool = False,
+    progress: Callable[[float], None] | None = None,
+) -> Check:  # fmt: skip
+    """Whether the certificate in this file still holds.
+
+    Parameters: path and content of the file; campaign: its file, where it is none of `_near`; quick: hashes alone.
+    """
+    data = certificate.data
+    file = Path(campaign) if campaign is not None else _near(Path(path), data)
+    code = tuple(_code(data["twin"]))
+    if not file.is_file():
+        hint = "Give it with --campaign." if campaign is None else "Check the path."
+        return Check(certificate, code, (f"campaign {came(str(file))}: no such file. {hint}",))
+    changed, missing = (*_files(data, file), *code), tuple(_missing(data, file))
+    try:
+        todo = load_campaign(file)
+        changed = (*_files(data, file), *_inputs(data, todo), *code)
+        if quick or missing:
+            return Check(certificate, changed, missing)
+        found = validate(todo, progress=progress)
+    except StillhookError as problem:
+        return Check(certificate, changed, missing or (str(problem),))
+    again = certificate_of(found)
+    if campaign is not None:
+        again = _named(again, data["campaign"]["file"])
+    largest, where = max(_differences(data, again.data), default=(0.0, ""))
+    beside = Path(path).with_suffix(".pdf")
+    same_pdf = beside.read_bytes() == pdf(again.data, pictures(found)) if beside.is_file() else None
+    return Check(
+        certificate, changed, (), (*_lines(data, again.data), *_envelope(data, again.data)), True, again.text() == certificate.text(),
+        same_pdf, largest, where,
+    )  # fmt: skip
+
+
+def _near(path: Path, data: Mapping[str, Any]) -> Path:
+    """The campaign file of a certificate: beside it, a folder above, or in a folder beside; the one of that hash, else the first."""
+    folder, name = path.resolve().parent, str(data["campaign"]["file"])
+    around = sorted(folder.parent.glob(f"*/{glob.escape(name)}"))
+    there = [p for p in (folder / name, folder.parent / name, *around) if p.is_file()]
+    same = (p for p in there if sha256_of(p) == data["campaign"]["sha256"])
+    return next(same, there[0] if there else folder / name)
+
+
+def _named(certificate: Certificate, file: str) -> Certificate:
+    """The certificate as if its campaign file had the name that the one that is checked says."""
+    data = {**certificate.data, "campaign": {**certificate.data["campaign"], "file": file}}
+    return Certificate({**data, "digest": digest_of(data)})
+
+
+def _missing(data: Mapping[str, Any], campaign: Path) -> Iterator[str]:
+    """Logs that the certificate names and that are not there."""
+    for log in data["campaign"]["logs"]:
+        if not (campaign.parent / log["file"]).is_file():
+            yield f'log {came(log["file"])} of test "{log["test"]}": no such file beside {campaign.name}. Put it back.'
+
+
+def _files(data: Mapping[str, Any], campaign: Path) -> Iterator[str]:
+    """Campaign file and logs that are there, and are other than they were."""
+    if sha256_of(campaign) != data["campaign"]["sha256"]:
+        yield f"campaign {campaign.name}: changed since."
+    for log in data["campaign"]["logs"]:
+        path = campaign.parent / log["file"]
+        if path.is_file() and sha256_of(path) != log["sha256"]:
+            yield f'log {log["file"]} of test "{log["test"]}": changed since.'
+
+
+def _inputs(data: Mapping[str, Any], campaign: Campaign) -> Iterator[str]:
+    """Tests, criteria and crane that are other than they were."""
+    before, after = [log["test"] for log in data["campaign"]["logs"]], [t.name for t in campaign.tests]
+    yield from (f'test "{test}": not in the campaign any more.' for test in before if test not in after)
+    yield from (f'test "{test}": new in the campaign.' for test in after if test not in before)
+    if campaign.criteria.digest != data["criteria"]["digest"]:
+        told = f"{data['criteria']['name']} version {data['criteria']['version']}"
+        yield f"criteria: {campaign.criteria.label} now, and not what {told} was then."
+    yield from _crane(data["crane"], campaign.crane)
+
+
+def _crane(told: Mapping[str, Any], crane: Crane) -> Iterator[str]:
+    if crane_part(crane)["content"] == told["content"]:
+        return
+    fields = list(differing(crane_from_toml(told["toml"], "crane of the certificate"), crane))
+    more = f"; and {len(fields) - MOST_SHOWN} more" if len(fields) > MOST_SHOWN else ""
+    yield f"crane {crane.name}: changed since: {'; '.join(fields[:MOST_SHOWN])}{more}."
+
+
+def differing(old: Crane, new: Crane) -> Iterator[str]:
+    """Every number of a crane that is another one in the second: "control.K_p 0.16 1/m -> 0.2 1/m"."""
+    a, b = ({i.path: i for i in items(crane)} for crane in (old, new))
+    for path in {**a, **b}:
+        if path in ("name", "title"):
+            continue
+        x, y = (_said(side.get(path)) for side in (a, b))
+        if (a[path].value if path in a else None) != (b[path].value if path in b else None):
+            yield f"{path} {x} -> {y}"
+
+
+def _said(item: Any) -> str:
+    if item is None:
+        return "none"
+    values = item.value if isinstance(item.value, tuple) else (item.value,)
+    return " + ".join(show(v, item.quantity, 6) if item.quantity else str(v) for v in values)
+
+
+def _code(told: Mapping[str, Any]) -> Iterator[str]:
+    """Code and libraries that are other than they were."""
+    now = versions()
+    libraries = [f"{n} {told['libraries'].get(n)} -> {v}" for n, v in now["libraries"].items() if told["libraries"].get(n) != v]
+    if now["version"] != told["version"]:
+        libraries.insert(0, f"Stillhook {told['version']} -> {now['version']}")
+    with_them = f" ({', '.join(libraries)})" if libraries else ""
+    if now["code"] != told["code"]:
+        yield f"code of the twin: {told['code']} -> {now['code']}{with_them}."
+    if now["method"] != told["method"]:
+        yield f"code of the method: {told['method']} -> {now['method']}{with_them}."
+
+
+def _lines(told: Mapping[str, Any], now: Mapping[str, Any]) -> Iterator[str]:
+    """Verdict lines that are other than they were."""
+    before, after = ({line["key"]: line for line in part["lines"]} for part in (told, now))
+    for key in {**before, **after}:
+        x, y = (side[key]["verdict"] if key in side else "none" for side in (before, after))
+        if x != y:
+            yield f"{key}: {x} -> {y}: {after[key]['message'] if key in after else before[key]['message']}"
+
+
+def _envelope(told: Mapping[str, Any], now: Mapping[str, Any]) -> Iterator[str]:
+    """Ranges of the envelope that come out otherwise by more than `ROUNDED`; where nothing is passed any more, the lines say so."""
+    before, after = (part["envelope"] or {} for part in (told, now))
+    if not after:
+        return
+    for name in sorted({*before, *after}):
+        x, y = (side.get(name) for side in (before, after))
+        if name == "modes" or x is None or y is None:
+            same = x == y
+        else:
+            same = all(math.isclose(a, b, rel_tol=ROUNDED, abs_tol=1e-9) for a, b in zip(x, y, strict=True))
+        if not same:
+            yield f"envelope, {name}: {_ends(x)} -> {_ends(y)}"
+
+
+def _ends(ends: Any) -> str:
+    return "none" if ends is None else " to ".join(number(x, 6) for x in ends) if isinstance(ends[0], float | int) else ", ".join(ends)
+
+
+def _differences(a: Any, b: Any, where: str = "") -> Iterator[tuple[float, str]]:
+    """Relative difference of every pair of numbers at one place, with the place."""
+    if isinstance(a, Mapping) and isinstance(b, Mapping):
+        for key in a:
+            if key in b:
+                yield from _differences(a[key], b[key], f"{where}.{key}".lstrip("."))
+    elif isinstance(a, list) and isinstance(b, list):
+        for i, (x, y) in enumerate(zip(a, b, strict=False)):
+            yield from _differences(x, y, f"{where}[{i}]")
+    elif isinstance(a, float | int) and isinstance(b, float | int) and a != b:
+        yield abs(a - b) / max(abs(a), abs(b)), where

@@ -1,0 +1,112 @@
+"""What a validation leaves in a folder: report, numbers, tables, figures, the tuned crane, and the certificate."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+
+from stillhook.base.atomic import check_folder, whole_folder
+from stillhook.errors import ValidateError
+from stillhook.formats.results import save_json
+from stillhook.library import crane_toml
+from stillhook.library.toml.kinds import FileKind
+from stillhook.library.toml.tree import parsed, toml_text
+from stillhook.units import came
+from stillhook.validate.certificate.certificate import CERTIFICATE, CRANE, NOT_PASSED, certificate_files
+from stillhook.validate.criteria.results import Step, StepNumber
+from stillhook.validate.data_set.campaign import Campaign
+from stillhook.validate.dynamics.tuned_crane import tuned_crane
+from stillhook.validate.report.data import deviations_table, segments_table, to_dict
+from stillhook.validate.report.document import report
+from stillhook.validate.report.figures import pictures
+from stillhook.validate.validation import Validation
+
+REPORT, NUMBERS, SEGMENTS, DEVIATIONS, TUNED = "report.html", "summary.json", "segments.csv", "deviations.csv", "tuned-crane.toml"
+SOMETIMES = (DEVIATIONS, TUNED, CRANE, *(f"{stem}{end}" for stem in (CERTIFICATE, NOT_PASSED) for end in (".json", ".pdf")))
+"""Files that not every validation writes: one of an earlier validation must not stay beside the report of a later one."""
+PICTURES = "step-[0-6]-*.png"
+
+
+def check_out(campaign: Campaign, folder: str | Path) -> None:
+    """Refuse a folder that cannot be written to, or in which an input of the campaign would be written over. Errors: StillhookError."""
+    out = Path(folder)
+    names = (REPORT, NUMBERS, SEGMENTS, *SOMETIMES)
+    check_folder(out, names)
+    if folders := [path for path in out.glob(PICTURES) if path.is_dir()]:
+        raise ValidateError(f"{out}: {came(folders[0].name)} there is a folder in the way of a figure. Choose another folder.")
+    foreign = [name for name in SOMETIMES if (out / name).exists() and not _ours(out)]
+    if foreign:
+        raise ValidateError(f"{out}: {came(foreign[0])} there is not from an earlier validation, and could be lost. Choose another folder.")
+    crane = campaign.file.parent / campaign.crane_name
+    inputs = {path.resolve() for path in (campaign.file, *_crane_files(crane), *(t.log for t in campaign.tests))}
+    for name in names:
+        if (out / name).resolve() in inputs:
+            raise ValidateError(f"{out}: {came(name)} there belongs to the campaign, and would be written over. Choose another folder.")
+
+
+def _ours(out: Path) -> bool:
+    """Whether the numbers in a folder are those of a validation; other commands write a file of that name too."""
+    try:
+        found = json.loads((out / NUMBERS).read_bytes())
+    except (OSError, ValueError, RecursionError):
+        return False
+    return isinstance(found, dict) and {"criteria", "whole", "verdict"} <= found.keys()
+
+
+def _crane_files(crane: Path) -> Iterator[Path]:
+    """A crane's file, and those that it builds on."""
+    while crane.is_file():
+        yield crane
+        base = parsed(toml_text(crane), crane.name, FileKind.CRANE).get("base")
+        if not isinstance(base, str):
+            return
+        crane = crane.parent / base
+
+
+def save_validation(validation: Validation, folder: str | Path, *, certificate: bool = True) -> tuple[str, ...]:
+    """Write everything that a validation gives, all or nothing, and take away what an earlier one has left there.
+
+    Parameters: certificate: also the certificate, or what stands for one that was not passed; there is none unless all steps were taken.
+    Returns: names of the files. Errors: StillhookError where the folder cannot be written to.
+    """
+    out = Path(folder)
+    check_out(validation.campaign, out)
+    with whole_folder(out) as part:
+        drawn = pictures(validation)
+        content = {f"{stem}.png": data for stem, data in drawn.items()}
+        content[REPORT] = report(validation, drawn).encode()
+        if certificate and validation.whole:
+            content |= certificate_files(validation, drawn)
+        tuned = _tuned(validation)
+        if tuned is not None:
+            content[TUNED] = tuned.encode()
+        for name, data in content.items():
+            (part / name).write_bytes(data)
+        save_json(to_dict(validation), part / NUMBERS)
+        segments_table(validation).write_csv(part / SEGMENTS)
+        deviations = deviations_table(validation)
+        if deviations is not None:
+            deviations.write_csv(part / DEVIATIONS)
+        written = tuple(sorted(p.name for p in part.iterdir()))
+        _clear(out, written)
+    return written
+
+
+def _tuned(validation: Validation) -> str | None:
+    step = _taken(validation, StepNumber.DYNAMICS)
+    crane = tuned_crane(step, validation.campaign) if step is not None else None
+    return crane_toml(crane) if crane is not None else None
+
+
+def _taken(validation: Validation, number: StepNumber) -> Step | None:
+    return next((s for s in validation.steps if s.number == number), None)
+
+
+def _clear(out: Path, written: tuple[str, ...]) -> None:
+    """Take away what an earlier validation has left in this folder and the present one does not write."""
+    if not _ours(out):
+        return
+    for path in (*(out / name for name in SOMETIMES), *out.glob(PICTURES)):
+        if path.name not in written:
+            path.unlink(missing_ok=True)

@@ -1,0 +1,141 @@
+"""Step 2: the controller in isolation. What the PLC read goes into the simulated PLC, whose commands are compared with the logged ones.
+
+Source: Moslatt 2020 paper F, verification element 2 and criterion 3 ("controller inputs from measured data are used as inputs to the
+simulated controller"). Nothing of the winch is simulated here: a deviation is the controller's, or that of the logged inputs.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+
+from stillhook.statistics.jackknife_regression import Estimate
+from stillhook.validate.controller.deviation import Deviation, deviations
+from stillhook.validate.controller.explain import causes, deviation_table, gain_table, statements
+from stillhook.validate.controller.inputs import lacking, stretches
+from stillhook.validate.controller.law import Law, Run, joystick_gain, lag, law
+from stillhook.validate.controller.motor import MotorLaw, motor_laws, threshold
+from stillhook.validate.controller.rows import Rows, rows_of
+from stillhook.validate.criteria.results import Measure, Step, StepNumber
+from stillhook.validate.data_set.campaign import Campaign
+from stillhook.validate.data_set.records.record import Record
+
+NOT_LOGGED = "log s_tip, s_w and u_p, and best also v_tip, a_tip, alpha_m, u_m, e_c_measured and F_w, as the PLC has them in one cycle"
+
+
+@dataclass(frozen=True)
+class ControllerStep(Step):
+    """Step 2 with what its figures need: runs of the simulated PLC, order of the log's rows, implied laws."""
+
+    runs: tuple[Run, ...] = ()
+    rows: Rows | None = None
+    law: Law | None = None
+    laws: Mapping[str, Law] = field(default_factory=dict)
+    motor_laws: tuple[MotorLaw, ...] = ()
+    deviations: tuple[Deviation, ...] = ()
+
+
+@dataclass(frozen=True)
+class Found:
+    """Everything that step 2 finds: see the functions that make it."""
+
+    runs: tuple[Run, ...]
+    rows: Rows
+    deviations: tuple[Deviation, ...]
+    law: Law | None
+    laws: dict[str, Law]
+    K_op: Estimate | None
+    u_thr: Estimate | None
+    motor_laws: tuple[MotorLaw, ...]
+
+
+def check_controller(campaign: Campaign, records: tuple[Record, ...], progress: Callable[[float], None]) -> Step:
+    """Step 2 of the validation. Measures: u_p_deviation, u_m_deviation (95 % quantile of |measured - simulated|, each test in
+    compensation), their means, those of manual mode, command_lag [s], and K_1, K_2, K_p, u_thr implied by the logged commands, as shares
+    off the crane file's."""
+    crane = campaign.crane
+    runs = []
+    for i, record in enumerate(records):
+        runs += [Run(s, s.told(crane)) for s in stretches(crane, record)]
+        progress(0.3 * (i + 1) / len(records))
+    ahc = [r for r in runs if any(p.mode.value != "manual" for p in r.stretch.parts)]
+    if not ahc:
+        return _not_shown(records)
+    rows = rows_of(runs, lag(runs, ahc=True), lag(runs, ahc=False), crane)
+    progress(0.5)
+    names, own = dict.fromkeys(r.stretch.record.test.name for r in ahc), rows.evidence != "fine"
+    laws = {n: law([r for r in ahc if r.stretch.record.test.name == n], rows.aligned, own_noise=own) for n in names}
+    found = Found(
+        tuple(runs), rows, tuple(deviations(runs, rows.cycles)), law(ahc, rows.aligned, own_noise=own),
+        {n: f for n, f in laws.items() if f is not None},
+        joystick_gain(runs, rows.cycles), threshold(crane, runs, rows.cycles), tuple(motor_laws(crane, runs, rows.cycles)),
+    )  # fmt: skip
+    progress(0.9)
+    why = causes(campaign, found.runs, found.rows, found.law, found.laws, found.u_thr, found.motor_laws)
+    return ControllerStep(
+        StepNumber.CONTROLLER, _measures(campaign, found, why), statements(found.deviations, rows, why, runs, records),
+        (deviation_table(found.deviations), gain_table(crane, found.law, found.laws, found.K_op, found.u_thr)),
+        _data(found), found.runs, rows, found.law, found.laws, found.motor_laws, found.deviations,
+    )  # fmt: skip
+
+
+def _not_shown(records: Sequence[Record]) -> Step:
+    why = next((w for r in records if (w := lacking(r))), "no log holds heave compensation with the PLC's inputs")
+    note = f"{why}: {NOT_LOGGED}"
+    names = ("u_p_deviation", "u_m_deviation", "command_lag", "K_1_deviation")
+    return Step(StepNumber.CONTROLLER, tuple(Measure(n, None, note=note) for n in names), (f"The controller is not shown: {note}.",))
+
+
+def _measures(campaign: Campaign, found: Found, why: dict[str, str]) -> tuple[Measure, ...]:
+    out = [m for d in found.deviations for m in _of_test(d, why.get(d.signal, ""))]
+    if not any(d.signal == "u_m" and d.ahc for d in found.deviations):
+        out.append(Measure("u_m_deviation", None, note="u_m was not logged in heave compensation: log the motor command"))
+    seconds = f"{found.law.seconds:.0f} s of unsaturated compensation" if found.law else ""
+    lagging = found.rows.waves
+    out.append(
+        Measure("command_lag", lagging.value, "time", lagging.low, lagging.high, data=seconds, note=why.get("lag", found.rows.said))
+        if lagging else Measure("command_lag", None, note="the tip does not move in compensation: log AHC tests in waves")
+    )  # fmt: skip
+    gains = found.runs[0].stretch.plc.gains
+    for name in ("K_1", "K_2", "K_p"):
+        e = getattr(found.law, name) if found.law else None
+        note = "; ".join(why[k] for k in (name, "K_wire") if k in why)
+        out.append(_share(f"{name}_deviation", e, getattr(gains, name), seconds, note))
+    u_thr = campaign.crane.control.u_thr
+    e, never = found.u_thr, "the feedforward never passes the threshold for long: log waves that ask for more"
+    known = Measure("u_thr_difference", e.value - u_thr, "", e.low - u_thr, e.high - u_thr, note=why.get("u_thr", "")) if e else None
+    out.append(known or Measure("u_thr_difference", None, note=never))
+    return tuple(out)
+
+
+def _of_test(d: Deviation, why: str) -> list[Measure]:
+    data = f"{d.seconds:.0f} s, worst sample {100.0 * d.worst:.2g} %, rms {100.0 * d.rms:.2g} %"
+    if not d.ahc:
+        return [Measure(f"{d.signal}_deviation_manual", d.high, "", *d.high_ends, test=f"test {d.test}", data=data)]
+    place = f"test {d.test}"
+    return [
+        Measure(f"{d.signal}_deviation", d.high, "", *d.high_ends, test=place, data=data, note=why),
+        Measure(f"{d.signal}_deviation_mean", d.mean, "", *d.mean_ends, test=place, data=data),
+    ]
+
+
+def _share(name: str, e: Estimate | None, ours: float, data: str, note: str) -> Measure:
+    if e is None or ours == 0.0:
+        return Measure(name, None, note="too little unsaturated compensation in the logs to tell the gain: log AHC tests in waves")
+    low, high = e.low / ours - 1.0, e.high / ours - 1.0
+    return Measure(name, e.value / ours - 1.0, "", low, high, data=f"{data}, {e.blocks} blocks", note=note)
+
+
+def _data(found: Found) -> dict[str, object]:
+    def of(e: Estimate | None) -> dict[str, float] | None:
+        return {"value": e.value, "low": e.low, "high": e.high} if e else None
+
+    law, rows = found.law, found.rows
+    return {
+        "cycles": rows.cycles, "rows_by": rows.evidence, "lag_waves": of(rows.waves), "lag_joystick": of(rows.joystick),
+        "implied": {n: of(getattr(law, n)) for n in ("K_1", "K_2", "K_p", "K_op")} if law else None,
+        "K_1_joystick": of(found.K_op), "u_thr": of(found.u_thr),
+        "deviations": [
+            {n: getattr(d, n) for n in ("test", "signal", "ahc", "mean", "rms", "high", "worst", "seconds")} for d in found.deviations
+        ],
+    }  # fmt: skip

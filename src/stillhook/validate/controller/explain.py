@@ -1,0 +1,164 @@
+"""Step 2 in words: what is off and by how much, statements and tables."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from stillhook.engine.pack.winch import gains
+from stillhook.spec.crane import Crane
+from stillhook.statistics.jackknife_regression import Estimate
+from stillhook.units import number
+from stillhook.validate.controller.deviation import Deviation
+from stillhook.validate.controller.inputs import lacking
+from stillhook.validate.controller.law import Law, Run, significant
+from stillhook.validate.controller.motor import MotorLaw
+from stillhook.validate.controller.rows import Rows
+from stillhook.validate.criteria.results import Table, say
+from stillhook.validate.data_set.campaign import Campaign
+from stillhook.validate.data_set.records.record import Record
+from stillhook.validate.data_set.records.saturation import FLAT, FULL, ends_of
+
+TOLD = {"K_1": 0.01, "K_2": 0.1, "K_p": 0.1}
+"""Shares from which a gain that is off is named: below, nobody would look for it."""
+TOLD_U_THR = 0.01
+TOLD_SETTING = 0.01
+QUANTITY = {"K_1": "time_per_length", "K_2": "time_squared_per_length", "K_p": "gain_per_length"}
+
+
+def causes(
+    campaign: Campaign, runs: Sequence[Run], rows: Rows, law: Law | None, laws: Mapping[str, Law], u_thr: Estimate | None,
+    motors: Sequence[MotorLaw],
+) -> dict[str, str]:  # fmt: skip
+    """What is off, a line each, under what it is about: K_1, K_2, K_p, K_wire, u_thr, mode, setting, lag, clip; "u_p" and "u_m" repeat
+    the first that explains a deviation of that command."""
+    crane, out = campaign.crane, {}
+    if rows.late and rows.waves is not None:
+        out["lag"] = _late(rows.waves.value, crane)
+    if law is not None:
+        ours = gains(crane)
+        for name, least in TOLD.items():
+            e, own = getattr(law, name), getattr(ours, name)
+            if e is None or not own > 0.0 or (rows.late and name == "K_2"):
+                continue
+            share = e.value / own - 1.0
+            if abs(share) > least and significant(e, own):
+                log, file = say(e.value, QUANTITY[name]), say(own, QUANTITY[name])
+                out[name] = f"{name} {log} in the log's commands, {file} in the crane file ({_percent(share)})"
+        if told := _by_case(laws):
+            out["K_wire"] = told
+            for name in ("K_2", "K_p"):
+                out.pop(name, None)  # they stand on the same wrong ratio
+    clip = _clipped(runs)
+    if clip:
+        out["clip"] = clip
+    if (
+        u_thr is not None
+        and not rows.late
+        and abs(u_thr.value - crane.control.u_thr) > TOLD_U_THR
+        and significant(u_thr, crane.control.u_thr)
+    ):
+        out["u_thr"] = f"u_thr {u_thr.value:.3g} in the log's motor commands, {crane.control.u_thr:.3g} in the crane file"
+    for m in motors:
+        if m.follows is not None:
+            out["mode"] = f'test {m.test}: the motor command follows mode "{m.follows}", the log says "{m.mode}"'
+        elif m.setting is not None and m.wanted is not None and abs(m.setting - m.wanted) > TOLD_SETTING:
+            out["setting"] = f"test {m.test}, mode {m.mode}: motors commanded to {m.setting:.3g}, by the crane file to {m.wanted:.3g}"
+    out["u_p"] = next((out[k] for k in ("lag", "K_wire", "K_1", "clip", "K_2", "K_p") if k in out), "")
+    out["u_m"] = next((out[k] for k in ("mode", "K_wire", "setting", "u_thr", "K_1", "lag") if k in out), "")
+    return out
+
+
+def _late(value: float, crane: Crane) -> str:
+    ms, g = f"{abs(1e3 * value):.0f} ms", gains(crane)
+    other = f"or another clock, or K_2 {say(g.K_2 - value * g.K_1, QUANTITY['K_2'])} in place of {say(g.K_2, QUANTITY['K_2'])}"
+    if value < 0.0:
+        return f"the tip's motion in the log is {ms} later than what the PLC's commands follow: not the PLC's own signal, {other}"
+    return f"the commands follow the logged tip motion {ms} late: it reaches the PLC later than the log, {other}"
+
+
+def _by_case(laws: Mapping[str, Law]) -> str:
+    """Whether K_1 differs between tests by more than their intervals allow: then it is K_wire, not K_1."""
+    known = {n: f.K_1 for n, f in laws.items() if f.K_1 is not None}
+    if len(known) < 2:
+        return ""
+    low, high = min(known, key=lambda n: known[n].value), max(known, key=lambda n: known[n].value)
+    apart = known[high].value - known[low].value
+    if apart < 0.01 * known[low].value or apart < known[high].half + known[low].half:
+        return ""
+    a, b = (say(known[n].value, QUANTITY["K_1"]) for n in (low, high))
+    return f"K_1 {a} in test {low} and {b} in test {high}: the layer that K_wire is reckoned with, or the share of the pumps that run"
+
+
+def _clipped(runs: Sequence[Run]) -> str:
+    for run in runs:
+        lo, hi = ends_of(run.stretch.u_p, run.told.u_raw, run.stretch.record.step)
+        end = min(-lo, hi) + FLAT
+        if end < FULL and float(np.abs(run.told.u_p).max()) > end + 0.02:
+            where = f"test {run.stretch.record.test.name}"
+            return f"{where}: the logged pump commands stop at {100.0 * end:.3g} % of full command, the simulated ones at 100 %"
+    return ""
+
+
+def _percent(share: float) -> str:
+    return f"{100.0 * share:+.0f} %"
+
+
+def statements(
+    deviations: Sequence[Deviation], rows: Rows, why: Mapping[str, str], runs: Sequence[Run], records: Sequence[Record]
+) -> tuple[str, ...]:
+    """Lines for the reader, the most important first."""
+    out = []
+    for signal, name in (("u_p", "pump"), ("u_m", "motor")):
+        worst = max((d for d in deviations if d.signal == signal and d.ahc), key=lambda d: d.high, default=None)
+        if worst is not None:
+            out.append(
+                f"The simulated controller gives the logged {name} command to within {_share(worst.high)} of full command, 95 % of the "
+                f"time (test {worst.test}, the worst; mean {_share(worst.mean)}, worst sample {_share(worst.worst)})."
+            )
+    out += [f"Off: {text}." for key, text in why.items() if key not in ("u_p", "u_m")]
+    out.append(f"{rows.said[0].upper()}{rows.said[1:]}.")
+    out += _made_up(runs)
+    out += [f"Test {r.test.name} says nothing of the controller: {lack}." for r in records if (lack := lacking(r))]
+    return tuple(out)
+
+
+def _share(x: float) -> str:
+    return f"{number(100.0 * x, 2)} %"
+
+
+def _made_up(runs: Sequence[Run]) -> list[str]:
+    notes: dict[str, list[str]] = {}
+    for run in runs:
+        for note in run.stretch.notes:
+            notes.setdefault(note, []).append(run.stretch.record.test.name)
+    tests = {n: list(dict.fromkeys(names)) for n, names in notes.items()}
+    return [f"Test{'s' if len(t) > 1 else ''} {', '.join(t)}: {note}." for note, t in tests.items()]
+
+
+def deviation_table(deviations: Sequence[Deviation]) -> Table:
+    """Deviations of the commands by test."""
+    rows = []
+    for d in deviations:
+        shares = (number(100.0 * x, 2) for x in (d.mean, d.rms, d.high, d.worst))
+        rows.append((d.test, "AHC" if d.ahc else "manual", d.signal, f"{d.seconds:.0f}", *shares))
+    header = ("test", "mode", "command", "length\n[s]", "mean\n[%]", "rms\n[%]", "95 % below\n[%]", "worst\n[%]")
+    return Table("Measured less simulated command, share of full command", header, tuple(rows))
+
+
+def gain_table(crane: Crane, law: Law | None, laws: Mapping[str, Law], K_op: Estimate | None, u_thr: Estimate | None) -> Table:
+    """Gains that the logged commands imply, by test, with those of the crane file."""
+    g = gains(crane)
+    own = ("crane file", *(f"{x:.4g}" for x in (g.K_1, g.K_2, g.K_p, crane.control.u_thr)))
+    rows = [own, *((f"test {n}", _e(f.K_1), _e(f.K_2), _e(f.K_p), "") for n, f in laws.items())]
+    if law is not None:
+        rows.append(("all", _e(law.K_1), _e(law.K_2), _e(law.K_p), _e(u_thr)))
+    if K_op is not None:
+        rows.append(("joystick, manual", _e(K_op), "", "", ""))
+    header = ("of", "K_1 [s/m]", "K_2 [s^2/m]", "K_p [1/m]", "u_thr [-]")
+    return Table("Control law in the logged commands (95 % interval)", header, tuple(rows))
+
+
+def _e(e: Estimate | None) -> str:
+    return f"{e.value:.4g} +- {e.half:.1g}" if e else "-"

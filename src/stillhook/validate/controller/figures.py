@@ -1,0 +1,176 @@
+"""Figures of step 2: commands measured and simulated, their deviation, the law of the motors, the gains that the commands follow."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from stillhook.control.ssc import reduction_cubic, reduction_linear
+from stillhook.engine.pack.winch import gains
+from stillhook.report.plots.run import COLOURS, GREY
+from stillhook.spec.crane import Crane
+from stillhook.spec.scenario import Mode
+from stillhook.validate.controller.check import ControllerStep
+from stillhook.validate.controller.deviation import difference, differences
+from stillhook.validate.controller.law import Law, Run
+from stillhook.validate.controller.motor import SEMI, MotorLaw
+from stillhook.validate.criteria.results import Step
+from stillhook.validate.data_set.axes import MEASURED, SIMULATED, axes_of, legend_below, marked
+from stillhook.validate.data_set.campaign import Campaign
+from stillhook.validate.data_set.records.record import Record
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+SHOWN = 60.0
+"""Length of the stretch that is drawn of a test [s]."""
+MOST = 3
+"""Tests that are drawn side by side."""
+POINTS = 3000
+"""Samples of a cloud."""
+ALLOWED = 3.0
+"""% of full command. Source: Moslatt 2020 paper F table 2, criterion 3."""
+
+
+def figures(step: Step, campaign: Campaign, records: tuple[Record, ...]) -> dict[str, Figure]:
+    """Pictures of step 2 by name; none where no command could be compared."""
+    if not isinstance(step, ControllerStep) or step.rows is None:
+        return {}
+    runs = [r for r in step.runs if any(p.mode is not Mode.MANUAL for p in r.stretch.parts)]
+    out = {"commands": _commands(runs, step.rows.cycles, campaign), "deviation": _exceedance(runs, step.rows.cycles, campaign)}
+    laws = [m for m in step.motor_laws if m.mode in SEMI]
+    if laws:
+        out["motor-law"] = _motor_law(laws, campaign)
+    if step.law is not None:
+        out["gains"] = _gains(step.law, step.laws, campaign)
+    return out
+
+
+def _shown(runs: Sequence[Run]) -> list[tuple[Run, slice]]:
+    """One stretch of each test, about the largest command in it; of many tests those with the largest ones."""
+    found: dict[str, tuple[float, Run, slice]] = {}
+    for run in runs:
+        u, T = np.abs(run.stretch.u_p), run.stretch.record.step
+        at, n = int(np.nanargmax(u)), round(SHOWN / T)
+        first = int(np.clip(at - n // 2, 0, max(0, len(u) - n)))
+        name, top = run.stretch.record.test.name, float(u[at])
+        if name not in found or top > found[name][0]:
+            found[name] = (top, run, slice(first, first + n))
+    best = sorted(found, key=lambda n: -found[n][0])[:MOST]
+    return [found[n][1:] for n in found if n in best]
+
+
+def _commands(runs: Sequence[Run], cycles: int, campaign: Campaign) -> Figure:
+    shown = _shown(runs)
+    figure, axes = axes_of(
+        3, len(shown), (4.0 + 3.4 * len(shown), 7.5), marked(campaign, "Commands of the PLC over its logged inputs"), sharex="col"
+    )
+    for column, (run, part) in zip(axes.T, shown, strict=True):
+        s = run.stretch
+        t = s.record.t[s.first : s.last][part]
+        for ax, signal in zip(column[:2], ("u_p", "u_m"), strict=True):
+            measured = getattr(s, signal)
+            if measured is not None:
+                ax.plot(t, 100.0 * measured[part], color=MEASURED, lw=1.6, label="measured")
+            ax.plot(t, 100.0 * getattr(run.told, signal)[part], color=SIMULATED, lw=1.0, ls="--", label="simulated")
+        for signal, colour, label in (("u_p", COLOURS[2], "pump"), ("u_m", COLOURS[3], "motor")):
+            d = difference(run, signal, cycles)
+            if d is not None:
+                column[2].plot(t, 100.0 * d[part], color=colour, lw=0.8, label=f"{label} command, measured less simulated")
+        _room(column[2])
+        column[0].set_title(f"test {s.record.test.name}, mode {s.parts[0].mode.value}", fontsize="small")
+        column[2].set_xlabel("time [s]")
+    for ax, name in zip(
+        axes[:, 0], ("pump command [%]\n(hoisting positive)", "motor command [%]", "deviation\n[% of full command]"), strict=True
+    ):
+        ax.set_ylabel(name)
+    legend_below(figure, (axes[0, 0], axes[2, 0]), 4)
+    figure.align_ylabels(axes[:, 0])
+    return figure
+
+
+def _room(ax: Any) -> None:
+    """What criterion 3 allows, where the deviations come near to it."""
+    top = float(np.abs(ax.get_ylim()).max())
+    if top > 0.2 * ALLOWED:
+        for y in (-ALLOWED, ALLOWED):
+            ax.axhline(y, color=GREY, lw=1.0, ls=":")
+        ax.set_ylim(-max(top, 1.1 * ALLOWED), max(top, 1.1 * ALLOWED))
+
+
+def _exceedance(runs: Sequence[Run], cycles: int, campaign: Campaign) -> Figure:
+    figure, axes = axes_of(1, 2, (10.0, 4.6), marked(campaign, "How often the commands deviate by more"), sharey=True, sharex=True)
+    names = list(dict.fromkeys(r.stretch.record.test.name for r in runs))
+    for ax, signal, what in zip(axes[0], ("u_p", "u_m"), ("pump", "motor"), strict=True):
+        for colour, name in zip(COLOURS * 3, names, strict=False):
+            parts = [d for r in runs if r.stretch.record.test.name == name for d in differences(r, signal, cycles, ahc=True)]
+            if parts:
+                size = np.sort(100.0 * np.abs(np.concatenate(parts)))
+                every = max(1, len(size) // POINTS)
+                ax.step(
+                    np.maximum(size, 1e-3)[::every],
+                    (100.0 * np.arange(len(size), 0, -1) / len(size))[::every],
+                    color=colour,
+                    lw=1.2,
+                    label=f"test {name}",
+                )
+        ax.axvline(ALLOWED, color=GREY, ls=":", lw=1.2, label="criterion 3: at most 3 %")
+        ax.axhline(5.0, color=GREY, ls="--", lw=0.8, label="5 % of the time")
+        ax.set_xlabel(f"deviation of the {what} command [% of full command]")
+    axes[0, 0].set(xscale="log", yscale="log", ylim=(0.05, 120.0), xlim=(1e-3, 100.0), ylabel="share of the time with more [%]")
+    legend_below(figure, (axes[0, 0],), min(len(names) + 2, 6))
+    return figure
+
+
+def _motor_law(laws: Sequence[MotorLaw], campaign: Campaign) -> Figure:
+    figure, axes = axes_of(1, 1, (7.0, 5.2), marked(campaign, "Motor command over the feedforward in the logged pump command"))
+    ax, x = axes[0, 0], np.linspace(0.0, 1.0, 201)
+    drawn: dict[tuple[Mode, float], MotorLaw] = {}
+    for m in laws:
+        drawn.setdefault((m.mode, round(m.lowest, 2)), m)
+    for (mode, lowest), style in zip(drawn, ("-", "--", ":", "-.") * 3, strict=False):
+        ax.plot(
+            x,
+            [_law(float(u), mode, lowest, campaign.crane) for u in x],
+            style,
+            color="#000000",
+            lw=1.2,
+            label=f"twin, {mode.value}, keeps {lowest:g}",
+        )
+    for colour, m in zip(COLOURS * 3, laws, strict=False):
+        every = max(1, len(m.u_ff) // POINTS)
+        ax.plot(m.u_ff[::every], m.u_m[::every], ".", ms=2.0, color=colour, label=f"test {m.test}, measured", rasterized=True)
+    ax.axvline(campaign.crane.control.u_thr, color=GREY, lw=0.8, ls=":")
+    ax.set(xlim=(0.0, 1.05), ylim=(min(0.5, min(n for _, n in drawn) - 0.05), 1.05), xlabel="|u_ff| [-]", ylabel="motor command [-]")
+    legend_below(figure, (ax,), 3)
+    return figure
+
+
+def _law(u_ff: float, mode: Mode, lowest: float, crane: Crane) -> float:
+    reduction = reduction_cubic if mode is Mode.SSC_CUBIC else reduction_linear
+    return 1.0 - float(reduction(u_ff, crane.control.u_thr)) * (1.0 - lowest)
+
+
+def _gains(law: Law, laws: Mapping[str, Law], campaign: Campaign) -> Figure:
+    figure, axes = axes_of(
+        1, 3, (10.0, 1.8 + 0.35 * (len(laws) + 1)), marked(campaign, "Gains in the logged commands, off the crane file's"), sharey=True
+    )
+    ours = gains(campaign.crane)
+    rows = [*laws.items(), ("all", law)]
+    for ax, name in zip(axes[0], ("K_1", "K_2", "K_p"), strict=True):
+        own = getattr(ours, name)
+        for k, (_, found) in enumerate(rows):
+            e = getattr(found, name)
+            if e is not None and own > 0.0:
+                ax.errorbar(
+                    100.0 * (e.value / own - 1.0), k, xerr=100.0 * e.half / own, fmt="o", ms=4, capsize=3,
+                    color=COLOURS[1] if found is law else MEASURED,
+                )  # fmt: skip
+        ax.axvline(0.0, color=GREY, lw=1.0)
+        reach = max(1.0, 1.15 * float(np.abs(ax.get_xlim()).max()))
+        ax.set(xlim=(-reach, reach), xlabel=f"{name} [% off], 95 % interval")
+    axes[0, 0].set_yticks(range(len(rows)), [n if n == "all" else f"test {n}" for n, _ in rows])
+    axes[0, 0].set_ylim(len(rows) - 0.5, -0.5)
+    return figure

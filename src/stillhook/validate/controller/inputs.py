@@ -1,0 +1,275 @@
+"""What the PLC of a crane read, cycle by cycle, out of a record: inputs of the simulated controller."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.ndimage import median_filter
+from scipy.signal import savgol_filter
+
+from stillhook.base.arrays import BoolArray, FloatArray
+from stillhook.control.brake import SMALL, BrakeSettings
+from stillhook.control.plc import MANUAL, Memory, Plc, ahead
+from stillhook.engine.pack.winch import MODE_CODE, active_record, drum_record, plc_record
+from stillhook.kernels.plc_alone import Seen, Told, plc_alone
+from stillhook.physics.load_path.drum import K_wire, layer_diameter, layers_filled
+from stillhook.physics.scalar import G
+from stillhook.spec.crane import Crane
+from stillhook.spec.scenario import Mode, Operator
+from stillhook.validate.ahc.replay import LEAST_SPEED
+from stillhook.validate.data_set.records.record import Record, Segment
+from stillhook.validate.data_set.records.transients import filled
+
+SHORTEST = 5.0  # s: a stretch must outlast the bumpless start of the PLC's memory
+DERIVATIVE = {1: (3, 0.25), 2: (5, 0.5)}
+"""Degree of the polynomial, and half width of the window [s] in which it gives the first and second derivative of a noisy signal: 2 mm of
+white noise on a 100 Hz signal leave 5 mm/s and 2 cm/s^2, and a wave of 3 s loses 0.02 and 0.15 % of them."""
+MOVED = 0.1  # m: a reference that wanders more than this was moved by somebody
+STANDS = 21.0  # s: a set-point stands for half as long at least; waves come and go within
+ROUNDS = 3  # of motor command and displacement, each following from the other
+HELD = 2e-3  # spread of a motor command that is held by the operator
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """An unbroken part of a record with everything that the PLC needs.
+
+    first, last: samples [first, last) of the record; parts: its segments; seen, memory: what goes into the PLC; plc: its settings, with the
+    cycle of the record and the displacement that the operator holds; u_p, u_m, e_c: what was logged (n,), None where it was not;
+    settled: samples at which the motors' displacement is known (n,), None where all; notes: what was made up for signals that are missing.
+    """
+
+    record: Record
+    first: int
+    last: int
+    parts: tuple[Segment, ...]
+    seen: Seen
+    memory: Memory
+    plc: Plc
+    u_p: FloatArray
+    u_m: FloatArray | None
+    e_c: FloatArray | None
+    settled: BoolArray | None
+    notes: tuple[str, ...]
+
+    def within(self, part: Segment) -> slice:
+        """A segment's samples, counted from the start of the stretch."""
+        return slice(part.first - self.first, part.last - self.first)
+
+    def told(self, crane: Crane) -> Told:
+        """What the simulated PLC commands over these inputs."""
+        p_hp = np.zeros(self.last - self.first)  # moves the passive pumps alone
+        return plc_alone(self.seen, p_hp, self.memory, self.plc, active_record(crane).control)[0]
+
+    def foreseen(self) -> Seen:
+        """The inputs with the tip's motion as the PLC extrapolates it."""
+        return Seen._make([*ahead(self.seen.sensed, self.plc.t_lead)[:-2], self.seen.braked, self.seen.u_braked])
+
+
+def wire_ratio(crane: Crane, s_w: FloatArray) -> FloatArray:
+    """K_wire of the layer in use at every wire length s_w [m], as the PLC reckons it [-]."""
+    drum = drum_record(crane)
+    usable = np.clip(s_w, 0.0, drum.L_full)
+    # The layer is a staircase: its edges once, then a look-up.
+    edges = np.array([np.pi * drum.turns * (n * drum.d + n * n * drum.d_wire) for n in range(1, int(drum.layers) + 1)])
+    ratios = np.array([K_wire(layer_diameter(float(n), drum), drum) for n in range(1, int(drum.layers) + 1)])
+    assert layers_filled(float(edges[-1]), drum) <= drum.layers
+    at = np.searchsorted(edges, drum.L_full - usable - 1e-9)
+    return ratios[np.minimum(at, len(ratios) - 1)]
+
+
+def derivative(x: FloatArray, step: float, order: int = 1) -> FloatArray:
+    """First or second derivative of an even signal by local polynomials, without delay; see DERIVATIVE. Shapes (n,) in and out."""
+    degree, half = DERIVATIVE[order]
+    n = max(2 * round(half / step) + 1, degree + 2)
+    return np.asarray(savgol_filter(x, n, degree, deriv=order, delta=step), dtype=np.float64)
+
+
+def lacking(record: Record) -> str:
+    """Why a record can say nothing of the controller, "" where it can."""
+    missing = [name for name in ("u_p", "s_w") if not record.has(name)]
+    if not record.has("s_tip") and not record.has("v_op"):
+        missing.append("s_tip (or v_op)")
+    return f"{', '.join(missing)} not logged" if missing else ""
+
+
+def stretches(crane: Crane, record: Record, *, blind: bool = False) -> tuple[Stretch, ...]:
+    """The parts of a record that the simulated PLC can be run over. blind: those in manual mode without a joystick as well, as at rest.
+
+    A stretch goes on through changes of mode and through what no segment holds, as the PLC does; its parts are what counts.
+    """
+    if not record.has("u_p", "s_w"):
+        return ()
+    mode = modes_of(record)
+    asks = np.where(mode == MANUAL, record.has("v_op") or blind, record.has("s_tip"))  # else what was asked for is unknown
+    needed = [n for n in ("s_tip", "v_tip", "a_tip", "s_w", "v_op", "alpha_m", "u_p") if record.has(n)]
+    known = np.isfinite(mode) & asks & np.all([np.isfinite(record.signals[n]) for n in needed], axis=0)
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], known, [False]]).astype(int)))
+    runs = zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True)
+    found = (_stretch(crane, record, mode, a, b) for a, b in runs if (b - a) * record.step >= SHORTEST)
+    return tuple(s for s in found if s.parts)
+
+
+def modes_of(record: Record) -> FloatArray:
+    """Code of the PLC's mode at every sample (n,), NaN where it is not known: that of the segments, between them that of the log."""
+    logged = record.signals.get("mode")
+    mode = np.full(len(record.t), np.nan) if logged is None else np.array(logged, dtype=np.float64)
+    for part in record.segments:
+        mode[part.first : part.last] = MODE_CODE[part.mode]
+    return mode
+
+
+def _stretch(crane: Crane, record: Record, mode: FloatArray, a: int, b: int) -> Stretch:
+    notes: list[str] = []
+    parts = tuple(p for s in record.segments if (p := _cut(s, a, b)) is not None)
+    x = {name: values[a:b] for name, values in record.signals.items()}
+    zero, one, ahc = np.zeros(b - a), np.ones(b - a), mode[a:b] > MANUAL
+    s_tip, v_op = x.get("s_tip", zero), x.get("v_op", zero)
+    v_tip, a_tip = _tip(x, s_tip, record.step, notes if ahc.any() else [])
+    s_op = np.concatenate([[0.0], np.cumsum(0.5 * (v_op[1:] + v_op[:-1]) * record.step)])
+    e_c, u_m = (_mostly(x.get(name)) for name in ("e_c_measured", "u_m"))
+    starts = not ahc[0] or (a > 0 and mode[a - 1] == MANUAL)
+    datum, moved = _datum(x["s_w"] - s_tip + s_op, e_c, ahc, starts, record.step, notes)
+    s_op = s_op if moved is None else s_op - moved
+    F = _mostly(x.get("F_w"))
+    if F is None:
+        notes.append("the load cell was not logged: the stated load stands in")
+        F = one * ((parts[0].load if parts else 0.0) + crane.hook_mass) * G
+    plc = plc_record(crane)._replace(t_cycle=record.step)
+    braked = on_brake(mode[a:b], v_op, x["u_p"], plc.brake, record.step) if "v_op" in x else zero > 0.0
+    seen = Seen(
+        s_tip, v_tip, a_tip, v_op, s_op, mode[a:b], x.get("f_pump", one), x["s_w"], F, one, wire_ratio(crane, x["s_w"]),
+        braked.astype(np.float64), x["u_p"],
+    )  # fmt: skip
+    memory = _memory(record, mode, a, datum, F, e_c is not None, u_m is not None)
+    bare = Stretch(record, a, b, parts, seen, memory, plc, x["u_p"], u_m, e_c, None, ())
+    known = _with_displacement(crane, bare, x.get("alpha_m"), notes)
+    return replace(_with_held(crane, known, notes), notes=tuple(notes))
+
+
+def on_brake(mode: FloatArray, v_op: FloatArray, u_p: FloatArray, brake: BrakeSettings, step: float) -> BoolArray:
+    """Samples at which the holding brake may not be open (n,): from t_wait at zero speed in manual mode on, until it is open for certain.
+
+    That is t_most + t_open after a speed or a mode is asked for, or where the pumps' command goes beyond what they get against a closed
+    brake. A log that begins at zero speed begins on the brake.
+    """
+    out = np.zeros(len(mode), dtype=bool)
+    if not brake.fitted:
+        return out
+    still = (mode == MANUAL) & (np.abs(v_op) < LEAST_SPEED)
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], still, [False]]).astype(int)))
+    for a, b in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):
+        standing = np.flatnonzero(np.abs(u_p[a:b]) <= SMALL)
+        if not len(standing):
+            continue
+        first = 0 if a == 0 else a + int(standing[0]) + round(brake.t_wait / step)
+        if first < b:
+            last = b + round((brake.t_most + brake.t_open) / step)
+            beyond = np.flatnonzero(np.abs(u_p[b:last]) > brake.u_most)
+            out[first : b + int(beyond[0]) if len(beyond) else last] = True
+    return out
+
+
+def _mostly(x: FloatArray | None) -> FloatArray | None:
+    """A signal with its holes bridged, None where less than half of it is known."""
+    return None if x is None or np.isfinite(x).mean() < 0.5 else filled(x)
+
+
+def _memory(record: Record, mode: FloatArray, a: int, datum: float, F: FloatArray, e_c_logged: bool, u_m_logged: bool) -> Memory:
+    """The PLC's memory before a stretch. Where the mode changes just there, its commands start from the last ones that were logged, and
+    the reference is laid anew where compensation starts, unless the logged error tells where it lies."""
+    at = a - 1 if a > 0 and np.isfinite(mode[a - 1]) and np.isfinite(record.signals["u_p"][a - 1]) else a
+    before = mode[at]
+    if before == MANUAL and mode[a] > MANUAL and e_c_logged:
+        before = MODE_CODE[Mode.LEVEL_1 if mode[a] != MODE_CODE[Mode.LEVEL_1] else Mode.LEVEL_2]  # a change that keeps the datum
+    u_m = float(record.signals["u_m"][at]) if u_m_logged else 1.0
+    early = F[: max(1, round(1.0 / record.step))]
+    u_m = u_m if np.isfinite(u_m) else 1.0
+    return Memory(
+        before, datum, float(early.mean()), 0.0, float(record.signals["u_p"][at]), u_m, 0.0, 0.0, 1.0, brake=0.0, idle=0.0, stroke=1.0
+    )
+
+
+def _cut(part: Segment, a: int, b: int) -> Segment | None:
+    """The part of a segment inside [a, b), None where there is none."""
+    first, last = max(part.first, a), min(part.last, b)
+    return replace(part, first=first, last=last) if last > first else None
+
+
+def _tip(x: dict[str, FloatArray], s_tip: FloatArray, step: float, notes: list[str]) -> tuple[FloatArray, FloatArray]:
+    """Speed and acceleration of the tip; derivatives of what was logged where they were not."""
+    v_tip = x.get("v_tip")
+    if v_tip is None:
+        v_tip = derivative(s_tip, step)
+        notes.append("v_tip was not logged: derivative of s_tip (its noise passes into the simulated command)")
+        base, order = s_tip, 2
+    else:
+        base, order = v_tip, 1
+    a_tip = x.get("a_tip")
+    if a_tip is None:
+        a_tip = derivative(base, step, order)
+        of = "s_tip" if order == 2 else "v_tip"
+        notes.append(f"a_tip was not logged: derivative of {of} (its noise passes into the simulated command)")
+    return v_tip, a_tip
+
+
+def _datum(
+    bare: FloatArray, e_c: FloatArray | None, ahc: BoolArray, starts: bool, step: float, notes: list[str]
+) -> tuple[float, FloatArray | None]:
+    """Datum of the wire's reference at the start [m], and what moves the reference beside tip and joystick [m], None where nothing does.
+
+    starts: compensation starts inside the stretch, or with it.
+    e_c = datum + moved - bare, where bare = s_w - s_tip + s_op. Without a logged error: laid where compensation starts in the log, else one
+    constant that makes the mean error zero, since the log cannot tell a standing offset from it.
+    """
+    if not ahc.any():
+        return float(bare[0]), None
+    if e_c is None:
+        how = "laid where compensation starts in the log" if starts else "one constant, so that the mean error is zero"
+        notes.append(f"the AHC error was not logged: the wire's reference is {how}")
+        return float(bare[0] if starts else bare[ahc].mean()), None
+    reference = e_c + bare
+    datum = float(np.median(reference[ahc]))
+    every, n = max(1, round(1.0 / step)), round(STANDS)
+    slow = median_filter(np.where(ahc, reference - datum, 0.0)[::every], n, mode="nearest")
+    if np.ptp(slow) < MOVED:
+        return datum, None
+    notes.append("the reference moves by more than the joystick asks for: its set-point is taken from the logged error")
+    return datum, np.repeat(slow, every)[: len(bare)]
+
+
+def _with_displacement(crane: Crane, s: Stretch, alpha_m: FloatArray | None, notes: list[str]) -> Stretch:
+    """The stretch with the motors' displacement as the PLC knows it; what was not logged follows from the commands by the servo."""
+    if active_record(crane).control.feedback == 0.0:
+        return s  # the PLC reckons with its own command
+    servo, T = crane.active.motor.servo, s.record.step
+    if alpha_m is not None:
+        return replace(s, seen=s.seen._replace(alpha_m=alpha_m))
+    if s.u_m is not None:
+        notes.append("alpha_m was not logged: it follows u_m by the servo of the crane file")
+        return replace(s, seen=s.seen._replace(alpha_m=servo_response(s.u_m, servo.omega_n, servo.zeta, T)))
+    notes.append("neither alpha_m nor u_m was logged: the simulated motor command and its servo stand in")
+    for _ in range(ROUNDS):
+        u_m = s.told(crane).u_m
+        s = replace(s, seen=s.seen._replace(alpha_m=servo_response(u_m, servo.omega_n, servo.zeta, T)))
+    return replace(s, settled=np.abs(s.seen.alpha_m - u_m) < HELD)
+
+
+def _with_held(crane: Crane, s: Stretch, notes: list[str]) -> Stretch:
+    """In manual mode: the stretch with the displacement that the operator visibly holds against the PLC's own law."""
+    if s.u_m is None or (s.seen.mode > MANUAL).any() or np.ptp(s.u_m) > HELD or np.abs(s.u_m - s.told(crane).u_m).max() < 5.0 * HELD:
+        return s
+    held = float(np.clip(np.median(s.u_m), crane.active.motor.alpha_min, 1.0))
+    notes.append(f"the operator holds the motors at {held:.3f}")
+    return replace(s, plc=plc_record(crane, Operator(alpha_m=held))._replace(t_cycle=s.plc.t_cycle))
+
+
+def servo_response(u: FloatArray, omega_n: float, zeta: float, step: float) -> FloatArray:
+    """Setting that a second-order servo makes of a held command, from rest at its first value. Source: Moslatt 2020 eq. C 10."""
+    from scipy.signal import cont2discrete, lfilter, lfilter_zi
+
+    b, a, _ = cont2discrete(([omega_n**2], [1.0, 2.0 * zeta * omega_n, omega_n**2]), step, method="zoh")
+    b = np.ravel(b)
+    out, _ = lfilter(b, a, u, zi=lfilter_zi(b, a) * u[0])
+    return np.asarray(out, dtype=np.float64)

@@ -1,0 +1,301 @@
+"""The control law that a crane's commands follow: its gains and its time shift, by regression of the commands on what the PLC read."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stillhook.base.arrays import BoolArray, FloatArray
+from stillhook.control.plc import MANUAL
+from stillhook.kernels.plc_alone import Told
+from stillhook.statistics.dot import dot
+from stillhook.statistics.jackknife_regression import Estimate, Fit, fit
+from stillhook.validate.controller.inputs import Stretch, derivative
+from stillhook.validate.data_set.records.saturation import ends_of
+
+SMOOTH = (1.0, 2.0)
+"""Widths of the raised cosine that both sides of a regression pass through [s]: the law is linear, so it holds for smoothed signals as
+well, and white noise on the inputs, which would bias the gains down, is left with 1.5 and 0.75 % of its power at 100 Hz. What the gains
+change from one width to the other goes into their intervals."""
+NAMES = ("K_1", "K_2", "K_p", "K_op")
+ROW = 0.1  # s between the rows of a regression
+BLOCK = 20.0  # s: two waves
+BLOCK_MANUAL = 5.0  # s: a move of the joystick
+SETTLED = 5.0  # time constants of the bumpless start after which a mode change is forgotten
+MOVES = 0.02  # m/s: standard deviation of the joystick from which its own gain is asked
+REACH = 2.0  # s: largest shift of the commands that is looked for
+ROUNDS = 6
+FINE = 0.5  # correlation of the fine structure from which it shows the order of the rows
+ALONE = 0.5  # of that correlation, which it must be below one cycle beside: that of smooth signals is as high there
+FINE_REACH = 5  # cycles
+MOST_CYCLES = 2  # by which the rows of inputs and outputs of a log may differ
+
+
+@dataclass(frozen=True)
+class Law:
+    """Gains that the commands follow: K_1 [s/m], K_2 [s^2/m], K_p [1/m], K_op [s/m] that of the joystick; None where the data do not move
+    them. seconds: what it rests on; spread: standard deviation of what the law leaves of the smoothed command."""
+
+    K_1: Estimate | None
+    K_2: Estimate | None
+    K_p: Estimate | None
+    K_op: Estimate | None
+    seconds: float
+    spread: float
+
+
+@dataclass(frozen=True)
+class Run:
+    """A stretch and what the simulated PLC commands over it."""
+
+    stretch: Stretch
+    told: Told
+
+    def rows(self, *, ahc: bool) -> BoolArray:
+        """Samples (n,) of the parts in compensation, or in manual mode, in which neither the logged command nor the simulated one is at
+        its end, and in which no mode change and no start from the brake still fades."""
+        s, T = self.stretch, self.stretch.record.step
+        mode = s.seen.mode
+        lo, hi = ends_of(s.u_p, self.told.u_raw, T)
+        free = (s.u_p > lo) & (s.u_p < hi) & (np.abs(self.told.u_raw) < 1.0)
+        fading = round(SETTLED * s.plc.t_bumpless / T)
+        if s.settled is not None:
+            free &= s.settled
+        if s.memory.mode != mode[0]:
+            free[:fading] = False
+        free &= s.seen.braked == 0.0
+        opened = np.flatnonzero(np.diff(s.seen.braked) < 0.0)
+        for k in (*np.flatnonzero(np.diff(mode)), *opened):
+            free[k + 1 : k + 1 + fading] = False
+        counts = np.zeros(len(mode), dtype=bool)
+        for part in s.parts:
+            counts[s.within(part)] = True
+        chosen: BoolArray = free & counts & ((mode > MANUAL) == ahc)
+        return chosen
+
+
+def smoothed(x: FloatArray, good: BoolArray, width: float, step: float) -> FloatArray:
+    """A signal through a raised cosine of this width [s]; NaN within reach of samples that are not good, and at the ends."""
+    n = max(1, round(width / step))
+    w = np.hanning(n + 2)[1:-1]
+    w /= w.sum()
+    if len(x) < n:
+        return np.full(len(x), np.nan)
+    out = np.full(len(x), np.nan)
+    at = (n - 1) // 2
+    inside = slice(at, at + len(x) - n + 1)
+    out[inside] = np.convolve(x, w, "valid")
+    bad = np.convolve((~good).astype(float), np.ones(n), "valid") > 0.5
+    out[inside][bad] = np.nan
+    return out
+
+
+def shifted(x: FloatArray, by: float, step: float) -> FloatArray:
+    """A signal later by a time [s], which may be part of a step; NaN where nothing is known."""
+    k = np.arange(len(x)) - by / step
+    out: FloatArray = np.interp(k, np.arange(len(x)), x)
+    out[(k < -1e-9) | (k > len(x) - 1 + 1e-9)] = np.nan
+    return out
+
+
+def _thin(columns: list[FloatArray], step: float) -> list[FloatArray]:
+    every = max(1, round(ROW / step))
+    return [c[::every] for c in columns]
+
+
+def _about_mean(columns: list[FloatArray]) -> list[FloatArray]:
+    """Columns about their means over the rows in which all are known: each stretch has an unknown constant (its datum)."""
+    good = np.isfinite(columns).all(axis=0)
+    return [np.where(good, c - c[good].mean(), np.nan) if good.any() else np.full(len(c), np.nan) for c in columns]
+
+
+def _block(n: int, at: int, length: float = BLOCK) -> NDArray[np.intp]:
+    return at + np.asarray(np.arange(n) * ROW // length, dtype=np.intp)
+
+
+def _raw(run: Run) -> list[FloatArray]:
+    """Regressors of K_1, K_2, K_p, K_op, sample by sample."""
+    s, seen = run.stretch, run.stretch.foreseen()
+    scale = seen.K_wire * seen.alpha_m / seen.f_pump
+    e_c = s.e_c if s.e_c is not None else run.told.e_c
+    return [-seen.v_tip * scale, -seen.a_tip * scale, -e_c / seen.f_pump, seen.v_op * scale]
+
+
+def _columns(run: Run, cycles: float, width: float) -> list[FloatArray]:
+    """The same and the command that they make up [-], smoothed, thinned, about their means."""
+    s, T = run.stretch, run.stretch.record.step
+    faded = run.told.u_raw - run.told.u_ff + s.plc.gains.K_p * run.told.e_c / s.seen.f_pump  # bumpless start after a mode change
+    x = [*_raw(run), shifted(s.u_p, -cycles * T, T) - faded]
+    good = run.rows(ahc=True) & np.isfinite(x[-1])
+    return _about_mean(_thin([smoothed(np.nan_to_num(c), good, width, T) for c in x], T))
+
+
+def law(runs: list[Run], cycles: float = 0.0, *, own_noise: bool = False) -> Law | None:
+    """Gains of the compensation that the logged pump commands imply, over all these runs; None where too little is free to tell.
+
+    cycles: by which the logged commands are later than the inputs in the same row; own_noise: the logged inputs carry noise that the PLC
+    did not see, and which biases the gains down: the intervals then grow by what is left of it after smoothing. The law, unsaturated, is
+    u_p = -(K_1 v_tip + K_2 a_tip) K_wire alpha_m - K_p e_c + K_op v_op K_wire alpha_m (Moslatt 2020 E eqs 4 to 6), where K_op = K_1.
+    """
+    narrow, wide = (_fitted([_columns(r, cycles, w) for r in runs]) for w in SMOOTH)
+    if narrow is None:
+        return None
+    f, names, inverse = narrow
+    noise = _noise(runs) if own_noise else dict.fromkeys(NAMES, 0.0)
+    bias = inverse @ (f.b * np.array([noise[n] for n in names]))
+    estimates = {}
+    for i, n in enumerate(names):
+        value = float(f.b[i])
+        apart = float(wide[0].b[i]) - value if wide is not None and wide[1] == names else 0.0
+        estimates[n] = Estimate(value, math.hypot(f.half(i), apart, float(bias[i])), f.blocks)
+    K_1, K_2, K_p, K_op = (estimates.get(n) for n in NAMES)
+    return Law(K_1, K_2, K_p, K_op, seconds=f.rows * ROW, spread=f.sd)
+
+
+def _noise(runs: list[Run]) -> dict[str, float]:
+    """Power of white noise in every smoothed regressor, from the second differences of the raw one."""
+    total, count = np.zeros(len(NAMES)), 0
+    for run in runs:
+        T = run.stretch.record.step
+        n = max(1, round(SMOOTH[0] / T))
+        w = np.hanning(n + 2)[1:-1]
+        left = dot(w, w) / float(w.sum()) ** 2
+        good = run.rows(ahc=True)
+        use = good[2:] & good[1:-1] & good[:-2]
+        total += [left * float(np.sum(np.diff(x, 2)[use] ** 2)) / 6.0 for x in _raw(run)]
+        count += int(use.sum())
+    return dict(zip(NAMES, total / max(count, 1), strict=True))
+
+
+def _fitted(parts: list[list[FloatArray]]) -> tuple[Fit, list[str], FloatArray] | None:
+    """The fit, names of its coefficients, and the inverse of the mean normal matrix."""
+    if not parts:
+        return None
+    columns = [np.concatenate([p[k] for p in parts]) for k in range(5)]
+    at, blocks = 0, []
+    for p in parts:
+        blocks.append(_block(len(p[0]), at))
+        at = int(blocks[-1][-1]) + 1 if len(p[0]) else at
+    block = np.concatenate(blocks)
+    good = np.isfinite(columns).all(axis=0)
+    if not good.any():
+        return None
+    names = [n for n, c in zip(NAMES, columns, strict=False) if n != "K_op" or float(np.std(c[good])) > MOVES]
+    chosen = [columns[NAMES.index(n)] for n in names]
+    f = fit(chosen, columns[4], block)
+    if f is None:
+        return None
+    rows = [c[good] for c in chosen]
+    normal = np.array([[dot(p, q) / len(p) for q in rows] for p in rows])
+    return f, names, np.asarray(np.linalg.inv(normal), dtype=np.float64)
+
+
+def joystick_gain(runs: list[Run], cycles: float = 0.0) -> Estimate | None:
+    """K_1 by the joystick in manual mode [s/m]; None where it was not moved."""
+    columns: list[list[FloatArray]] = []
+    for run in runs:
+        s, T = run.stretch, run.stretch.record.step
+        x = s.seen.v_op * s.seen.K_wire * s.seen.alpha_m / s.seen.f_pump
+        faded = run.told.u_raw - run.told.u_ff
+        y = shifted(s.u_p, -cycles * T, T) - np.where(s.seen.mode > MANUAL, 0.0, faded)
+        good = run.rows(ahc=False) & np.isfinite(y)
+        columns.append(_thin([smoothed(np.nan_to_num(c), good, SMOOTH[0], T) for c in (x, y)], T))
+    x, y = (np.concatenate([c[k] for c in columns]) for k in (0, 1)) if columns else (np.zeros(0), np.zeros(0))
+    good = np.isfinite(x) & np.isfinite(y)
+    if good.sum() < 50 or float(np.std(x[good])) < MOVES:
+        return None
+    f = fit([x], y, _block(len(x), 0, BLOCK_MANUAL))
+    return Estimate(float(f.b[0]), f.half(0), f.blocks) if f is not None else None
+
+
+def lag(runs: list[Run], *, ahc: bool) -> Estimate | None:
+    """Time by which the logged pump commands are later than the simulated ones [s], None where they do not move.
+
+    y(t) = (1 + g) s(t - lag): regression on the simulated command and its slope, both sides smoothed alike, repeated with the command
+    shifted until nothing is left. A wrong K_2 shows as a lag too: K_2 / K_1 is the time by which the law leads the waves.
+    """
+    pairs = [(r.stretch.u_p, r.told.u_p, r.rows(ahc=ahc), r.stretch.record.step) for r in runs]
+    pairs = [p for p in pairs if p[2].any() and float(np.std(p[1][p[2]])) > MOVES]
+    if not pairs:
+        return None
+    by = _coarse(pairs)
+    found = None
+    for _ in range(ROUNDS):
+        found = _slope_fit(pairs, by, BLOCK if ahc else BLOCK_MANUAL)
+        if found is None:
+            return None
+        gain = 1.0 + float(found.b[0])
+        change = -float(found.b[1]) / gain if gain > 0.1 else 0.0
+        by = float(np.clip(by + np.clip(change, -0.2, 0.2), -REACH, REACH))
+        if abs(change) < 1e-5:
+            break
+    assert found is not None
+    return Estimate(by, found.half(1) / max(abs(1.0 + float(found.b[0])), 0.1), found.blocks)
+
+
+Pair = tuple[FloatArray, FloatArray, BoolArray, float]
+
+
+def _coarse(pairs: list[Pair]) -> float:
+    """Shift at which measured and simulated command go together best, to 50 ms [s]."""
+    tries = np.arange(-REACH, REACH + 0.025, 0.05)
+    score = np.zeros(len(tries))
+    for y, s, good, step in pairs:
+        every = max(1, round(0.05 / step))
+        y, s, good, h = y[::every], s[::every], good[::every], every * step
+        for i, by in enumerate(tries):
+            k = round(by / h)
+            a, b = (slice(k, None), slice(None, len(s) - k)) if k >= 0 else (slice(None, k), slice(-k, None))
+            use = good[a]
+            p, q = y[a][use] - y[a][use].mean(), s[b][use] - s[b][use].mean()
+            score[i] += dot(p, q) / max(math.sqrt(dot(p, p) * dot(q, q)), 1e-12) if use.any() else 0.0
+    return float(tries[int(np.argmax(score))])
+
+
+def _slope_fit(pairs: list[Pair], by: float, block: float) -> Fit | None:
+    parts, blocks, at = [], [], 0
+    for y, s, good, step in pairs:
+        moved = shifted(s, by, step)
+        use = good & np.isfinite(moved)
+        moved = np.nan_to_num(moved)
+        rise = derivative(moved, step)
+        c = _about_mean(_thin([smoothed(x, use, SMOOTH[0], step) for x in (moved, rise, y - moved)], step))
+        parts.append(c)
+        blocks.append(_block(len(c[0]), at, block))
+        at = int(blocks[-1][-1]) + 1
+    columns = [np.concatenate([p[k] for p in parts]) for k in range(3)]
+    return fit(columns[:2], columns[2], np.concatenate(blocks))
+
+
+def fine_shift(runs: list[Run]) -> tuple[int, float] | None:
+    """Whole cycles by which logged commands are later than the inputs of their row, by the noise that both carry; and the correlation.
+
+    A PLC's commands repeat the noise of what it read. Where the log holds the very numbers that it read, second differences of measured
+    and simulated command go together at one shift alone. None where the log's noise is its own.
+    """
+    score = np.zeros(2 * FINE_REACH + 1)
+    p_p = q_q = 0.0
+    for run in runs:
+        good = run.rows(ahc=True) | run.rows(ahc=False)
+        y, s = np.diff(run.stretch.u_p, 2), np.diff(run.told.u_p, 2)
+        use = (good[2:] & good[1:-1] & good[:-2])[FINE_REACH:-FINE_REACH]
+        s_mid = s[FINE_REACH:-FINE_REACH][use]
+        y_mid = y[FINE_REACH:-FINE_REACH][use]
+        q_q += dot(s_mid, s_mid)
+        p_p += dot(y_mid, y_mid)
+        for i, k in enumerate(range(-FINE_REACH, FINE_REACH + 1)):
+            score[i] += dot(y[FINE_REACH + k : len(y) - FINE_REACH + k][use], s_mid)
+    if not p_p * q_q > 0.0:
+        return None
+    score /= np.sqrt(p_p * q_q)
+    best = int(np.argmax(score))
+    beside = max(score[k] for k in (best - 1, best + 1) if 0 <= k < len(score))
+    return (best - FINE_REACH, float(score[best])) if score[best] > FINE and beside < ALONE * score[best] else None
+
+
+def significant(e: Estimate, other: float) -> bool:
+    """Whether a number lies outside an estimate's interval."""
+    return abs(e.value - other) > e.half

@@ -1,0 +1,138 @@
+"""The law of the motors' displacement in a crane's commands: its mode, its threshold, its settings."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from stillhook.base.arrays import FloatArray
+from stillhook.control.plc import MANUAL, SSC_CUBIC
+from stillhook.engine.pack.winch import MODE_CODE
+from stillhook.spec.crane import Crane
+from stillhook.spec.scenario import Mode
+from stillhook.statistics.jackknife_regression import Estimate, fit
+from stillhook.validate.controller.deviation import difference, differences
+from stillhook.validate.controller.law import Run, shifted
+from stillhook.validate.data_set.records.saturation import ends_of
+
+BETWEEN = (0.05, 0.95)  # of the reduction: outside, the law stands at an end and tells nothing of its threshold
+FEWEST = 1.0  # s of reduction from which a threshold is told
+BLOCK = 2.0  # s: a wave's crest
+OFF = 0.01  # rms of u_m from which another mode is looked for
+BETTER = 0.5  # of that rms: what another mode must be below to be named
+SEMI = (Mode.SSC, Mode.SSC_CUBIC)
+
+
+@dataclass(frozen=True)
+class MotorLaw:
+    """One test: u_ff magnitude of the feedforward in the logged pump command (n,), NaN where it is saturated; u_m logged; lowest: median
+    of the displacement that the twin keeps; mode: as the log states it; follows: the mode that fits better, None where none does."""
+
+    test: str
+    u_ff: FloatArray
+    u_m: FloatArray
+    lowest: float
+    mode: Mode
+    follows: Mode | None
+    setting: float | None
+    """Displacement that a mode with fixed motors holds, median, None in other modes."""
+    wanted: float | None
+    """The same as the twin has it."""
+
+
+def motor_laws(crane: Crane, runs: Sequence[Run], cycles: int) -> list[MotorLaw]:
+    """The law of every part with heave compensation in which the motor command was logged."""
+    found = []
+    for run in runs:
+        s = run.stretch
+        if s.u_m is None:
+            continue
+        u_ff, u_m, lowest = feedforward_logged(run, cycles), shifted(s.u_m, -cycles * s.record.step, s.record.step), least(crane, run)
+        for part in s.parts:
+            if part.mode is Mode.MANUAL:
+                continue
+            at = s.within(part)
+            fixed = part.mode not in SEMI
+            found.append(
+                MotorLaw(
+                    s.record.test.name, np.abs(u_ff[at]), u_m[at], float(np.median(lowest[at])), part.mode,
+                    _better(crane, run, part.mode, cycles), float(np.nanmedian(u_m[at])) if fixed else None,
+                    float(np.median(run.told.u_m[at])) if fixed else None,
+                )
+            )  # fmt: skip
+    return found
+
+
+def feedforward_logged(run: Run, cycles: int) -> FloatArray:
+    """Feedforward in the logged pump command, which is that less what the twin's law feeds back [-]; NaN where it is at its end."""
+    s, T = run.stretch, run.stretch.record.step
+    u_p = shifted(s.u_p, -cycles * T, T)
+    lo, hi = ends_of(s.u_p, run.told.u_raw, T)
+    rest = run.told.u_raw - run.told.u_ff  # feedback and what is left of a bumpless start
+    return np.where((u_p > lo) & (u_p < hi), u_p - rest, np.nan)
+
+
+def least(crane: Crane, run: Run) -> FloatArray:
+    """Displacement that the twin's SSC keeps at full feedforward (n,) [-]: what its PLC commands where the tip runs away."""
+    s = run.stretch
+    all_ssc = np.full(len(s.seen.mode), MODE_CODE[Mode.SSC])
+    seen = s.seen._replace(v_tip=np.full(len(all_ssc), 1e3), mode=all_ssc)
+    return replace(s, seen=seen, memory=s.memory._replace(mode=MODE_CODE[Mode.SSC])).told(crane).u_m
+
+
+def _better(crane: Crane, run: Run, stated: Mode, cycles: int) -> Mode | None:
+    """The mode that the logged motor command follows, where it is clearly not the stated one."""
+    own = _rms(run, cycles)
+    if not own > OFF:
+        return None
+    scores = {}
+    for mode in Mode:
+        if mode in (Mode.MANUAL, stated):
+            continue
+        s = run.stretch
+        code = np.where(s.seen.mode > MANUAL, MODE_CODE[mode], s.seen.mode)
+        memory = s.memory._replace(mode=code[0])
+        told = replace(s, seen=s.seen._replace(mode=code), memory=memory).told(crane)
+        scores[mode] = _rms(Run(s, told), cycles)
+    best = min(scores, key=lambda m: scores[m])
+    return best if scores[best] < BETTER * own else None
+
+
+def _rms(run: Run, cycles: int) -> float:
+    parts = differences(run, "u_m", cycles, ahc=True)
+    return float(np.sqrt(np.mean(np.concatenate(parts) ** 2))) if parts else 0.0
+
+
+def threshold(crane: Crane, runs: Sequence[Run], cycles: int) -> Estimate | None:
+    """u_thr that the motors' reduction over the feedforward implies [-], None where the feedforward does not reach it.
+
+    Every sample between the ends of the law gives one: k = (1 - u_m) / (1 - alpha_min) and |u_ff| = u_thr + k (1 - u_thr).
+    Source: Moslatt 2020 eqs 2.9 and 2.10; of the cubic law k = s^2 (3 - 2 s) is solved for s first.
+    """
+    values, blocks, at = [], [], 0
+    for run in runs:
+        s = run.stretch
+        if s.u_m is None or difference(run, "u_m", cycles) is None:
+            continue
+        u_ff, u_m = np.abs(feedforward_logged(run, cycles)), shifted(s.u_m, -cycles * s.record.step, s.record.step)
+        room = 1.0 - least(crane, run)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            k = np.where(room > 0.02, (1.0 - u_m) / room, np.nan)
+        k = np.where(s.seen.mode == SSC_CUBIC, _line_of(k), k)
+        semi = np.isin(s.seen.mode, [MODE_CODE[m] for m in SEMI])
+        use = semi & np.isfinite(u_ff) & (k > BETWEEN[0]) & (k < BETWEEN[1])
+        values.append((u_ff[use] - k[use]) / (1.0 - k[use]))
+        blocks.append(at + np.asarray(np.flatnonzero(use) * s.record.step // BLOCK, dtype=np.intp))
+        at += int(len(k) * s.record.step // BLOCK) + 1
+    y = np.concatenate(values) if values else np.zeros(0)
+    if len(y) < FEWEST / (runs[0].stretch.record.step if runs else 1.0):
+        return None
+    f = fit([np.ones(len(y))], y, np.concatenate(blocks))
+    return Estimate(float(f.b[0]), f.half(0), f.blocks) if f is not None else None
+
+
+def _line_of(k: FloatArray) -> FloatArray:
+    """s of k = s^2 (3 - 2 s), for k in [0, 1]."""
+    return 0.5 - np.sin(np.arcsin(1.0 - 2.0 * np.clip(k, 0.0, 1.0)) / 3.0)

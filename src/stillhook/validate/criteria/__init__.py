@@ -1,0 +1,1 @@
+"""Acceptance criteria, verdicts and detection limits."""

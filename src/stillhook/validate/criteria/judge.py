@@ -1,0 +1,159 @@
+"""What a set of criteria makes of the measures of the steps: one result a criterion, with one of three verdicts."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+
+from stillhook.units import in_unit, number
+from stillhook.validate.criteria.criteria import Ask, Criteria, Criterion, Limit
+from stillhook.validate.criteria.results import CriterionResult, Measure, Outcome, StepNumber, Verdict
+
+DIGITS = 3
+
+
+def judge(criteria: Criteria, measures: Iterable[Measure], steps: Iterable[StepNumber]) -> tuple[CriterionResult, ...]:
+    """The result of every criterion that belongs to one of these steps.
+
+    Of several measures of one name (one a test or load case) the worst is judged: refuted before not shown before shown; one without a
+    figure counts as not shown, and is left out where the criterion is not needed and others have one.
+    """
+    everything, taken = tuple(measures), set(steps)
+    return tuple(_result(c, [m for m in everything if m.name == c.measure]) for c in criteria.criteria if c.step in taken)
+
+
+def outcome_of(results: Iterable[CriterionResult]) -> Outcome:
+    """What all results together come to."""
+    judged = [r for r in results if r.judged]
+    if not judged:
+        return Outcome.NOT_JUDGED
+    if any(r.verdict is Verdict.REFUTED for r in judged):
+        return Outcome.REFUTED
+    return Outcome.NOT_SHOWN if any(r.failed for r in judged) or all(r.verdict is not Verdict.SHOWN for r in judged) else Outcome.PASSED
+
+
+def verdict_of(criterion: Criterion, measure: Measure) -> Verdict:
+    """Shown where the whole 95 % interval of a measure meets the limit, refuted where no part of it does, else not shown; a measure without
+    an interval is judged by its value, one without a value is not shown."""
+    value = measure.value
+    if value is None or math.isnan(value):
+        return Verdict.NOT_SHOWN
+    low, high = _ends(measure) or (value, value)
+    if all(_within(criterion, x) for x in (low, high, value)):
+        return Verdict.SHOWN
+    crosses_zero = criterion.kind is Limit.WITHIN and low <= 0.0 <= high
+    return Verdict.NOT_SHOWN if crosses_zero or any(_within(criterion, x) for x in (low, high, value)) else Verdict.REFUTED
+
+
+def _ends(m: Measure) -> tuple[float, float] | None:
+    """The 95 % interval of a measure; None where it has none."""
+    if m.low is None or m.high is None or math.isnan(m.low) or math.isnan(m.high):
+        return None
+    return m.low, m.high
+
+
+def _within(c: Criterion, x: float) -> bool:
+    if c.kind is Limit.AT_LEAST:
+        return x >= c.limit
+    return (abs(x) if c.kind is Limit.WITHIN else x) <= c.limit
+
+
+def _known(m: Measure) -> bool:
+    return m.value is not None and not math.isnan(m.value)
+
+
+def _required(c: Criterion, m: Measure | None) -> bool:
+    """Whether a "not shown" of this measure stands in the way: it must be shown, or has no figure, or its estimate misses the limit."""
+    if m is None or m.value is None or math.isnan(m.value):
+        return c.needed
+    return c.ask is Ask.SHOWN or not _within(c, m.value)
+
+
+def _used(c: Criterion, m: Measure) -> float:
+    """The farthest end of a measure's interval as a part of the limit: above 1 it is beyond. NaN where there is no figure, or the limit is
+    zero."""
+    if m.value is None or math.isnan(m.value) or c.limit == 0.0:
+        return math.nan
+    points = (*(_ends(m) or ()), m.value)
+    if c.kind is Limit.AT_LEAST:
+        least = min(points)
+        return c.limit / least if least > 0.0 else math.inf
+    return float(max(abs(x) if c.kind is Limit.WITHIN else x for x in points) / abs(c.limit))
+
+
+def _badness(c: Criterion, m: Measure) -> tuple[int, float, float]:
+    """Refuted before what stands in the way before the rest; then by what the interval uses of the limit, then by the value."""
+    verdict = verdict_of(c, m)
+    if verdict is Verdict.REFUTED:
+        rank = 3
+    elif verdict is Verdict.NOT_SHOWN:
+        rank = 2 if _required(c, m) else 1
+    else:
+        rank = 0
+    used = _used(c, m)
+    beyond = 0.0 if m.value is None else c.limit - m.value if c.kind is Limit.AT_LEAST else abs(m.value)
+    return rank, -math.inf if math.isnan(used) else used, beyond
+
+
+def _result(c: Criterion, same: list[Measure]) -> CriterionResult:
+    known = [m for m in same if _known(m)]
+    pool = same if c.needed or not known else known
+    worst = max(pool, key=lambda m: _badness(c, m)) if pool else None
+    met = verdict_of(c, worst) if worst is not None else Verdict.NOT_SHOWN
+    has_figure = worst is not None and _known(worst)
+    return CriterionResult(
+        key=c.key, step=c.step, what=c.what, verdict=met if c.judged or not has_figure else Verdict.INFO, measure=worst, limit=c.limit_text,
+        judged=c.judged and (c.needed or has_figure), source=c.source, message=_message(c, worst, known), required=_required(c, worst),
+        used=_used(c, worst) if worst is not None else math.nan, figures=sum(_ends(m) is not None for m in known),
+    )  # fmt: skip
+
+
+def in_words(c: Criterion, x: float) -> str:
+    """A value of the criterion's measure in the unit that the limit is written in, to between a 200th and a 2000th of the limit."""
+    unit = c.written.split(" ", 1)[1] if " " in c.written else ""
+    scale = 100.0 if unit == "%" else in_unit(1.0, unit, c.quantity) if unit and c.quantity else 1.0
+    shown, limit = scale * x, abs(scale * c.limit)
+    if not math.isfinite(shown):
+        return f"{shown} {unit}".rstrip()
+    text = f"{shown:.{max(0, -math.floor(math.log10(limit / 200.0)))}f}" if limit > 0.0 else number(shown, DIGITS)
+    bare = text.rstrip("0").rstrip(".") if "." in text else text
+    return f"{bare.replace('-0', '0') if float(bare) == 0.0 else bare} {unit}".rstrip()
+
+
+def interval_words(c: Criterion, m: Measure) -> str:
+    """The 95 % interval in the unit of the limit, "1.8 to 2.51 cm"; "" where there is none."""
+    ends = _ends(m)
+    return f"{_bare(in_words(c, ends[0]), in_words(c, ends[1]))} to {in_words(c, ends[1])}" if ends else ""
+
+
+def structural_words(c: Criterion, m: Measure) -> str:
+    """What of the interval the form of a law leaves; "" where it leaves nothing."""
+    return f"of which +- {in_words(c, m.structural)} from the form of the law" if m.structural else ""
+
+
+def _message(c: Criterion, m: Measure | None, known: Sequence[Measure]) -> str:
+    """One sentence: figure, interval, limit and the data behind it."""
+    if m is None:
+        why = "" if c.needed else ", and need not be"
+        return f"{c.what}: nothing of the kind is in these data{why} (the limit is {c.limit_text})."
+    rest = "".join(f"; {part}" for part in (m.data, m.note) if part)
+    where = f" in {m.test}" if m.test and len(known) <= 1 else f" in {m.test}, the worst of {len(known)}" if m.test else ""
+    if m.value is None or math.isnan(m.value):
+        return f"{c.what}{where}: no figure from these data (the limit is {c.limit_text}){rest}."
+    parts = [part for part in (interval_words(c, m), structural_words(c, m)) if part]
+    interval = f" (95 % interval {', '.join(parts)})" if parts else ""
+    limit = f"limit {c.limit_text}{_beyond(c, m)}" if c.judged else f"{c.limit_text} for comparison, not judged"
+    return f"{c.what}{where}: {in_words(c, m.value)}{interval}, {limit}{rest}."
+
+
+def _beyond(c: Criterion, m: Measure) -> str:
+    """Why a figure with an interval is not shown, in words."""
+    if verdict_of(c, m) is not Verdict.NOT_SHOWN or m.value is None:
+        return ""
+    return ", which part of the interval misses" if _within(c, m.value) else ", which the estimate misses and part of the interval meets"
+
+
+def _bare(low: str, high: str) -> str:
+    """The lower end without its unit where the upper one has the same."""
+    unit = high.split(" ", 1)[1] if " " in high else ""
+    return low.removesuffix(f" {unit}") if unit else low

@@ -1,0 +1,1 @@
+"""The data set of a validation: campaign, records and their coverage (step 0)."""

@@ -1,0 +1,222 @@
+"""Step 0: does the data set cover enough, and is it sound? Moslatt 2020 paper F table 2, 1a to 1d, and the quality of the logs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.ndimage import uniform_filter1d
+
+from stillhook.base.arrays import FloatArray
+from stillhook.engine.pack.winch import drum_record
+from stillhook.physics.load_path.drum import layers_filled
+from stillhook.sea.spectra.waves import window_spans
+from stillhook.spec.crane import Crane
+from stillhook.units import number, show
+from stillhook.validate.criteria.results import Measure, Step, StepNumber, Table
+from stillhook.validate.data_set.campaign import Campaign, Kind
+from stillhook.validate.data_set.records.record import ClockError, Record, Segment, SegmentLag
+from stillhook.validate.data_set.records.segments import SMOOTH
+
+EVERY = 0.2
+"""Spacing of the tip samples whose ranges are taken [s]: a wave of 4 s is met within 1 % of its height."""
+RESTS = 0.1
+"""Peak-to-peak motion of a window below which the tip rests, and shows nothing of compensation [m]."""
+NEEDED = ("s_tip", "s_w", "u_p", "e_c_measured")
+"""Signals whose doubtful samples count: what step 5 rests on."""
+
+
+@dataclass(frozen=True)
+class Motion:
+    """How far the tip goes in a load case: peak-to-peak over every moving window [m]."""
+
+    segment: Segment
+    s_tip_pp: FloatArray
+
+    @property
+    def label(self) -> str:
+        s = self.segment
+        return f"{s.test}: {s.load / 1e3:.0f} t, {s.s_w:.0f} m"
+
+
+@dataclass(frozen=True)
+class DataStep(Step):
+    """motions: the tip's motion by load case with heave compensation."""
+
+    motions: tuple[Motion, ...] = ()
+
+
+def check_data(campaign: Campaign, records: tuple[Record, ...], progress: Callable[[float], None]) -> DataStep:
+    """Coverage of the tests with heave compensation, and quality of all logs.
+
+    Two wire lengths are different where they are `layers_apart` layers of the drum apart, two loads where they are `load_apart` of the
+    SWL apart: that changes layer, inertia and wire, or pressure, speed and friction, by enough to show.
+    Source: Moslatt 2020 paper F table 2, 1a-1d.
+    """
+    cases = [(r, s) for r in records if r.test.kind is Kind.AHC for s in r.segments]
+    segments = [s for _, s in cases]
+    motions = tuple(Motion(s, tip_ranges(r, s, campaign.criteria.settings["window"])) for r, s in cases)
+    measures = [*_coverage(campaign, records, segments, motions), *_quality(records)]
+    said = [_summary(campaign, segments, motions), *_follows(records), *(text for r in records for text in r.statements)]
+    data = {"s_tip_pp": {m.label: _quantiles(m.s_tip_pp) for m in motions}, "lags": [_lag(r, x) for r in records for x in r.lags]}
+    return DataStep(StepNumber.DATA, tuple(measures), tuple(said), (_table(records),), data, motions)
+
+
+def tip_ranges(record: Record, segment: Segment, window: float) -> FloatArray:
+    """Peak-to-peak of the tip over every whole window of a segment [m], one each EVERY; empty where the segment is shorter."""
+    tip = record.part(segment, "s_tip")
+    if segment.duration < window - 1e-9:
+        return np.zeros(0)
+    every = max(1, round(EVERY / record.step))
+    smooth = uniform_filter1d(tip, max(1, round(SMOOTH / record.step)))[::every]
+    return window_spans(smooth, round(window / (every * record.step)) + 1)
+
+
+def _coverage(campaign: Campaign, records: Sequence[Record], cases: Sequence[Segment], motions: Sequence[Motion]) -> list[Measure]:
+    crane, settings = campaign.crane, campaign.criteria.settings
+    if not cases:
+        why = 'no part of a test of kind "ahc" can be used; log heave compensation for 60 s and more without a break'
+        names = {"wire_lengths": "", "loads": "", "load_share": "", "s_tip_pp_low": "length", "s_tip_pp_high": "length"}
+        return [*(Measure(n, None, q, note=why) for n, q in names.items()), Measure("data_length", 0.0, "time", data="no load case")]
+    layers = [_layers(crane, s) for s in cases]
+    lengths = different(layers, settings["layers_apart"])
+    water = {r.test.name: r.test.water for r in records}
+    hung = [s.load - (w.rho * w.volume if (w := water.get(s.test)) is not None else 0.0) for s in cases]
+    loads = different(hung, settings["load_apart"] * crane.SWL)
+    heaviest = max(range(len(cases)), key=lambda i: hung[i])
+    wet = f", {show(hung[heaviest], 'mass')} of it in water" if hung[heaviest] < cases[heaviest].load else ""
+    seconds = sum(s.duration for s in cases)
+    out = [
+        Measure("wire_lengths", float(len(lengths)), data=_lengths(cases, lengths), note=_apart(settings["layers_apart"], "layer")),
+        Measure("loads", float(len(loads)), data=", ".join(show(cases[i].load, "mass") for i in loads),
+                note=f"loads count as different where they are {100.0 * settings['load_apart']:.3g} % of the SWL apart on the wire"),
+        Measure("load_share", hung[heaviest] / crane.SWL, data=f"{show(cases[heaviest].load, 'mass')} on the hook{wet}"),
+    ]  # fmt: skip
+    out += _motion(motions)
+    return [*out, Measure("data_length", seconds, "time", data=f"{len(cases)} load cases")]
+
+
+def _motion(motions: Sequence[Motion]) -> list[Measure]:
+    whole = _moving(motions)
+    if not len(whole):
+        why = "in no load case does the tip move for as long as the window"
+        return [Measure(name, None, "length", note=why) for name in ("s_tip_pp_low", "s_tip_pp_high")]
+    low, half_low, half_high, high = (float(x) for x in np.percentile(whole, (0.0, 25.0, 75.0, 100.0)))
+    rests = f"{number(len(whole) * EVERY, 4)} s of windows, half of them {number(half_low, 3)} m to {number(half_high, 3)} m"
+    return [Measure("s_tip_pp_low", low, "length", data=rests), Measure("s_tip_pp_high", high, "length", data=rests)]
+
+
+def _moving(motions: Sequence[Motion]) -> FloatArray:
+    """The windows of all load cases in which the tip moves [m]."""
+    whole = np.concatenate([m.s_tip_pp for m in motions])
+    return whole[whole >= RESTS]
+
+
+def _layers(crane: Crane, s: Segment) -> float:
+    drum = drum_record(crane)
+    return float(layers_filled(drum.L_full - 0.5 * (s.s_w_min + s.s_w_max), drum))
+
+
+def different(values: Sequence[float], apart: float) -> list[int]:
+    """Places of the most values that can be chosen so that any two are at least so far apart; NaN is none."""
+    out: list[int] = []
+    for i in sorted(range(len(values)), key=lambda i: values[i]):
+        if np.isfinite(values[i]) and (not out or values[i] - values[out[-1]] >= apart * (1.0 - 1e-9)):
+            out.append(i)
+    return out
+
+
+def _lengths(cases: Sequence[Segment], places: Sequence[int]) -> str:
+    return ", ".join(show(cases[i].s_w, "length") for i in places)
+
+
+def _apart(layers: float, what: str) -> str:
+    return f"lengths count as different where they are {number(layers, 3)} {what}{'' if layers == 1.0 else 's'} of the drum apart"
+
+
+def _quality(records: Sequence[Record]) -> list[Measure]:
+    out = []
+    for r in records:
+        name, rests = r.test.name, f"{number(r.log.samples, 6)} samples of {r.log.source}"
+        out.append(Measure("samples_lost", r.lost, test=f"test {name}", data=rests))
+        out.append(Measure("longest_gap", r.longest_hole, "time", test=f"test {name}", data=rests))
+        if r.test.kind is Kind.AHC and r.segments:
+            out += _doubtful(r)
+        out += [_drift(name, clock) for clock in r.clocks]
+        out += [_wire_lag(name, x) for x in r.lags if x.late == "s_w"]
+    return out
+
+
+def _wire_lag(name: str, x: SegmentLag) -> Measure:
+    low, high = x.seconds - 2.0 * x.u, x.seconds + 2.0 * x.u
+    return Measure("wire_lag", x.seconds, "time", low, high, f"test {name}", f"part {x.segment + 1}", f"with a gain of {x.gain:.3f}")
+
+
+def _drift(name: str, clock: ClockError) -> Measure:
+    known = np.isfinite(clock.u_drift)
+    low, high = (max(0.0, abs(clock.drift) - 2.0 * clock.u_drift), abs(clock.drift) + 2.0 * clock.u_drift) if known else (None, None)
+    rests = f"{', '.join(clock.signals)} against {clock.against or 'the motion of the winch'}"
+    return Measure("clock_drift", abs(clock.drift), "", low, high, f"test {name}", rests, "it is taken out")
+
+
+def _doubtful(r: Record) -> list[Measure]:
+    """Share of the samples of a compensated test that stand at an end of a sensor, were bridged or are not known."""
+    names = [n for n in NEEDED if n in r.doubtful and n not in r.derived]
+    if not names:
+        return []
+    counts = {n: sum(int(r.doubtful[n][s.first : s.last].sum()) for s in r.segments) for n in names}
+    total = sum(s.last - s.first for s in r.segments)
+    worst = max(counts, key=lambda n: counts[n])
+    data = f"{worst}, {number(total * r.step, 4)} s"
+    return [Measure("samples_doubtful", counts[worst] / total, test=f"test {r.test.name}", data=data)]
+
+
+def _summary(campaign: Campaign, cases: Sequence[Segment], motions: Sequence[Motion]) -> str:
+    if not cases:
+        return "No part of the data shows heave compensation that can be used."
+    tip = _moving(motions)
+    moves = f", tip motion {number(float(tip.min()), 2)} m to {number(float(tip.max()), 2)} m peak to peak" if len(tip) else ""
+    loads, wire = sorted(s.load for s in cases), sorted(s.s_w for s in cases)
+    seconds = sum(s.duration for s in cases)
+    return (
+        f"{len(cases)} load case{'s' if len(cases) > 1 else ''} with heave compensation, {number(seconds, 4)} s in all: "
+        f"{number(loads[0] / 1e3, 3)} t to {show(loads[-1], 'mass', 3)}, {number(wire[0], 4)} m to {show(wire[-1], 'length', 4)} of wire "
+        f"out{moves}."
+    )
+
+
+def _follows(records: Sequence[Record]) -> list[str]:
+    wire = [x for r in records for x in r.lags if x.late == "s_w"]
+    if not wire:
+        return []
+    low, high = (f(1e3 * x.seconds for x in wire) for f in (min, max))
+    small, large = (f(x.gain for x in wire) for f in (min, max))
+    late = f"{low:.3g} ms" if len(wire) == 1 else f"{low:.3g} ms to {high:.3g} ms"
+    gain = f"{small:.3f}" if len(wire) == 1 else f"{small:.3f} to {large:.3f}"
+    return [f"The wire follows the tip {late} later, by {gain} of its motion."]
+
+
+def _table(records: Sequence[Record]) -> Table:
+    head = ("test", "kind", "samples\nper s", "lost\n[%]", "longest\ngap [s]", "used\n[s]", "parts", "wire lag\n[ms]", "gain\n[-]")
+    rows = []
+    for r in records:
+        wire = [x for x in r.lags if x.late == "s_w"]
+        lag = f"{1e3 * np.mean([x.seconds for x in wire]):.0f}" if wire else "-"
+        gain = f"{np.mean([x.gain for x in wire]):.3f}" if wire else "-"
+        rows.append((
+            r.test.name, r.test.kind.value, number(r.log.rate, 3), f"{100.0 * r.lost:.2f}", f"{r.longest_hole:.2f}",
+            f"{sum(s.duration for s in r.segments):.0f}", str(len(r.segments)), lag, gain,
+        ))  # fmt: skip
+    return Table("Logs", head, tuple(rows))
+
+
+def _quantiles(x: FloatArray) -> dict[str, float]:
+    if not len(x):
+        return {}
+    return {f"{q:g} %": float(np.percentile(x, q)) for q in (0.0, 25.0, 50.0, 75.0, 100.0)}
+
+
+def _lag(r: Record, x: Any) -> dict[str, Any]:
+    return {"test": r.test.name, "segment": x.segment, "ahead": x.ahead, "late": x.late, "lag": x.seconds, "u": x.u, "gain": x.gain}

@@ -1,0 +1,83 @@
+"""The PLC's mode in a log: numbers or words of its own, and what they mean."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from stillhook.base.arrays import FloatArray
+from stillhook.errors import ValidateError
+from stillhook.formats.toml_fields import Fields
+from stillhook.logs.types import Signal
+from stillhook.spec.scenario import Mode
+from stillhook.units import number
+
+OWN_MODES: Mapping[float, Mode] = {float(i): mode for i, mode in enumerate(Mode)}
+"""The numbers of `stillhook.variables`."""
+WORDS_FROM = 1e6
+"""Numbers from here on stand for words of the log: no PLC counts its modes so far."""
+LEAST = 0.3
+"""A mode that holds for less is the mean of two codes in one bin, or a stutter of the log [s]: the one before it goes on."""
+
+
+def modes_of(top: Fields) -> Mapping[str, Mode]:
+    """The table [modes] of a campaign file: modes by number or word as the logs have them. Errors: ValidateError."""
+    table = Fields(top.table.get("modes", {}), "modes: ", ValidateError)
+    for key in table.table:
+        if table.text(key) not in list(Mode):
+            raise table.wrong(key, f"not one of {', '.join(Mode)}.")
+    return {key.strip(): Mode(text) for key, text in table.table.items()}
+
+
+def with_modes(
+    mapping: Mapping[str, Signal] | None, modes: Mapping[str, Mode]
+) -> tuple[Mapping[str, Signal] | None, Mapping[float, Mode]]:
+    """A mapping whose mode may be written in words, and what each number means then."""
+    if not modes:
+        return mapping, OWN_MODES
+    numbers = {key: _number(key) for key in modes}
+    words = {key: WORDS_FROM + i for i, key in enumerate(k for k, value in numbers.items() if value is None)}
+    meaning = {(words[key] if value is None else value): modes[key] for key, value in numbers.items()}
+    if mapping is None or "mode" not in mapping:
+        return mapping, meaning
+    signal = replace(mapping["mode"], words=(*mapping["mode"].words, *words.items()))
+    return {**mapping, "mode": signal}, meaning
+
+
+def _number(key: str) -> float | None:
+    try:
+        return float(key)
+    except ValueError:
+        return None
+
+
+def own_numbers(values: FloatArray, step: float, meaning: Mapping[float, Mode], place: str) -> FloatArray:
+    """The modes of a log by the numbers of `stillhook.variables`, NaN where the log has none.
+
+    Parameters: values (n,) every `step` [s]; meaning of each number; place stands before a message.
+    Errors: ValidateError for a number without a meaning.
+    """
+    code = np.full(len(values), np.nan)
+    for value, mode in meaning.items():
+        code[np.abs(values - value) < 1e-6] = float(list(Mode).index(mode))
+    edges = np.flatnonzero(~((values[1:] == values[:-1]) | (np.isnan(values[1:]) & np.isnan(values[:-1])))) + 1
+    for a, b in zip([0, *edges], [*edges, len(values)], strict=True):
+        if np.isnan(values[a]) or (not np.isnan(code[a]) and (b - a) * step >= LEAST):
+            continue
+        if (b - a) * step >= LEAST:
+            known = ", ".join(_said(value) for value in meaning)
+            raise ValidateError(
+                f"{place}mode: the log holds {number(float(values[a]), 6)} for {(b - a) * step:.3g} s, which is not one of {known}. "
+                'Say what it means in the campaign file: [modes], such as "5" = "ssc".'
+            )
+        code[a:b] = code[a - 1] if a else np.nan
+    first = np.flatnonzero(np.isfinite(code))
+    if len(first) and first[0] * step < LEAST:
+        code[: first[0]] = code[first[0]]
+    return code
+
+
+def _said(value: float) -> str:
+    return "a word" if value >= WORDS_FROM else number(value, 6)

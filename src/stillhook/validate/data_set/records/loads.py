@@ -1,0 +1,146 @@
+"""The load on the hook of a test: as stated, or from the load cell; and where the load cell says that it changed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stillhook.base.arrays import FloatArray
+from stillhook.engine.pack.wire_weight import wire_carried
+from stillhook.errors import ValidateError
+from stillhook.logs.hook_depth import wire_text
+from stillhook.physics.scalar import G
+from stillhook.spec.crane import Crane
+from stillhook.units import show
+from stillhook.validate.data_set.campaign import CraneTest
+
+BLOCK = 1.0
+"""Length of the blocks whose medians are looked at [s]."""
+SPAN = 20.0
+"""A load that stands holds for so long [s]: two waves, over which the forces of heave compensation even out."""
+STEP = 0.05
+"""Change of the load cell's level that is another load [part of the weight of SWL and hook]: waves leave 1 to 2 %."""
+APART = 0.1
+"""Difference between stated load and load cell that is told [part of the stated weight]; step 1 looks closer."""
+
+
+LEAST_HOOK = 0.5
+"""Part of the hook's weight that hangs on the wire at the least, whatever is in the water."""
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """Samples [first, last) with one load; F: level of the load cell there [N], NaN without one."""
+
+    first: int
+    last: int
+    F: float
+
+
+def stretches(F: FloatArray | None, n: int, step: float, crane: Crane) -> list[Stretch]:
+    """Parts of n samples, `step` [s] apart, in which the load stands; what lies between two of them is lifting or setting down.
+
+    Parameters: F (n,) load cell [N], or None.
+    """
+    if F is None or not np.isfinite(F).any():
+        return [Stretch(0, n, np.nan)]
+    size = max(1, round(BLOCK / step))
+    blocks = np.array([_median(F[a : a + size]) for a in range(0, n, size)])
+    limit, least = STEP * (crane.SWL + crane.hook_mass) * G, max(1, round(SPAN / BLOCK))
+    level = np.array([_median(blocks[max(0, i - least // 2) : i + least // 2 + 1]) for i in range(len(blocks))])
+    out: list[Stretch] = []
+    for a, b in _plateaus(level, limit, least):
+        out.append(Stretch(a * size, min(n, b * size), _median(blocks[a:b])))
+    return out or [Stretch(0, n, _median(F))]
+
+
+def _plateaus(level: FloatArray, limit: float, least: int) -> list[tuple[int, int]]:
+    """Runs in which the level stays within the limit of its median, at least so long; the shorter ones are changes."""
+    out: list[tuple[int, int]] = []
+    a = 0
+    while a < len(level):
+        b = a + 1
+        while b < len(level) and not abs(level[b] - _median(level[a:b])) > limit:
+            b += 1
+        stands = np.flatnonzero(np.abs(level[a:b] - _median(level[a:b])) <= limit)  # a slow change follows its own median for a while
+        first, last = a + int(stands[0]), a + int(stands[-1]) + 1
+        if last - first >= least or (not out and b == len(level)):
+            out.append((first, last))
+        a = b
+    if len(out) == 1 and out[0][1] - out[0][0] > len(level) - least:  # what is left over at an end is no other load
+        return [(0, len(level))]
+    return out
+
+
+def with_wire(test: CraneTest, crane: Crane, signals: Mapping[str, FloatArray], part: slice) -> tuple[CraneTest, str]:
+    """The test with the load of a part, payload and the weight of the wire that is out there, and what to say of it; as it is where the
+    file states no payload.
+
+    Errors: ValidateError where depth and wire out contradict each other, or the winch would carry more than the SWL.
+    """
+    if test.hook is None or test.payload is None:
+        return test, ""
+    s_w = signals["s_w"] if "s_w" in signals else np.zeros(0)
+    if np.isfinite(s_w).any():
+        h_tip = test.hook.tip_height(float(s_w[np.isfinite(s_w)][0]))
+        out = _median(s_w[part]) if np.isfinite(s_w[part]).any() else _median(s_w)
+    elif test.s_w is not None:
+        h_tip, out = test.hook.tip_height(test.s_w), test.s_w
+    else:
+        out, h_tip = test.hook.wire_out(), float(test.hook.h_tip or 0.0)
+    load = test.payload + wire_carried(crane, out, h_tip)
+    text = f"payload {show(test.payload, 'mass', 3)} and {wire_text(crane, out, h_tip)}"
+    if load > crane.SWL:
+        most = f'"{crane.name}" is made for {show(crane.SWL, "mass")}'
+        raise ValidateError(f'test "{test.name}": {text} make {show(load, "mass", 3)}; {most}. Check payload, depth and wire out.')
+    return replace(test, load=load), f'Test "{test.name}": the load is {show(load, "mass", 3)}: {text}.'
+
+
+def load_of(stretch: Stretch, all_of: list[Stretch], test: CraneTest, crane: Crane) -> tuple[float, str]:
+    """Payload of a stretch [kg] and what to say of it, "" where it is as stated. Errors: ValidateError where nothing tells it."""
+    shown = (stretch.F / G + _buoyancy(test)) - crane.hook_mass
+    if test.load is not None and (len(all_of) == 1 or stretch is _nearest(all_of, test, crane)):
+        weight = (test.load + crane.hook_mass - _buoyancy(test)) * G
+        if np.isfinite(stretch.F) and abs(stretch.F - weight) > APART * weight:
+            return test.load, (
+                f'Test "{test.name}": the load cell shows {show(stretch.F, "force")} where the stated load and the hook weigh '
+                f"{show(weight, 'force')}: the stated load counts."
+            )
+        return test.load, ""
+    if not np.isfinite(stretch.F):
+        raise ValidateError(f'test "{test.name}": load: missing, and no load cell F_w in the log. State the load on the hook.')
+    what = "is another one than stated for a part, there it is" if test.load is not None else "is not stated; it is"
+    if stretch.F < LEAST_HOOK * crane.hook_mass * G or shown > crane.SWL * (1.0 + STEP):
+        raise ValidateError(
+            f'test "{test.name}": the load cell shows {show(stretch.F, "force")}, where "{crane.name}" holds a hook of '
+            f"{show(crane.hook_mass, 'mass')} and up to {show(crane.SWL, 'mass')}. Check the unit of F_w, or state the load."
+        )
+    return max(0.0, shown), f'Test "{test.name}": the load {what} {show(max(0.0, shown), "mass")} from the load cell less the hook.'
+
+
+def _nearest(all_of: list[Stretch], test: CraneTest, crane: Crane) -> Stretch:
+    assert test.load is not None
+    weight = (test.load + crane.hook_mass - _buoyancy(test)) * G
+    return min(all_of, key=lambda s: abs(s.F - weight))
+
+
+def _buoyancy(test: CraneTest) -> float:
+    """Mass of the water that a submerged payload displaces [kg]."""
+    return test.water.rho * test.water.volume if test.water is not None else 0.0
+
+
+def _median(x: FloatArray) -> float:
+    good = x[np.isfinite(x)]
+    return float(np.median(good)) if len(good) else np.nan
+
+
+def standing(parts: list[Stretch], n: int) -> NDArray[np.bool_]:
+    """(n,) where the load stands."""
+    out = np.zeros(n, np.bool_)
+    for part in parts:
+        out[part.first : part.last] = True
+    return out
+

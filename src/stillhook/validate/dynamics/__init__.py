@@ -1,0 +1,1 @@
+"""Step 4: acceleration and oscillation, and the tuned parameters."""

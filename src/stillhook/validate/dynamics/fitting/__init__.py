@@ -1,0 +1,1 @@
+"""The output-error fit of step 4."""

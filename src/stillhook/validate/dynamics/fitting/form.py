@@ -1,0 +1,137 @@
+"""Does the twin's law fit in form? One number of a law, found in groups of turns: where it differs by more than sampling, the law does not.
+
+A law of another form (leakage that rises with the stroke, say, against a constant one) gives in slow turns another number than in fast
+ones. The best common number then has a small sampling error about a value that is nowhere true; the difference between the groups shows it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from stillhook.base.arrays import FloatArray
+from stillhook.validate.data_set.records.transients import Transient
+from stillhook.validate.dynamics.fitting.output_error import Fit
+from stillhook.validate.dynamics.fitting.unknowns import C_LEAK, PLACE, TUNED
+
+LEVEL = 0.9975
+"""Of Student's t, one side: with some seven comparisons, a twin whose laws fit shows a difference in 3 to 4 of 100 campaigns."""
+FEWEST = 3
+"""Turns that a group must hold: with fewer the scatter within it says nothing."""
+SLOW_AND_FAST, BOTH_WAYS, OTHER_TESTS = ("slow turns", "fast turns"), ("hoisting", "lowering"), ("these turns", "heave compensation")
+
+
+@dataclass(frozen=True)
+class Apart:
+    """One number in two groups of data. groups: their names; difference of its logarithm, second less first; deviation of that difference;
+    dof: degrees of freedom behind the deviation."""
+
+    name: str
+    groups: tuple[str, str]
+    difference: float
+    deviation: float
+    dof: int
+
+    @property
+    def beyond_sampling(self) -> bool:
+        """Whether the groups differ by more than their sampling errors explain."""
+        from scipy.special import stdtrit  # heavy: only where something is fitted
+
+        return abs(self.difference) > float(stdtrit(max(self.dof, 1), LEVEL)) * self.deviation
+
+    @property
+    def unseen(self) -> float:
+        """Half of the largest difference of the logarithm that sampling would hide at 95 %."""
+        from scipy.special import stdtrit  # heavy: only where something is fitted
+
+        return 0.5 * float(stdtrit(max(self.dof, 1), 0.975)) * self.deviation
+
+    def says(self) -> str:
+        """The difference in words."""
+        times = math.exp(self.difference)
+        return f"in {self.groups[1]} it is {times:.2f} times that in {self.groups[0]} (+- {100.0 * 1.96 * self.deviation:.0f} %, sampling)"
+
+
+def apart(fit: Fit, turns: Sequence[Transient], known: Mapping[str, tuple[float, float]]) -> tuple[Apart, ...]:
+    """Every tuned number by groups of turns, and the leakage against that of other tests.
+
+    Parameters: fit with its sums by turn; turns in the order of the fit's clusters; known: logarithms and deviations from other tests.
+    Each difference is one Gauss-Newton step from the common optimum with this number alone free to differ between the groups; its deviation
+    is from leaving out one turn after the other.
+    """
+    used = [turns[i] for i in fit.names]
+    speed = np.array([max(abs(x.before), abs(x.after)) for x in used])
+    way = np.array([x.before + x.after for x in used])
+    fast = np.where(speed > np.median(speed), 0.5, -0.5) if np.ptp(speed) > 0.0 else np.full(len(used), -0.5)
+    split = {SLOW_AND_FAST: fast, BOTH_WAYS: np.where(way > 0.0, -0.5, 0.5)}
+    out = []
+    for groups, side in split.items():
+        if min(int((side > 0.0).sum()), int((side < 0.0).sum())) >= FEWEST:
+            out += [Apart(name, groups, *_between(fit, PLACE[name], side), len(used) - 2) for name in TUNED]
+    if C_LEAK in known and len(used) >= 2 * FEWEST:
+        out.append(_elsewhere(fit, *known[C_LEAK]))
+    return tuple(x for x in out if math.isfinite(x.difference) and math.isfinite(x.deviation))
+
+
+def structural(name: str, found: Sequence[Apart]) -> tuple[float, Apart | None]:
+    """Half of the largest difference of a number's logarithm between groups that is beyond sampling, and which it is; 0, None without."""
+    clear = [x for x in found if x.name == name and x.beyond_sampling]
+    worst = max(clear, key=lambda x: abs(x.difference), default=None)
+    return (0.5 * abs(worst.difference), worst) if worst else (0.0, None)
+
+
+def hidden(name: str, found: Sequence[Apart], most: float) -> tuple[float, str]:
+    """Largest difference of a number's logarithm between groups of turns that sampling could hide, and what is not shown by it; 0, ""
+    where half of that is no more than `most`, or where other tests agree with these turns within it. inf: the turns make no groups.
+
+    The whole difference, not half of it: the common number may be that of one group alone, in whose turns more can be seen.
+    """
+    if any(x.name == name and x.groups == OTHER_TESTS and not x.beyond_sampling and x.unseen <= most for x in found):
+        return 0.0, ""
+    worst = max((x for x in found if x.name == name and x.groups != OTHER_TESTS), key=lambda x: x.unseen, default=None)
+    if worst is None:
+        return math.inf, f"fewer than {FEWEST} turns each are slow and fast, or go both ways"
+    if worst.unseen <= most:
+        return 0.0, ""
+    times = math.exp(min(2.0 * worst.unseen, 5.0))
+    return 2.0 * worst.unseen, f"{worst.groups[1]} and {worst.groups[0]} may differ by {times:.2g} times unseen"
+
+
+def _between(fit: Fit, i: int, side: FloatArray) -> tuple[float, float]:
+    """Difference of parameter i between two groups of clusters (side: -0.5, 0.5), and its deviation."""
+    p = len(fit.theta)
+    A = np.zeros((len(side), p + 1, p + 1))
+    b = np.zeros((len(side), p + 1))
+    A[:, :p, :p], b[:, :p] = fit.H, fit.g
+    A[:, :p, p] = A[:, p, :p] = side[:, None] * fit.H[:, :, i]
+    A[:, p, p] = side**2 * fit.H[:, i, i]
+    b[:, p] = side * fit.g[:, i]
+    prior, off = np.append(fit.prior, 0.0), np.append(fit.off, 0.0)
+    return _jackknifed(A, b, prior, off, p)
+
+
+def _elsewhere(fit: Fit, centre: float, deviation: float) -> Apart:
+    """The leakage of the turns alone against that of other tests."""
+    i = PLACE[C_LEAK]
+    prior = fit.prior.copy()
+    prior[i] = 0.0
+    step, own = _jackknifed(fit.H, fit.g, prior, fit.off, i)
+    return Apart(C_LEAK, OTHER_TESTS, centre - (float(fit.theta[i]) + step), math.hypot(own, deviation), len(fit.H) - 1)
+
+
+def _jackknifed(A: FloatArray, b: FloatArray, prior: FloatArray, off: FloatArray, i: int) -> tuple[float, float]:
+    """Gauss-Newton step of parameter i from sums of clusters (n, p, p), (n, p), and its deviation by leaving out each cluster."""
+    whole, slope = A.sum(axis=0) + np.diag(prior), b.sum(axis=0) + prior * off
+    value = _step(whole, slope, i)
+    left = np.array([_step(whole - one, slope - g, i) for one, g in zip(A, b, strict=True)])
+    n = len(left)
+    return value, math.sqrt((n - 1) / n * float(np.sum((left - left.mean()) ** 2)))
+
+
+def _step(A: FloatArray, b: FloatArray, i: int) -> float:
+    d = np.sqrt(np.maximum(np.diag(A), 0.0))
+    d = np.where(d > 0.0, d, 1.0)
+    return float(-np.linalg.lstsq(A / np.outer(d, d), b / d, rcond=1e-10)[0][i] / d[i])

@@ -1,0 +1,162 @@
+"""The twin on a test of the winch's dynamics: driven by the measured commands, many cranes side by side."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stillhook.base.arrays import FloatArray
+from stillhook.engine.arguments import SERIES_STEP
+from stillhook.engine.pack.winch import drum_record, pack
+from stillhook.engine.scenario.run import run_cases
+from stillhook.engine.step_size import check_step, whole_parts
+from stillhook.errors import SpecError
+from stillhook.kernels.lanes import VL
+from stillhook.physics.load_path.drum import layer_diameter, layers_filled
+from stillhook.sea.motion.motion import Motion, Still
+from stillhook.spec.commands import Commands
+from stillhook.spec.crane import Crane
+from stillhook.spec.scenario import Mode, Scenario
+from stillhook.validate.data_set.records.record import Record, Segment
+from stillhook.validate.data_set.records.tip import smooth_tip
+from stillhook.validate.data_set.records.transients import JOIN, Transient, filled, smoothed
+from stillhook.winches.records import Signals
+
+SIGNALS = ("p_a", "p_b", "omega_m", "alpha_p")
+"""What is compared: the twin's series of these names."""
+SETTLE = 2.0
+"""Start of a stretch that is not compared where the winch does not start at rest, as the twin does [s]: four of its periods."""
+MOVES = 0.02
+"""Command of the pumps above which the winch does not start at rest [-]."""
+THREADS = 2
+"""Of the search for where to start, whose runs make several blocks; each block is what it is by one."""
+MOST_FINE = 5
+"""Halvings of the step that are tried for a crane with little oil in its lines."""
+TIP_MOVES = 0.05
+"""Peak-to-peak tip motion below which the tip counts as still [m]."""
+TIP_OVER = 0.5
+"""Time over which the tip is averaged for that [s]: far below a wave's period, far above its sensor's noise."""
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """An unbroken part of a test that the twin repeats.
+
+    t (n,) [s from its start]; first: its first sample in the record; measured: signals of SIGNALS that were logged, (n,), NaN where
+    unknown; counted (n,): samples that are compared; case: the scenario with the measured commands.
+    """
+
+    record: Record
+    segment: Segment
+    t: FloatArray
+    first: int
+    measured: Mapping[str, FloatArray]
+    counted: NDArray[np.bool_]
+    case: Scenario
+
+    @property
+    def u_m(self) -> FloatArray:
+        """Commands of the motors' displacement, one a PLC cycle."""
+        assert self.case.commands is not None
+        return self.case.commands.u_m
+
+    def holds(self, turn: Transient) -> bool:
+        """Whether a turn lies in this stretch as a whole."""
+        inside = self.first <= turn.first and turn.last <= self.first + len(self.t)
+        return turn.test == self.record.test.name and inside
+
+
+def stretch_of(crane: Crane, record: Record, segment: Segment, first: int, last: int) -> Stretch:
+    """Samples [first, last) of a segment as a stretch that the twin repeats; the record must have u_p, and u_m or alpha_m."""
+    part = slice(first, last)
+    t = record.t[part] - record.t[first]
+    u_p, u_m = (filled(record.signals[name][part]) for name in ("u_p", motor_command(record)))
+    s_w = filled(record.signals["s_w"][part])[0] if record.has("s_w") else segment.s_w
+    at_rest = float(np.max(np.abs(u_p[: max(1, round(JOIN / record.step))]))) < MOVES
+    case = Scenario(
+        name=record.test.name, load=f"{segment.load!r} kg", s_w=f"{max(float(s_w), 0.0)!r} m", mode=Mode.MANUAL, ramp="0 s", warm_up="0 s",
+        tip=_tip(record, part, t), commands=_commands(crane, t, u_p, u_m),
+    )  # fmt: skip
+    return Stretch(record, segment, t, first, _measured(crane, record, part), t >= (0.0 if at_rest else SETTLE), case)
+
+
+def _commands(crane: Crane, t: FloatArray, u_p: FloatArray, u_m: FloatArray) -> Commands:
+    """The commands of every PLC cycle; those between the samples of a slower log lie on the line between them."""
+    cycles = np.arange(round(t[-1] / crane.control.t_cycle) + 1) * crane.control.t_cycle
+    return Commands(cycles, np.clip(np.interp(cycles, t, u_p), -1.0, 1.0), np.clip(np.interp(cycles, t, u_m), 0.0, 1.0))
+
+
+def motor_command(record: Record) -> str:
+    """The signal that stands for the command of the motors' displacement: u_m, or the measured setting where it was not logged."""
+    return "u_m" if record.has("u_m") else "alpha_m"
+
+
+def _tip(record: Record, part: slice, t: FloatArray) -> Motion:
+    """The tip's motion as logged, smooth; a tip at rest stands still, for its sensor's noise would shake the hook on the short wire."""
+    if not record.has("s_tip"):
+        return Still()
+    s = record.signals["s_tip"][part]
+    if not np.isfinite(s).any() or np.ptp(smoothed(filled(s), record.step, TIP_OVER)) < TIP_MOVES:
+        return Still()
+    v = record.signals["v_tip"][part] if record.has("v_tip") else None
+    return smooth_tip(t, s, v, place=f'test "{record.test.name}"').motion
+
+
+def _measured(crane: Crane, record: Record, part: slice) -> dict[str, FloatArray]:
+    """The signals to compare; motor speed from the wire's where it was not logged itself."""
+    out = {name: record.signals[name][part] for name in SIGNALS if record.has(name)}
+    if "omega_m" not in out and record.has("v_w", "s_w"):
+        drum = drum_record(crane)
+        left = drum.L_full - filled(record.signals["s_w"][part])
+        d = np.array([layer_diameter(layers_filled(float(x), drum), drum) for x in left])
+        out["omega_m"] = record.signals["v_w"][part] * 2.0 * crane.i_hD / d
+    return out
+
+
+def steps_per_cycle(crane: Crane, stretch: Stretch) -> int:
+    """Steps per PLC cycle that the runs need: the default of runs with series, or as many more as the crane's fastest mode asks for.
+
+    Errors: SpecError where MOST_FINE times as many do not do.
+    """
+    packed, t_cycle = pack(crane, stretch.case), crane.control.t_cycle
+    for finer in range(MOST_FINE):
+        n_sub = whole_parts(t_cycle, SERIES_STEP * 0.5**finer)
+        try:
+            check_step(packed, t_cycle / n_sub)
+        except SpecError:
+            if finer + 1 == MOST_FINE:
+                raise
+        else:
+            return n_sub
+    raise AssertionError
+
+
+def delayed(stretch: Stretch, by: float) -> Stretch:
+    """A stretch whose commands come later [s]; a part of a cycle is shared between two cycles, as the pumps' control would feel it."""
+    given = stretch.case.commands
+    if by == 0.0 or given is None:
+        return stretch
+    late = Commands(given.times, np.interp(given.times - by, given.times, given.u_p), given.u_m)
+    return replace(stretch, case=stretch.case.model_copy(update={"commands": late}))
+
+
+def repeated(cranes: Sequence[Crane], stretches: Sequence[Sequence[Stretch]], n_sub: int) -> list[FloatArray]:
+    """The twin for every crane, side by side: one array (cranes, n, SIGNALS) a stretch, on the stretch's samples; a run that loses its
+    numbers holds NaN from there on. stretches: for each the form that each crane runs; n_sub: steps per PLC cycle."""
+    pairs = [(c, s.case) for own in stretches for c, s in zip(cranes, own, strict=True)]
+    results = run_cases([c for c, _ in pairs], [s for _, s in pairs], n_sub=n_sub, lanes=VL, every=1, threads=THREADS)
+    columns = [Signals._fields.index(name) for name in SIGNALS]
+    out = []
+    for i, own in enumerate(stretches):
+        rows = results[i * len(cranes) : (i + 1) * len(cranes)]
+        out.append(np.stack([_on_samples(r.series, r.dt, columns, own[0].t) for r in rows]))
+    return out
+
+
+def _on_samples(series: FloatArray | None, dt: float, columns: list[int], t: FloatArray) -> FloatArray:
+    assert series is not None
+    grid = np.arange(len(series)) * dt
+    return np.column_stack([np.interp(t, grid, series[:, k]) for k in columns])

@@ -1,0 +1,117 @@
+"""Gradients, periods and damping of every turn: the crane's beside the twin's, as its file has it and tuned."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from stillhook.base.arrays import FloatArray
+from stillhook.validate.data_set.records.transients import Transient
+from stillhook.validate.dynamics.direct import LOOK, Swing, dominant_period, swing_of
+from stillhook.validate.dynamics.fitting.fit import Tuning, normalised_rms
+from stillhook.validate.dynamics.runs import SIGNALS, Stretch
+
+A, B = SIGNALS.index("p_a"), SIGNALS.index("p_b")
+
+
+@dataclass(frozen=True)
+class Errors:
+    """Twin over crane, less 1, in every place where both show it (n,): of one kind of figure."""
+
+    values: FloatArray
+
+    @property
+    def places(self) -> int:
+        return len(self.values)
+
+    @property
+    def mean(self) -> float | None:
+        return float(self.values.mean()) if len(self.values) else None
+
+    @property
+    def interval(self) -> tuple[float | None, float | None]:
+        """95 % interval of the mean, turns independent; none from a single place."""
+        from scipy.stats import t as student
+
+        n = len(self.values)
+        if n < 2:
+            return None, None
+        half = float(student.ppf(0.975, n - 1)) * float(self.values.std(ddof=1)) / math.sqrt(n)
+        mean = float(self.values.mean())
+        return mean - half, mean + half
+
+
+@dataclass(frozen=True)
+class Compared:
+    """Swings of all turns: crane, twin as its file has it (before), twin tuned (after); periods of the largest line in the spectra of all
+    turns together [s]; misfit before and after: normalised rms of each signal's deviation [-]."""
+
+    crane: tuple[Swing, ...]
+    before: tuple[Swing, ...]
+    after: tuple[Swing, ...]
+    spectral: tuple[float, float, float]
+    misfit_before: dict[str, float]
+    misfit_after: dict[str, float]
+
+    def gradient(self, line: str, tuned: bool) -> Errors:
+        """Errors of the pressure gradient of line "A" or "B"."""
+        pairs = [(c, x) for c, x in zip(self.crane, self._twin(tuned), strict=True) if c.line == line]
+        return _errors([(x.gradient, c.gradient) for c, x in pairs])
+
+    def period(self, tuned: bool) -> Errors:
+        """Errors of the period between the first two significant peaks."""
+        return _errors([(x.period, c.period) for c, x in zip(self.crane, self._twin(tuned), strict=True)])
+
+    def damping(self, tuned: bool) -> Errors:
+        """Errors of the damping ratio."""
+        return _errors([(x.zeta, c.zeta) for c, x in zip(self.crane, self._twin(tuned), strict=True)])
+
+    def _twin(self, tuned: bool) -> tuple[Swing, ...]:
+        return self.after if tuned else self.before
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data for JSON, SI; None where a turn shows nothing."""
+
+        def rows(swings: Sequence[Swing]) -> list[dict[str, Any]]:
+            return [{"line": s.line, **{n: _plain(getattr(s, n)) for n in ("gradient", "period", "zeta")}} for s in swings]
+
+        return {
+            "crane": rows(self.crane), "before": rows(self.before), "after": rows(self.after),
+            "spectral_period": [_plain(x) for x in self.spectral],
+            "misfit_before": self.misfit_before, "misfit_after": self.misfit_after,
+        }  # fmt: skip
+
+
+def _plain(x: float) -> float | None:
+    return None if math.isnan(x) else x
+
+
+def _errors(pairs: Sequence[tuple[float, float]]) -> Errors:
+    return Errors(np.array([x / c - 1.0 for x, c in pairs if math.isfinite(x) and math.isfinite(c) and c != 0.0]))
+
+
+def compared(stretches: Sequence[Stretch], turns: Sequence[Transient], tuning: Tuning) -> Compared:
+    """The swings of every turn, the crane's and the twin's by one and the same reading; a line that was not logged shows none."""
+    rows: list[list[Swing]] = [[], [], []]
+    parts: list[list[FloatArray]] = [[], [], []]
+    for stretch, before, after in zip(stretches, tuning.before, tuning.after, strict=True):
+        nothing = np.full(len(stretch.t), np.nan)
+        crane = tuple(stretch.measured.get(name, nothing) for name in ("p_a", "p_b"))
+        machines = (crane, (before[:, A], before[:, B]), (after[:, A], after[:, B]))
+        time = stretch.record.t[stretch.first : stretch.first + len(stretch.t)]
+        for turn in (x for x in turns if stretch.holds(x)):
+            took = slice(turn.first - stretch.first, turn.last - stretch.first)
+            for k, (p_a, p_b) in enumerate(machines):
+                rows[k].append(swing_of(turn, time, p_a, p_b, took))
+                look = slice(took.start, min(took.stop, took.start + round(LOOK / stretch.record.step)))
+                parts[k].append((p_a - p_b)[look])
+    step = stretches[0].record.step
+    crane_T, before_T, after_T = (dominant_period([p for p in own if np.isfinite(p).all()], step) for own in parts)
+    return Compared(
+        crane=tuple(rows[0]), before=tuple(rows[1]), after=tuple(rows[2]), spectral=(crane_T, before_T, after_T),
+        misfit_before=dict(normalised_rms(stretches, tuning.before)), misfit_after=dict(normalised_rms(stretches, tuning.after)),
+    )  # fmt: skip

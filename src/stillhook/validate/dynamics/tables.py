@@ -1,0 +1,145 @@
+"""Step 4 in words and tables: what was tuned, and gradients, periods and fit before and after."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from stillhook.library.leakage import stated_leak
+from stillhook.spec.crane import Crane
+from stillhook.units import show
+from stillhook.validate.criteria.results import Table
+from stillhook.validate.dynamics.estimates import Found
+from stillhook.validate.dynamics.fitting.fit import Tuning
+from stillhook.validate.dynamics.fitting.unknowns import C_H, C_LEAK, EXTRAS, INERTIA, PLACE, TUNED, UNKNOWNS
+from stillhook.validate.dynamics.swings import Compared, Errors
+
+WORDS = {C_H: "capacitance of the lines", C_LEAK: "leakage", INERTIA: "inertia"}
+LETTERS = {C_H: "C_h", C_LEAK: "C_leak", INERTIA: "J_m_eff"}
+
+
+def amounts(crane: Crane) -> dict[str, tuple[float, str]]:
+    """Values of the three tuned numbers in the crane file, and their kind of quantity: volume of oil in a line, leak conductance at
+    the point that the file states, inertia."""
+    a = crane.active
+    return {C_H: (a.line.V, "volume"), C_LEAK: (stated_leak(a), "leakage"), INERTIA: (crane.inertia.J_m_eff, "inertia")}
+
+
+def statements_of(
+    crane: Crane, found: Sequence[Found], tuning: Tuning, swings: Compared, elsewhere: bool, said: Sequence[str]
+) -> tuple[str, ...]:
+    """Lines for the reader, the most important first; elsewhere: other tests told of the leakage as well."""
+    out = []
+    own = amounts(crane)
+    for f in found:
+        value, kind = own[f.name] if f.of is None else (f.of, own[f.name][1])
+        if f.known:
+            whose = "the file gives" if f.of is None else "the twin has, at the working point of heave compensation,"
+            amount = f"{show(f.factor * value, kind, 4)} where {whose} {show(value, kind, 4)}{_oil(crane, f.name)}"
+            out.append(
+                f"{WORDS[f.name].capitalize()} {LETTERS[f.name]} is {100.0 * (f.factor - 1.0):+.1f} % off the crane file "
+                f"(95 %: {100.0 * (f.low - 1.0):+.1f} to {100.0 * (f.high - 1.0):+.1f} %), {amount}."
+                f"{_form(f)}"
+            )
+        else:
+            out.append(f"{WORDS[f.name].capitalize()} {LETTERS[f.name]} cannot be told from these tests. {f.why}")
+    out.append(_figures(swings))
+    fit = tuning.fit
+    end = "converged" if fit.converged else "did NOT converge"
+    out.append(f"The fit {end} after {fit.runs} runs of the twin and its neighbours ({fit.said}), on {fit.clusters} turns.")
+    if elsewhere:
+        out.append("The leakage rests on these turns and on the flow balance of the tests with heave compensation, where more of it flows.")
+    return (*out, *said)
+
+
+def _form(f: Found) -> str:
+    """What the form of the law has to do with a number, as a sentence."""
+    if not f.form:
+        return ""
+    part = f" Of the interval +- {100.0 * f.structural:.1f} % are from the form of the law"
+    return f"{part}, for {f.form}." if f.fits else f"{part}. Not offered as a tuned value: {f.form}."
+
+
+def _figures(swings: Compared) -> str:
+    """Gradients, periods and misfit in one sentence."""
+    parts, cases = (
+        [],
+        {
+            "pressure gradients of line A": lambda tuned: swings.gradient("A", tuned),
+            "of line B": lambda tuned: swings.gradient("B", tuned),
+            "periods between peaks": swings.period,
+        },
+    )
+    for name, of in cases.items():
+        before, after = of(False).mean, of(True).mean
+        if before is not None and after is not None:
+            parts.append(f"{name} {100.0 * before:+.1f} % ({100.0 * after:+.1f} %)")
+    if not parts:
+        return "Twin and crane share no turn that shows a pressure gradient or a period."
+    return f"Twin against crane, as its file has it and (tuned): {', '.join(parts)}."
+
+
+def _oil(crane: Crane, name: str) -> str:
+    return f" (as volume of a line at {show(crane.active.line.bulk_modulus, 'pressure', 6)})" if name == C_H else ""
+
+
+def tables_of(crane: Crane, found: Sequence[Found], tuning: Tuning, swings: Compared) -> tuple[Table, ...]:
+    """Tuned numbers; before and after; what was left free beside them."""
+    return (_tuned(crane, found), _before_after(swings), _beside(tuning))
+
+
+def _tuned(crane: Crane, found: Sequence[Found]) -> Table:
+    rows = []
+    for f in found:
+        value, kind = amounts(crane)[f.name] if f.of is None else (f.of, amounts(crane)[f.name][1])
+        if f.known:
+            cells = (show(f.factor * value, kind, 4), f"{show(f.low * value, kind, 4)}", f"{show(f.high * value, kind, 4)}")
+            rows.append((LETTERS[f.name], show(value, kind, 4), *cells, f"{100.0 * (f.factor - 1.0):+.1f} %"))
+        else:
+            rows.append((LETTERS[f.name], show(value, kind, 4), "-", "-", "-", "-"))
+    title = "Tuned on the winch's dynamics (C_h as oil in a line; leakage with the pumps full, motors at 1000 rev/min)"
+    return Table(title, ("", "crane\nfile", "tuned", "95 %\nfrom", "95 %\nto", "change"), tuple(rows))
+
+
+def _before_after(swings: Compared) -> Table:
+    def percent(errors: Errors) -> str:
+        return "-" if errors.mean is None else f"{100.0 * errors.mean:+.1f} %"
+
+    def row(name: str, of: Callable[[bool], Errors]) -> tuple[str, ...]:
+        return name, percent(of(False)), percent(of(True)), str(of(False).places)
+
+    crane, before, after = swings.spectral
+    rows = [
+        row("pressure gradient, line A", lambda tuned: swings.gradient("A", tuned)),
+        row("pressure gradient, line B", lambda tuned: swings.gradient("B", tuned)),
+        row("period between peaks", swings.period),
+        row("damping ratio", swings.damping),
+    ]
+    if all(math.isfinite(x) for x in swings.spectral):
+        rows.append(
+            ("period in the spectrum", f"{100.0 * (before / crane - 1.0):+.1f} %", f"{100.0 * (after / crane - 1.0):+.1f} %", "all")
+        )
+    for name in swings.misfit_before:
+        rows.append(
+            (f"rms of {name}, part of its own", *(f"{100.0 * m[name]:.1f} %" for m in (swings.misfit_before, swings.misfit_after)), "all")
+        )
+    return Table(
+        "Twin against crane, driven by the measured commands",
+        ("twin over crane, less 1", "crane\nfile", "tuned, and\nrest free", "places"),
+        tuple(rows),
+    )
+
+
+def _beside(tuning: Tuning) -> Table:
+    """Parameters that were left free so that they do not bias the three."""
+    theta, deviation = tuning.fit.theta, np.sqrt(np.diag(tuning.fit.covariance))
+    rows = []
+    for u in (u for u in UNKNOWNS if u.name not in TUNED):
+        x, s = float(theta[PLACE[u.name]]), float(deviation[PLACE[u.name]])
+        rows.append((u.meaning, f"{100.0 * math.expm1(x):+.1f} %", f"{196.0 * s:.1f} %" if s < 0.5 else "open"))
+    for e in EXTRAS:
+        x, s = float(theta[PLACE[e.name]]) / e.scale, float(deviation[PLACE[e.name]]) / e.scale
+        rows.append((e.meaning, f"{x:+.2f} {e.unit}", f"{1.96 * s:.2f} {e.unit}"))
+    return Table("Left free beside them, and no part of the verdict", ("", "found", "+-"), tuple(rows))

@@ -1,0 +1,119 @@
+"""Step 1: do the crane file's parameters agree with what the logs imply? By balances, without the twin's own motion where one will do.
+
+Source: Moslatt 2020 paper F, "(1) System variables and parameters": correct sizes of pumps, motors, leakage terms, controller parameters.
+The paper gives no numbers for this step; every limit is ours and stands in the criteria file with its reason.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from stillhook.validate.criteria.criteria import Criteria, Criterion
+from stillhook.validate.criteria.judge import in_words, verdict_of
+from stillhook.validate.criteria.results import Measure, Step, StepNumber, Verdict
+from stillhook.validate.data_set.campaign import Campaign
+from stillhook.validate.data_set.records.record import Record
+from stillhook.validate.parameters.circuit.leakage import form_says
+from stillhook.validate.parameters.circuit.standstill import rest_measure
+from stillhook.validate.parameters.estimates import Implied, implied_by
+from stillhook.validate.parameters.measures import by_name, measures
+from stillhook.validate.parameters.rows import table
+from stillhook.validate.parameters.segments import parts_of
+
+
+@dataclass(frozen=True)
+class ParametersStep(Step):
+    """Step 1 with what its figures need."""
+
+    implied: Implied | None = None
+
+
+def check_parameters(campaign: Campaign, records: tuple[Record, ...], progress: Callable[[float], None]) -> Step:
+    """What the logs imply of transmission, displacements, leakage, settings, clock, load cell, friction and tip delay, against the crane.
+
+    Parameters: campaign with the twin under test; records as read; progress is called with the share done.
+    Nothing is refused here: a check whose signals were not logged gives a measure without a value, and says what to log.
+    """
+    found = implied_by(parts_of(campaign, records), progress, records)
+    told = (*measures(campaign, found), rest_measure(campaign.crane, found.rests, records))
+    lines = said(campaign.criteria, told)
+    if found.balance is not None and found.balance.leak.refuted:
+        text = form_says(found.balance.leak)
+        lines = (*lines, f"{text[0].upper()}{text[1:]}.")
+    return ParametersStep(StepNumber.PARAMETERS, told, lines, (table(campaign, found, told),), _data(found), found)
+
+
+def said(criteria: Criteria, told: Sequence[Measure]) -> tuple[str, ...]:
+    """Statements: what breaks a limit first, by how much it does, what the data leave open, then all that agrees in one line, then what the
+    data cannot tell."""
+    broken: list[tuple[float, str]] = []
+    unknown: dict[str, list[str]] = {}
+    fine, wide = [], []
+    for name, mine in by_name(told).items():
+        for c in (c for c in criteria.criteria if c.measure == name):
+            met = [(m, verdict_of(c, m)) for m in mine]
+            wrong = [m for m, verdict in met if verdict is Verdict.REFUTED]
+            open_ = [m for m, verdict in met if verdict is Verdict.NOT_SHOWN and m.value is not None]
+            if wrong:
+                worst = max(wrong, key=lambda m: abs(m.value or 0.0))
+                broken.append((abs(worst.value or 0.0) / c.limit, _wrong(c, worst, len(wrong), len(mine))))
+            elif all(m.value is None for m in mine):
+                unknown.setdefault(mine[0].note, []).append(c.what)
+            elif open_:
+                wide.append(f"{_small(c.what)} ({in_words(c, _largest(open_))}, limit {c.limit_text})")
+            else:
+                fine.append(_small(c.what))
+    agree = (f"Within limits: {'; '.join(fine) if broken or wide else f'all {len(fine)} checks that the data allow'}.",) if fine else ()
+    unsure = (f"Neither shown nor refuted, part of the interval is beyond the limit: {'; '.join(wide)}.",) if wide else ()
+    lacks = (f"{'; '.join([what[0], *(_small(w) for w in what[1:])])} cannot be told: {note}." for note, what in unknown.items())
+    return (*(text for _, text in sorted(broken, key=lambda b: -b[0])), *unsure, *agree, *lacks)
+
+
+def _largest(found: Sequence[Measure]) -> float:
+    return max((m.value for m in found if m.value is not None), key=abs)
+
+
+def _small(what: str) -> str:
+    """A criterion's title inside a sentence."""
+    return what[0].lower() + what[1:]
+
+
+def _wrong(c: Criterion, m: Measure, wrong: int, all_: int) -> str:
+    where = f" in {m.test}" if m.test else ""
+    many = f" ({wrong} of {all_})" if all_ > 1 else ""
+    assert m.value is not None
+    cause = f": {m.note}" if m.note else ""
+    return f"{c.what}{where}{many}: {in_words(c, m.value)}, limit {c.limit_text}{cause}."
+
+
+def _data(found: Implied) -> dict[str, Any]:
+    """Numbers behind the figures, by check and test, in SI."""
+    b = found.balance
+    return {
+        "lever": [
+            {"test": x.test, "error": x.error.value, "low": x.error.low, "high": x.error.high, "layer": x.layer, "layer_implied": x.implied,
+             "layer_diameter": x.d, "layer_diameter_implied": x.d_implied, "s_w": x.s_w, "from": x.wire}
+            for x in found.levers
+        ],
+        "friction": [
+            {"test": f.test, "scale": 1.0 + f.scale.value, "low": 1.0 + f.scale.low, "high": 1.0 + f.scale.high, "T_f": f.mean,
+             "T_standing": f.standing.value, "inertia_missing": f.inertia.value}
+            for f in found.frictions
+        ],
+        "delay": [
+            {"test": d.test, "delay": d.delay.value, "low": d.delay.low, "high": d.delay.high, "gain": d.gain.value} for d in found.delays
+        ],
+        "load_cell": [
+            {"test": c.test, "F_w": c.force.value, "low": c.force.low, "high": c.force.high, "weight": c.weight} for c in found.cells
+        ],
+        "rests": [] if found.rests is None else [
+            {"test": r.test, "start": r.start, "after": r.after, "dp": r.dp.value, "low": r.dp.low, "high": r.dp.high}
+            for r in found.rests.rests
+        ],
+        "flow": {} if b is None else {
+            "ratio": 1.0 + b.ratio.value, "leakage": 1.0 + b.leakage.value, "C_leak": b.twin_leakage * (1.0 + b.leakage.value),
+            "capacitance": 1.0 + b.capacitance.value, "alpha_p_zero": b.offset.value,
+        },
+    }  # fmt: skip

@@ -1,0 +1,1 @@
+"""Active circuit: flow, leakage, pressures, settings."""

@@ -1,0 +1,59 @@
+"""All that a log implies of a crane's parameters, side by side: every check of step 1 on the parts of the records."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+from stillhook.engine.scenario.run import Meter
+from stillhook.validate.data_set.records.record import Record
+from stillhook.validate.parameters.circuit.flow import Balance, balance
+from stillhook.validate.parameters.circuit.pressures import Pressures, passive_pressure, pressures
+from stillhook.validate.parameters.circuit.settings import Offset, PumpSetting, motor_offset, pump_setting
+from stillhook.validate.parameters.circuit.standstill import Rests, rests
+from stillhook.validate.parameters.hoisting.friction import Friction, frictions
+from stillhook.validate.parameters.hoisting.load import Cell, cells
+from stillhook.validate.parameters.hoisting.transmission import Lever, levers
+from stillhook.validate.parameters.segments import Part
+from stillhook.validate.parameters.signals.clock import Clock, Jump, Ratio, clock_of, largest_jump, ratios
+from stillhook.validate.parameters.signals.delay import TipDelay, tip_delays
+from stillhook.validate.parameters.signals.reference import Reference, references
+
+
+@dataclass(frozen=True)
+class Implied:
+    """What every check found; empty or None where the log has nothing for it."""
+
+    parts: tuple[Part, ...]
+    ratios: Mapping[str, Ratio]
+    clock: Clock
+    jump: Jump | None
+    levers: tuple[Lever, ...]
+    motor: Offset | None
+    pump: PumpSetting | None
+    balance: Balance | None
+    cells: tuple[Cell, ...]
+    frictions: tuple[Friction, ...]
+    delays: tuple[TipDelay, ...]
+    references: tuple[Reference, ...]
+    pressures: tuple[Pressures, ...]
+    p_hp: tuple[float, float] | None
+    rests: Rests | None = None
+
+
+def implied_by(parts: Sequence[Part], progress: Callable[[float], None], records: Sequence[Record] = ()) -> Implied:
+    """Take every check on the parts; the clock first, because lengths over speeds depend on it. records: for rests, which may be short."""
+    meter = Meter(6.0, progress)
+    parts = tuple(parts)
+    found = ratios(parts)
+    clock, jump = clock_of(found), largest_jump(parts, found)
+    drum = levers(parts, clock.error.value if clock.error is not None else 0.0)
+    meter.part(1.0)(1.0)
+    motor, pump = motor_offset(parts), pump_setting(parts)
+    meter.part(3.0)(1.0)
+    flow, load, friction = balance(parts), cells(parts), frictions(parts)
+    meter.part(1.0)(1.0)
+    return Implied(
+        parts, found, clock, jump, drum, motor, pump, flow, load, friction, tip_delays(parts), references(parts), pressures(parts),
+        passive_pressure(parts), rests(parts[0].crane, records) if parts and records else None,
+    )  # fmt: skip

@@ -1,0 +1,1 @@
+"""Drum, load and friction."""

@@ -1,0 +1,169 @@
+"""Unbroken parts of the records as the checks of step 1 use them: measured signals beside the twin's records for that load and wire."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stillhook.base.arrays import FloatArray, IntArray
+from stillhook.engine.pack.winch import drum_record, pack
+from stillhook.physics.load_path.drum import layer_diameter, wire_to_layer
+from stillhook.spec.crane import Crane
+from stillhook.spec.scenario import Scenario
+from stillhook.units import show
+from stillhook.validate.data_set.campaign import Campaign, Kind
+from stillhook.validate.data_set.records.record import Record, Segment
+from stillhook.winches.hoist import drum_geometry
+
+SHORTEST = 10.0
+"""Shorter parts are left out [s]: one wave."""
+BLOCK = 30.0
+"""Length of the blocks that errors may hang together in [s]: some waves, the window of paper F."""
+FEW = 8
+"""Blocks that a short test is cut into: fewer make the interval of its estimate a guess."""
+
+
+@dataclass(frozen=True)
+class Part:
+    """An unbroken part of a test. number: its place among all parts of the campaign, for the blocks."""
+
+    crane: Crane
+    record: Record
+    segment: Segment
+    number: int
+
+    @property
+    def test(self) -> str:
+        return self.record.test.name
+
+    @property
+    def kind(self) -> Kind:
+        return self.record.test.kind
+
+    @property
+    def step(self) -> float:
+        return self.record.step
+
+    @property
+    def n(self) -> int:
+        return self.segment.last - self.segment.first
+
+    @cached_property
+    def t(self) -> FloatArray:
+        """Time of the samples from the start of the part, (n,) [s]."""
+        return np.arange(self.n, dtype=np.float64) * self.step
+
+    def has(self, *names: str) -> bool:
+        """Whether these signals were logged, not made from others, and hold numbers here."""
+        return not self.record.derived.intersection(names) and self.knows(*names)
+
+    def knows(self, *names: str) -> bool:
+        """Whether these signals are there, logged or made from others, and hold numbers here."""
+        return self.record.has(*names) and all(np.isfinite(self[name]).any() for name in names)
+
+    def __getitem__(self, name: str) -> FloatArray:
+        """A signal, (n,), SI. Errors: KeyError."""
+        return self.record.part(self.segment, name)
+
+    @cached_property
+    def params(self) -> Any:
+        """The twin's records for this load and wire."""
+        part, middle = self.segment, float(np.nanmean(self.wire_out)) if np.isfinite(self.wire_out).any() else 0.0
+        s_w = min(max(middle, 0.0), drum_record(self.crane).L_full)
+        case = Scenario(load=f"{part.load!r} kg", s_w=f"{s_w!r} m", mode=part.mode, water=self.record.test.water)
+        return pack(self.crane, case).params
+
+    @cached_property
+    def wire_out(self) -> FloatArray:
+        """Wire paid out, (n,) [m]; that of the start where it was not logged."""
+        return self["s_w"] if self.knows("s_w") else np.full(self.n, self.segment.s_w)
+
+    @cached_property
+    def weight(self) -> float:
+        """Weight of hook and payload, in water less buoyancy [N]."""
+        return float(self.params.hoist.load.W)
+
+    @cached_property
+    def layer(self) -> FloatArray:
+        """Number of the layer that the twin winds on, (n,)."""
+        return layer_of(self.crane, self.wire_out)
+
+    @cached_property
+    def lever(self) -> FloatArray:
+        """Wire per motor angle that the twin has at the wire that is out, (n,) [m/rad]."""
+        return 0.5 * diameter_of(self.crane, self.layer) / self.crane.i_hD
+
+    @cached_property
+    def inertia(self) -> float:
+        """Inertia at the motor shaft in the middle of the part [kg m^2]."""
+        return 1.0 / float(drum_geometry(float(self.params.hoist.s_w_0), self.params.hoist).i_J)
+
+    @cached_property
+    def omega_m(self) -> FloatArray | None:
+        """Motor speed, from the wire speed where it was not logged, (n,) [rad/s]; None where neither was."""
+        if self.has("omega_m"):
+            return self["omega_m"]
+        return self["v_w"] / self.lever if self.has("v_w") else None
+
+    def blocks(self, at: NDArray[Any]) -> IntArray:
+        """Block of time that each moment lies in [s from the start of the part], unique to this part."""
+        length = min(BLOCK, max(self.segment.duration / FEW, 2.0))
+        return self.number * 1_000_000 + np.asarray(at / length, dtype=np.intp)
+
+
+def parts_of(campaign: Campaign, records: Sequence[Record]) -> tuple[Part, ...]:
+    """All unbroken parts that are long enough, in the order of the campaign."""
+    found = [(r, s) for r in records for s in r.segments if s.duration >= SHORTEST]
+    return tuple(Part(campaign.crane, r, s, i) for i, (r, s) in enumerate(found))
+
+
+def by_test(parts: Sequence[Part]) -> dict[str, list[Part]]:
+    """Parts by the name of their test."""
+    out: dict[str, list[Part]] = {}
+    for part in parts:
+        out.setdefault(part.test, []).append(part)
+    return out
+
+
+def layer_of(crane: Crane, s_w: FloatArray) -> FloatArray:
+    """Number of the layer in use with s_w paid out [m], NaN where s_w is."""
+    drum = drum_record(crane)
+    full = np.array([wire_to_layer(float(n), drum) for n in range(1, crane.drum.layers)])
+    with np.errstate(invalid="ignore"):
+        layer = np.minimum(np.searchsorted(full, drum.L_full - s_w, side="left") + 1.0, crane.drum.layers)
+        return np.where(np.isfinite(s_w), layer, np.nan)
+
+
+def diameter_of(crane: Crane, layer: FloatArray) -> FloatArray:
+    """Diameter of the wire's centre on the layers of the drum [m], NaN where the layer is."""
+    drum = drum_record(crane)
+    table = np.array([layer_diameter(float(n), drum) for n in range(1, crane.drum.layers + 1)])
+    known = np.isfinite(layer)
+    return np.where(known, table[np.where(known, layer, 1.0).astype(np.intp) - 1], np.nan)
+
+
+def layer_at(crane: Crane, diameter: float) -> float:
+    """Layer whose wire centre has this diameter [m], as a real number that may lie beyond what the drum has."""
+    drum = drum_record(crane)
+    return 1.0 + (diameter - float(layer_diameter(1.0, drum))) / layer_step(crane)
+
+
+def layer_step(crane: Crane) -> float:
+    """By how much the diameter grows from one layer to the next [m]."""
+    return 2.0 * crane.wire.d
+
+
+def wire_of_layer(crane: Crane, layer: int) -> tuple[float, float]:
+    """Least and most wire paid out at which this layer is in use [m]."""
+    drum = drum_record(crane)
+    return drum.L_full - wire_to_layer(float(layer), drum), drum.L_full - wire_to_layer(float(layer - 1), drum)
+
+
+def says(part: Part) -> str:
+    """A part in words: load and wire out."""
+    return f"{show(part.segment.load, 'mass', 3)}, {show(part.segment.s_w, 'length', 4)} out"

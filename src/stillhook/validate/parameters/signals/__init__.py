@@ -1,0 +1,1 @@
+"""Clock, delay and reference of the logged signals."""

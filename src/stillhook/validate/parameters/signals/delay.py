@@ -1,0 +1,189 @@
+"""How late the tip motion really reaches the PLC, from the load cell: the hook moves though the PLC thinks that it does not.
+
+The logged tip is the one that the PLC saw, and the wire follows that one. What is left of the true motion moves the hook, and its
+acceleration is in the wire's force. So: the wire that was measured, a tip that is some time ahead of the logged one, and the twin's wire
+and load between them; the time that explains the measured force best is the delay. Neither winch nor controller of the twin take part.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stillhook.base.arrays import FloatArray, IntArray
+from stillhook.physics.load_path.wire import wire_damping, wire_stiffness
+from stillhook.spec.scenario import Mode
+from stillhook.statistics.dot import dot
+from stillhook.statistics.jackknife_regression import Estimate, Fit, fit, pooled
+from stillhook.validate.parameters.segments import Part, by_test
+from stillhook.validate.parameters.slopes import bridged, smoothed
+
+EVERY = 0.1
+"""Spacing of the samples [s]."""
+LOW = (0.04, 0.06)
+"""Lower flank of the band [Hz]: below, load cells drift."""
+HIGH = 0.25
+"""Upper end of the band [Hz]: above, there is no sea."""
+BELOW_RESONANCE = 0.6
+"""Upper end of the band over the eigenfrequency of load and wire: nearer to it the damping of the wire, which nobody knows, decides."""
+FLANK = 1.3
+EDGE = 15.0
+"""Left out at both ends [s]: a filter knows nothing beyond them."""
+LEAST_PP = 0.3
+"""Tip motion in a window from which the force can tell anything [m]."""
+TURN = 0.02
+"""Wire speed over which the friction of sheaves turns round [m/s]."""
+GAIN = 0.3
+"""What the twin's wire and load may be off by [-]: added mass, mass of the wire, elasticity."""
+SHAPE = 0.1
+"""Part of a delay that the simple wire and a filter of the load cell may make of it [-]."""
+ROUNDS = 6
+MOST = 1.0
+"""Largest delay that is looked for [s]."""
+TOLD = 0.06
+"""Half of an interval from which on a delay is not told [s]: 150 ms must be told from none with room on both sides."""
+CURVE = np.linspace(-0.2, 0.4, 25)
+"""Delays for the figure [s]."""
+
+Spectrum = NDArray[np.complex128]
+
+
+@dataclass(frozen=True)
+class TipDelay:
+    """One test. delay: of the logged tip behind the true one [s]; gain: measured force over the twin's; held: whether the gain was held
+    at 1 because the force says too little of it; misfit: rms of the force that is left [N] at the delays of CURVE; force: rms of the
+    measured force in the band [N]."""
+
+    test: str
+    delay: Estimate
+    gain: Estimate
+    held: bool
+    misfit: FloatArray
+    force: float
+
+
+@dataclass(frozen=True)
+class _Sea:
+    """A part in the band of the sea: measured force (n,) [N], spectra of the forces that tip and wire make, direction of the wire (n,),
+    angular frequencies [rad/s], blocks, and the samples that count."""
+
+    force: FloatArray
+    tip: Spectrum
+    wire: Spectrum
+    way: FloatArray
+    w: FloatArray
+    block: IntArray
+    inside: NDArray[np.bool_]
+
+    def columns(self, delay: float) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """With the tip so much ahead: force of the hook's motion, of the tip's speed (per s), and the first one's rate; (n,)."""
+        ahead = self.tip * np.exp(1j * self.w * delay)
+        hook = ahead - self.wire
+        return self._curve(hook), self._curve(1j * self.w * ahead), self._curve(1j * self.w * hook)
+
+    def _curve(self, spectrum: Spectrum) -> FloatArray:
+        return np.fft.irfft(spectrum, len(self.way))
+
+
+def tip_delays(parts: Sequence[Part]) -> tuple[TipDelay, ...]:
+    """Delay of the logged tip behind the true one, from every test with heave compensation in which the load cell was logged."""
+    out = []
+    for test, mine in by_test([p for p in parts if _can_tell(p)]).items():
+        found = _test(test, [_sea(p) for p in mine])
+        if found is not None:
+            out.append(found)
+    return tuple(out)
+
+
+def overall(found: Sequence[TipDelay]) -> Estimate | None:
+    """The delay over all tests [s]; None where there are none."""
+    return pooled([f.delay for f in found]) if found else None
+
+
+def _can_tell(part: Part) -> bool:
+    s = part.segment
+    return s.mode is not Mode.MANUAL and s.s_tip_pp >= LEAST_PP and part.knows("F_w", "s_tip", "s_w") and s.duration > 4.0 * EDGE
+
+
+def _sea(part: Part) -> _Sea:
+    n = max(1, round(EVERY / part.step))
+    F, tip, wire = (smoothed(bridged(part[name], part.step), part.step, EVERY)[::n] for name in ("F_w", "s_tip", "s_w"))
+    speed = -np.gradient(smoothed(bridged(part["s_w"], part.step), part.step, 5.0 * EVERY), part.step)[::n]
+    t = part.t[::n]
+    inside = (t > EDGE) & (t < t[-1] - EDGE) & np.isfinite(F) & np.isfinite(tip) & np.isfinite(wire)
+    f = np.asarray(np.fft.rfftfreq(len(t), n * part.step), dtype=np.float64)
+    response, top = _response(part, f)
+    band = np.interp(f, (*LOW, top, FLANK * top), (0.0, 1.0, 1.0, 0.0), left=0.0, right=0.0)
+    force, s_tip, s_w, way = (np.fft.rfft(_level(x)) * band for x in (F, tip, wire, np.tanh(speed / TURN)))
+    curve = (np.fft.irfft(x, len(t)) for x in (force, way))
+    return _Sea(next(curve), s_tip * response, s_w * response, next(curve), 2.0 * math.pi * f, part.blocks(t), inside)
+
+
+def _level(x: FloatArray) -> FloatArray:
+    """Without holes, mean and trend."""
+    from scipy.signal import detrend  # heavy: only where logs are checked
+
+    at, known = np.arange(len(x)), np.isfinite(x)
+    return np.asarray(detrend(np.interp(at, at[known], x[known])))
+
+
+def _response(part: Part, f: FloatArray) -> tuple[Spectrum, float]:
+    """Force in the wire over the motion of its upper end [N/m], of the twin's spring, damper and mass, and the band's upper end [Hz]."""
+    hoist, w = part.params.hoist, 2.0 * math.pi * f
+    s_w = float(np.nanmean(part["s_w"]))
+    k, m = float(wire_stiffness(s_w, hoist.wire)), float(hoist.load.m)
+    pull = k + 1j * w * float(wire_damping(s_w, m, hoist.wire))
+    top = min(HIGH, BELOW_RESONANCE * math.sqrt(k / m) / (2.0 * math.pi))
+    return -m * w**2 * pull / (pull - m * w**2), max(top, 1.1 * LOW[1])
+
+
+def _test(test: str, seas: Sequence[_Sea]) -> TipDelay | None:
+    """The better told of two fits: with the gain of the force free, and with the twin's, whose doubt then counts."""
+    free, held = _fitted(seas, held=False), _fitted(seas, held=True)
+    if free is None or held is None:
+        return None
+    delay, found = free
+    one, gain = Estimate(1.0, GAIN), Estimate(float(found.b[0]), found.half(0), found.blocks)
+    loose = Estimate(delay, found.ratio(1, 0)[1], found.blocks)
+    tight = Estimate(held[0], math.hypot(held[1].half(0), GAIN * abs(_leans(seas))), held[1].blocks)
+    use_held = not (found.b[0] > 0.0 and loose.half <= tight.half)
+    told = tight if use_held else loose
+    told = Estimate(told.value, math.hypot(told.half, SHAPE * told.value), told.blocks)
+    misfit = np.array([_misfit(seas, x) for x in CURVE])
+    force = np.concatenate([s.force[s.inside] for s in seas])
+    return TipDelay(test, told, one if use_held else gain, use_held, misfit, float(np.std(force)))
+
+
+def _fitted(seas: Sequence[_Sea], *, held: bool) -> tuple[float, Fit] | None:
+    """The delay at which the tip's speed has nothing left to explain, with the fit there: gain (unless held) and gain times rest of the
+    delay, beside the friction of sheaves and a lag of the force (load cell, damping of the wire)."""
+    delay, found = 0.0, None
+    for _ in range(ROUNDS):
+        columns = [(s.columns(delay), s) for s in seas]
+        rows = [np.concatenate([c[i][s.inside] for c, s in columns]) for i in range(3)]
+        force, way, block = (np.concatenate([getattr(s, name)[s.inside] for s in seas]) for name in ("force", "way", "block"))
+        used = (rows[1], way) if held else (rows[0], rows[1], way, rows[2])
+        found = fit(used, force - rows[0] if held else force, block)
+        if found is None or (not held and found.b[0] <= 0.0):
+            return (delay, found) if found is not None else None
+        delay = float(np.clip(delay + (found.b[0] if held else found.b[1] / found.b[0]), -MOST, MOST))
+    return (delay, found) if found is not None else None
+
+
+def _leans(seas: Sequence[_Sea]) -> float:
+    """How much of a delay [s] the twin's force of the hook's motion looks like: what its gain is off by comes in by that."""
+    rows = [(s.columns(0.0), s.inside) for s in seas]
+    hook, speed = (np.concatenate([c[i][inside] for c, inside in rows]) for i in range(2))
+    return dot(hook, speed) / dot(speed, speed)
+
+
+def _misfit(seas: Sequence[_Sea], delay: float) -> float:
+    """Rms of the force that is left with the tip so much ahead [N], the twin's gain held."""
+    rows = [(s.columns(delay), s) for s in seas]
+    rest = np.concatenate([(s.force - c[0])[s.inside] for c, s in rows])
+    way = np.concatenate([s.way[s.inside] for s in seas])
+    return float(np.std(rest - way * dot(way, rest) / max(dot(way, way), 1e-12)))

@@ -1,0 +1,258 @@
+"""A validation in words: the verdict in a sentence, its lines and load cases as cells of tables, for the terminal and the page alike."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Iterable, Sequence
+
+from stillhook.units import number
+from stillhook.validate.criteria.criteria import Ask, Criterion, Limit
+from stillhook.validate.criteria.judge import in_words, interval_words, outcome_of, structural_words
+from stillhook.validate.criteria.results import RISK, CriterionResult, Outcome, Step, StepNumber, Table, Verdict
+from stillhook.validate.data_set.campaign import MARK
+from stillhook.validate.data_set.records.record import Segment
+from stillhook.validate.validation import Validation
+
+MEANING = {
+    Verdict.SHOWN: "the whole 95 % interval meets the limit; a figure without an interval (marked by value) meets it",
+    Verdict.NOT_SHOWN: "part of the interval meets the limit and part does not, or there is no figure; in capitals it stands in the way",
+    Verdict.REFUTED: "no part of the interval meets the limit; a figure without an interval misses it",
+    Verdict.INFO: "no part of the verdict",
+}
+SHOWS = {
+    StepNumber.DATA: "Do the tests cover enough loads, wire lengths, motion and time for a verdict on this crane?",
+    StepNumber.PARAMETERS: "Are pumps, motors, gears, drum, friction and sensors those of the crane file?",
+    StepNumber.CONTROLLER: "Fed with the logged inputs, does the twin's controller give the commands that the PLC gave?",
+    StepNumber.LIMITS: "With the pumps full, is the twin as fast as the winch?",
+    StepNumber.DYNAMICS: "With the logged commands, do pressures rise, swing and settle as on the crane?",
+    StepNumber.AHC: "With the logged tip motion and nothing else, does the whole twin miss by as much as the crane did?",
+    StepNumber.PASSIVE: "Do gas, stroke and motors of the passive circuit carry the load as the crane file says?",
+}
+SEGMENT_HEAD = ("test", "from\n[s]", "for\n[s]", "load\n[t]", "wire out\n[m]", "tip p-p\n[m]", "period\n[s]", "mode")
+SHORT_HEAD = ("", "criterion", "found", "limit", "verdict")
+FULL_HEAD = ("", "criterion", "found (95 %)", "limit", "verdict", "rests on", "source")
+LINE_HEAD = ("", "criterion", "found", "95 %", "limit", "verdict", "rests on", "source")
+TERSE_HEAD = ("", "found", "95 %", "limit", "verdict")
+DECISIVE_HEAD = ("verdict", "", "what decides")
+STEP_HEAD = ("step", "", "shown", "not\nshown", "refuted", "info", "verdict")
+DECISIVE = 3
+"""Lines that stand directly below the verdict."""
+
+
+LONGEST_NUMBER = 20  # characters: a longer cell is text
+
+
+def columns_of_words(table: Table) -> set[int]:
+    """Places of the columns of a step's table that hold text, and may fold."""
+    return {i for row in table.rows for i, cell in enumerate(row) if len(cell) > LONGEST_NUMBER}
+
+
+def title(validation: Validation) -> str:
+    """The campaign's title, marked where no crane was measured."""
+    campaign = validation.campaign
+    mark = f"{MARK} " if campaign.synthetic and MARK not in campaign.title else ""
+    return f"{mark}{campaign.title}: {campaign.crane.name}"
+
+
+def sentence(validation: Validation) -> str:
+    """The verdict in one sentence."""
+    campaign, lines = validation.campaign, validation.lines
+    judged = [line for line in lines if line.judged]
+    criteria = campaign.criteria.label
+    part = "" if validation.whole else f" This is {_steps(validation.steps)} only: a certificate needs all steps, 0 to {max(StepNumber)}."
+    count = _count(len(judged), "criterion", "criteria")
+    failed = [line for line in judged if line.failed]
+    match validation.outcome:
+        case Outcome.NOT_JUDGED:
+            return f"NOT JUDGED: {criteria} has no criterion that counts here.{part}"
+        case Outcome.PASSED:
+            this = f"the {MARK} crane of these logs" if campaign.synthetic else "this crane"
+            represents = f'"{campaign.crane.name}" as described represents {this}, inside what was tested'
+            what = represents if validation.whole else "no objection"
+            shown = sum(line.verdict is Verdict.SHOWN for line in judged)
+            open_ = [line for line in judged if line.verdict is Verdict.NOT_SHOWN]
+            rest = f"; {len(open_)} not shown and not refuted ({_keys(open_)})" if open_ else ""
+            return f"PASSED: {what}: of {count} of {criteria}, {shown} shown{rest}.{part}"
+        case Outcome.NOT_SHOWN:
+            keys = f"{len(failed)} not shown ({_keys(failed)})" if failed else "none shown"
+            return f"NOT SHOWN: of {count} of {criteria}, none refuted, but {keys}.{part}"
+        case Outcome.REFUTED:
+            found = [
+                f"{n} {v.value} ({_keys(line for line in failed if line.verdict is v)})"
+                for v in (Verdict.REFUTED, Verdict.NOT_SHOWN)
+                if (n := sum(line.verdict is v for line in failed))
+            ]
+            return f"REFUTED: of {count} of {criteria}, {' and '.join(found)}.{part}"
+
+
+def decisive(validation: Validation) -> list[CriterionResult]:
+    """The lines that decide the verdict, DECISIVE at most: what stands in the way, refuted first and the farthest beyond its limit first;
+    where it passed, those that compare twin and crane and use most of their limits (coverage of the data has no nearly)."""
+    judged = [line for line in validation.lines if line.judged]
+    failed = [line for line in judged if line.failed]
+    if failed:
+        return sorted(failed, key=lambda line: (line.verdict is not Verdict.REFUTED, -_used(line)))[:DECISIVE]
+    compared = [line for line in judged if line.step is not StepNumber.DATA and math.isfinite(line.used)]
+    return sorted(compared or judged, key=lambda line: -_used(line))[:DECISIVE]
+
+
+def deciding_title(failed: bool) -> str:
+    """What stands above the lines that decide the verdict."""
+    return "In the way, the farthest beyond its limit first" if failed else "The closest to their limits"
+
+
+def _used(line: CriterionResult) -> float:
+    return -math.inf if math.isnan(line.used) else line.used
+
+
+def decisive_cells(validation: Validation, line: CriterionResult) -> tuple[str, str, str]:
+    """A deciding line: verdict, key, and what was found against what limit, and how close that is."""
+    key, what, figure, between, limit, verdict, *_ = line_cells(validation, line)
+    m = line.measure
+    if m is None or m.value is None or math.isnan(m.value):
+        return verdict, key, f"{what}: no figure; {m.note if m is not None and m.note else 'nothing of the kind is in these data'}"
+    where = f" in {m.test}" if m.test else ""
+    interval = f" ({between})" if line.figures else ""
+    return verdict, key, f"{what}{where}: {figure}{interval}, limit {limit}; {_how_close(validation, line)}"
+
+
+def _how_close(validation: Validation, line: CriterionResult) -> str:
+    """How close the far end of the interval is to the limit."""
+    end = "the far end of the interval" if line.figures else "that"
+    if math.isnan(line.used):
+        return f"{end} is {'beyond' if line.failed else 'within'} it"
+    if criterion(validation, line).kind is Limit.AT_LEAST:
+        least = 1.0 / line.used if line.used > 0.0 else math.inf
+        return f"{end} is {number(least, 3)} times the limit"
+    if line.used >= 2.0:
+        return f"{end} is {number(line.used, 3)} times the limit"
+    return f"{end} is at {number(100.0 * line.used, 3)} % of the limit"
+
+
+def risks(results: Iterable[CriterionResult]) -> str:
+    """Consumer's and producer's risk, and how many lines they are of."""
+    judged = [line for line in results if line.judged and line.verdict is not Verdict.INFO]
+    sampled = [line for line in judged if line.figures]
+    bare = [line for line in judged if not line.figures and line.measure is not None and line.measure.value is not None]
+    if not sampled:
+        return "No judged line has an interval, so no risk of sampling can be stated." if judged else "No line was judged."
+    percent, most = f"{100.0 * RISK:g} %", max(line.figures for line in sampled)
+    several = f", n times that at most where the worst of n tests is judged (n up to {most} here)" if most > 1 else ""
+    text = (
+        f"{_count(len(sampled), 'line was', 'lines were')} judged by the 95 % interval of the figure. Consumer's risk: such a line is "
+        f"called shown in at most {percent} of campaigns where its true figure is at the limit or beyond. Producer's risk: it is called "
+        f"refuted in at most {percent} of campaigns where its true figure is at the limit or within{several}. Both are of one line, and as "
+        "good as the intervals are (coverage is measured on synthetic campaigns)."
+    )
+    if bare:
+        count = _count(len(bare), "line was", "lines were")
+        text += f" {count} judged by value, without an interval (counts, maxima): no risk is stated of them."
+    return text
+
+
+def _steps(steps: Sequence[Step]) -> str:
+    numbers = [str(int(s.number)) for s in steps]
+    return f"step {numbers[0]}" if len(numbers) == 1 else f"steps {', '.join(numbers[:-1])} and {numbers[-1]}"
+
+
+def _keys(lines: Iterable[CriterionResult]) -> str:
+    return ", ".join(line.key for line in lines)
+
+
+def _count(n: int, one: str, many: str) -> str:
+    return f"{n} {one if n == 1 else many}"
+
+
+def criterion(validation: Validation, line: CriterionResult) -> Criterion:
+    """The criterion behind a verdict line."""
+    return next(c for c in validation.campaign.criteria.criteria if c.key == line.key)
+
+
+def line_cells(validation: Validation, line: CriterionResult) -> tuple[str, ...]:
+    """A verdict line as cells, see LINE_HEAD: the figure and its 95 % interval in the unit of the limit, the data and the reason."""
+    c, m = criterion(validation, line), line.measure
+    behind = (m.test, structural_words(c, m), m.data, m.note) if m is not None else ()
+    known = m is not None and m.value is not None
+    between = interval_words(c, m) if m is not None and known else ""
+    figure = in_words(c, m.value) if m is not None and m.value is not None else "-"
+    limit = line.limit + (", not to be refuted" if c.ask is Ask.NOT_REFUTED else "")
+    between = between or ("by value" if known else "")
+    return line.key, line.what, figure, between, limit, verdict_word(line), "; ".join(x for x in behind if x), line.source
+
+
+def terse_cells(validation: Validation, line: CriterionResult) -> tuple[str, ...]:
+    """A verdict line without words on the criterion, see TERSE_HEAD."""
+    key, _, figure, between, _, verdict, *_ = line_cells(validation, line)
+    unit = figure.partition(" ")[2]
+    bare = between.removesuffix(f" {unit}") if unit else between
+    return key, figure, bare, line.limit, "info" if line.verdict is Verdict.INFO else verdict
+
+
+def short_cells(validation: Validation, line: CriterionResult) -> tuple[str, ...]:
+    """A verdict line in short, see SHORT_HEAD."""
+    key, what, figure, _, limit, verdict, *_ = line_cells(validation, line)
+    return key, what, figure, limit, verdict
+
+
+def full_cells(validation: Validation, line: CriterionResult) -> tuple[str, ...]:
+    """A verdict line in full with few columns, see FULL_HEAD."""
+    key, what, figure, between, *rest = line_cells(validation, line)
+    return key, what, f"{figure} ({between})" if between else figure, *rest
+
+
+def joined(header: str) -> str:
+    """The head of a column on one line."""
+    return header.replace("-\n", "").replace("\n", " ")
+
+
+def verdict_word(line: CriterionResult) -> str:
+    """The verdict; in capitals where it stands in the way."""
+    return line.verdict.value.upper() if line.failed else line.verdict.value
+
+
+def segment_cells(segment: Segment) -> tuple[str, ...]:
+    """A load case as cells, see SEGMENT_HEAD."""
+    s = segment
+    low, high = (number(x, 4) for x in (s.s_w_min, s.s_w_max))
+    moving = s.s_tip_pp > 0.0
+    return (
+        s.test, f"{s.start:.0f}", f"{s.duration:.0f}", number(s.load / 1e3, 3), low if low == high else f"{low}-{high}",
+        f"{s.s_tip_pp:.2f}" if moving else "-", f"{s.period:.1f}" if moving and math.isfinite(s.period) else "-", s.mode.value,
+    )  # fmt: skip
+
+
+def segments(validation: Validation) -> list[Segment]:
+    """The load cases of all tests."""
+    return [s for record in validation.records for s in record.segments]
+
+
+def found_on_the_way(validation: Validation) -> list[str]:
+    """What reading the logs brought up, each with its test; without what a step says again."""
+    said = []
+    for record in validation.records:
+        test = f'Test "{record.test.name}"'
+        said += [text if text.startswith(test) else f"{test}: {text}" for text in record.statements]
+    again = {text for step in validation.steps for text in step.statements}
+    return [text for text in said if text not in again]
+
+
+def step_row(validation: Validation, step: Step) -> tuple[str, ...]:
+    """How the criteria of a step came out, see STEP_HEAD."""
+    counts = Counter(line.verdict for line in lines_of(validation, step))
+    return str(int(step.number)), step.title, *(str(counts[v]) if counts[v] else "" for v in Verdict), step_verdict(validation, step)
+
+
+def lines_of(validation: Validation, step: Step) -> list[CriterionResult]:
+    """The verdict lines of a step."""
+    return [line for line in validation.lines if line.step == step.number]
+
+
+def step_verdict(validation: Validation, step: Step) -> str:
+    """The verdict of a step alone, in a few words."""
+    lines = [line for line in lines_of(validation, step) if line.judged]
+    if not lines:
+        return "not judged"
+    failed = [line for line in lines if line.failed]
+    outcome = outcome_of(lines)
+    return f"{outcome.value} ({_keys(failed)})" if failed else "passed" if outcome is Outcome.PASSED else "nothing shown, nothing refuted"

@@ -1,0 +1,1 @@
+"""The reference plant as a crane of its own."""

@@ -1,0 +1,203 @@
+"""Crane, scenario and truth as records of the truth plant, and runs with it."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from stillhook.base.progress import Progress
+from stillhook.engine.arguments import SERIES_STEP, steps_per_cycle
+from stillhook.engine.inputs import Drive
+from stillhook.engine.pack.winch import Packed, pack
+from stillhook.engine.scenario.checks import check
+from stillhook.engine.scenario.run import Block
+from stillhook.engine.scenario.simulate import raise_failures, to_dataset
+from stillhook.engine.scenario.summary import summarise
+from stillhook.engine.step_size import RK4_LIMIT, check_step
+from stillhook.errors import SpecError
+from stillhook.physics.hydraulics.swash import Servo
+from stillhook.physics.load_path.wire import wire_damping
+from stillhook.physics.scalar import G
+from stillhook.spec.crane import Crane, Plant
+from stillhook.spec.scenario import RHO_SEA, Scenario
+from stillhook.validate.synthetic.reference.circuits import active_leak, true_passive
+from stillhook.validate.synthetic.reference.crane import Truth
+from stillhook.validate.synthetic.reference.friction import true_friction
+from stillhook.winches.active_passive import PassiveCircuit
+from stillhook.winches.closed_circuit import ActiveCircuit
+from stillhook.winches.hoist import Hoist
+from stillhook.winches.reference import plant
+from stillhook.winches.reference.drum import TrueDrum
+from stillhook.winches.reference.laws import Lines, Oil
+from stillhook.winches.reference.rope import Rope
+
+if TYPE_CHECKING:
+    import xarray
+
+SLIP_PRESSURE = 250e5
+"""Pressure at which, with full flow, the electric motors have the slip that `Truth.slip` names [Pa]."""
+RHO_STEEL = 7850.0
+"""Density of steel [kg/m^3]."""
+STRAIN = 1.3e-3
+"""Strain at which the wire has the twin's stiffness [-]: that of half the SWL on the library's cranes."""
+
+
+def pack_truth(crane: Crane, case: Scenario, truth: Truth) -> Packed:
+    """Records of the truth plant for one run. Errors: SpecError where the crane has no passive circuit."""
+    if crane.plant is not Plant.ACTIVE_PASSIVE:
+        raise SpecError(f'"{crane.name}" is {crane.plant}: the truth plant is an active/passive winch. Choose such a crane.')
+    if case.gas_held:
+        raise SpecError('gas = "held": the truth plant has a gas of its own. Leave it out.')
+    twin = pack(crane, case)
+    p, t_cycle = twin.params, crane.control.t_cycle
+    active = _active(p.active, truth)
+    hoist = _hoist(p.hoist, truth)
+    passive = _passive(p.passive, truth)
+    more = active.motors.count / p.active.motors.count
+    gains = p.plc.gains
+    params = plant.Params(
+        active=active,
+        passive=passive,
+        hoist=hoist,
+        plc=p.plc._replace(gains=gains._replace(K_1=more * truth.K_1 * gains.K_1, K_2=more * gains.K_2)),  # the PLC knows its own motors
+        sensors=p.sensors,
+        extra=plant.Extra(
+            lines=_lines(active, truth),
+            oil=_oil(case.duration, truth),
+            friction=true_friction(crane, truth).friction,
+            rope=_rope(hoist, case, truth),
+            drum=_drum(hoist, truth),
+            leak=active_leak(crane, truth),
+            passive=true_passive(crane, passive, truth),
+            slip=truth.slip / (active.pumps.D_max * active.pumps.omega_p * SLIP_PRESSURE),
+            late=min(truth.pump_late / t_cycle, 1.0),
+            u_limit=truth.pump_limit,
+            i_tau_cell=1.0 / truth.tau_cell,
+            cell_gain=truth.cell_gain,
+            cell_zero=truth.cell_zero,
+            dac=2.0 ** (1.0 - truth.dac_bits),
+        ),
+    )
+    return Packed(plant, "truth", params, twin.memory._replace(p_mean=passive.settings.p_set), twin.s_w)
+
+
+def _active(a: ActiveCircuit, truth: Truth) -> ActiveCircuit:
+    m, boost = a.motors, truth.boost * a.boost.p
+    return a._replace(
+        pumps=a.pumps._replace(omega_p=truth.pump_speed * a.pumps.omega_p),
+        pump_servo=_servo(a.pump_servo, truth.pump_omega, truth.pump_zeta),
+        motors=m._replace(count=m.count + truth.active_more, D_max=truth.motor_D * m.D_max),
+        motor_servo=_servo(a.motor_servo, truth.motor_omega, truth.motor_zeta),
+        control=a.control._replace(offset=truth.motor_offset, half_width=0.5 * truth.motor_hysteresis, feedback=1.0),
+        i_C_h=a.i_C_h / truth.capacitance,
+        boost=a.boost._replace(p=boost),
+        flushing=a.flushing._replace(p=a.flushing.p + boost - a.boost.p),
+    )
+
+
+def _passive(c: PassiveCircuit, truth: Truth) -> PassiveCircuit:
+    """What the PLC knows of its own passive circuit: its number of motors, its set pressure."""
+    count = c.motors.count + truth.passive_more
+    known = count / c.motors.count
+    s = c.settings
+    return c._replace(
+        motors=c.motors._replace(count=count), settings=s._replace(D_m_max=known * s.D_m_max, p_set=truth.precharge * s.p_set)
+    )
+
+
+def _servo(servo: Servo, omega: float, zeta: float) -> Servo:
+    return servo._replace(omega_n=omega * servo.omega_n, zeta=zeta * servo.zeta)
+
+
+def _hoist(h: Hoist, truth: Truth) -> Hoist:
+    """Gear, inertia, wire on the drum and bristle; the weight on the wire and the friction of the twin stay in it unused."""
+    J, f = h.inertia, truth.inertia
+    return h._replace(
+        i_i=h.i_i / truth.gear,
+        inertia=J._replace(J_motor=f * J.J_motor, J_gear=f * J.J_gear, J_drum=f * J.J_drum, i_i2=J.i_i2 / truth.gear**2),
+        drum=h.drum._replace(L_full=h.drum.L_full - truth.wire_short, m_wire=f * h.drum.m_wire),
+        bristle=h.bristle._replace(sigma_0=truth.bristle * h.bristle.sigma_0, sigma_1=math.sqrt(truth.bristle) * h.bristle.sigma_1),
+    )
+
+
+def _lines(a: ActiveCircuit, truth: Truth) -> Lines:
+    """Both ends make up the line's capacitance; the inertance follows from the frequency at which they swing against each other."""
+    i_C_p, i_C_m = a.i_C_h / truth.line_split, a.i_C_h / (1.0 - truth.line_split)
+    return Lines(i_C_p, i_C_m, truth.line_omega**2 / (i_C_p + i_C_m), truth.line_drop / (a.pumps.D_max * a.pumps.omega_p))
+
+
+def _oil(duration: float, truth: Truth) -> Oil:
+    """One whole swing of the temperature a run, so that its mean is nominal."""
+    omega, phase = 2.0 * math.pi / duration, truth.oil_phase
+    return Oil(omega, truth.oil_swing * math.sin(phase), omega * truth.oil_swing * math.cos(phase), truth.oil_thin)
+
+
+def _drum(h: Hoist, truth: Truth) -> TrueDrum:
+    """The drum of the crane file, its layers pressed together."""
+    d, J = h.drum, h.inertia
+    pitch = (1.0 - truth.wire_pressed) * d.d_wire
+    return TrueDrum(d.d, pitch, d.turns, d.L_full, d.m_wire, J.J_motor + J.J_gear, J.J_drum, h.i_i)
+
+
+def _rope(h: Hoist, case: Scenario, truth: Truth) -> Rope:
+    """Half of the wire's mass in its middle, the rest of the moving mass below. Weight and mass add up to the twin's: the load that
+    tests name is what the winch carries, wire and all (paper F table 3, "winch load"). Its tangent stiffness at STRAIN is the twin's."""
+    m_mid = min(0.5 * h.drum.m_wire / truth.inertia * (h.wire.L_0 + case.s_w), truth.wire_mass * h.load.m)
+    W_mid = m_mid * G * (1.0 - (RHO_SEA / RHO_STEEL if case.water is not None else 0.0))
+    m_low = h.load.m - m_mid
+    c = float(wire_damping(case.s_w, h.load.m, h.wire))
+    k = h.wire.EA / (h.wire.L_0 + case.s_w)
+    EA = h.wire.EA / (1.0 + 2.0 * truth.wire_beta * STRAIN)
+    return Rope(
+        EA, truth.wire_beta, h.wire.L_0, 2.0 * truth.wire_zeta * c, truth.wire_strands, math.sqrt(k / h.load.m),
+        W_mid, m_mid, 1.0 / m_mid, h.load.W - W_mid, m_low, 1.0 / m_low, h.load.b,
+    )  # fmt: skip
+
+
+def fastest_rates(packed: Packed) -> dict[str, float]:
+    """Upper bounds of the fast modes that the twin has not [1/s]; the others are those of `stillhook.engine.step_size`."""
+    p = packed.params
+    e, h, a, acc = p.extra, p.hoist, p.active, p.extra.passive.acc
+    strain = 2.0 * (e.rope.W_mid + e.rope.W_load) / e.rope.EA
+    k = 2.0 * e.rope.EA * (1.0 + 2.0 * e.rope.beta * strain + e.rope.strands) / (e.rope.L_0 + h.s_w_0)
+    i_m = 2.0 * e.rope.i_m_mid + e.rope.i_m_load
+    J = h.inertia.J_motor + h.inertia.J_gear + h.inertia.J_drum * h.inertia.i_i2
+    return {
+        "wire with its mass": e.rope.c * i_m + math.sqrt(k * i_m),
+        "oil between both ends of a line": math.sqrt(e.lines.i_I * (e.lines.i_C_p + e.lines.i_C_m)) + e.lines.R * e.lines.i_I,
+        "boost valve against the oil at the pumps": max(a.boost.G, a.relief.G, a.flushing.G) * e.lines.i_C_p,
+        "motors against the oil at the motors": a.motors.count * a.motors.D_max * math.sqrt(2.0 * e.lines.i_C_m / J),
+        "friction of the accumulator's piston": e.passive.D_m**2 * (acc.p_dry * acc.i_Q_dry + acc.R + e.passive.R_lp) / J,
+        "strands of the wire": e.rope.i_tau,
+        "lag of friction": e.friction.i_tau,
+        "load cell's filter": e.i_tau_cell,
+    }
+
+
+def simulate_truth(
+    crane: Crane, case: Scenario, truth: Truth, *, step: str | None = None, progress: Progress | None = None
+) -> xarray.Dataset:
+    """Run the truth plant; the Dataset is that of `stillhook.engine.scenario.simulate.simulate` with a row every PLC cycle.
+
+    step: by default SERIES_STEP, or shorter where the truth's fastest mode asks for it.
+
+    Errors: ScenarioError, SpecError (step too long; no passive circuit), SimulationError.
+    """
+    check(crane, case)
+    packed, drive = pack_truth(crane, case, truth), Drive(crane, case)
+    n_sub = steps_per_cycle(crane, step, SERIES_STEP)
+    name, rate = max(fastest_rates(packed).items(), key=lambda i: i[1])
+    if step is None:
+        n_sub = max(n_sub, math.ceil(rate * drive.t_cycle / RK4_LIMIT))
+    h = drive.t_cycle / n_sub
+    check_step(packed, h)
+    if rate * h > RK4_LIMIT:
+        raise SpecError(f"step {h * 1e3:.3g} ms is too long for this truth: {name} has {rate:.0f} 1/s (allowed {RK4_LIMIT / h:.0f}).")
+    block = Block([(packed, drive)], lanes=1, n_sub=n_sub, every=1)
+    for share in block.steps():
+        if progress is not None:
+            progress(share)
+    results = block.results()
+    found = [summarise(crane, case, results[0])]
+    raise_failures(found)
+    return to_dataset(crane, [case], results, found, single=True)

@@ -1,0 +1,192 @@
+"""A whole synthetic campaign as files: the truth plant goes through the tests, and its PLC logs them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from stillhook.base.arrays import FloatArray
+from stillhook.base.atomic import check_folder, whole_folder
+from stillhook.base.progress import Progress
+from stillhook.engine.inputs import Drive
+from stillhook.engine.pack.winch import motor_speed_max
+from stillhook.engine.scenario.run import Meter
+from stillhook.errors import ValidateError
+from stillhook.kernels.build import driver
+from stillhook.library import crane_toml
+from stillhook.logs.synthetic.campaign import (
+    CAMPAIGN_FILE,
+    LOG_FOLDER,
+    MARK,
+    TRUTH_FILE,
+    check_campaign_folder,
+    log_file,
+    mapping_lines,
+    write_log,
+)
+from stillhook.logs.synthetic.instruments import AHC_COLUMNS, Sensors, ahc_sensors, filtered, logged
+from stillhook.spec.crane import Crane, Plant
+from stillhook.spec.scenario import Scenario
+from stillhook.spec.scenario import Sensors as CaseSensors
+from stillhook.units import came, show
+from stillhook.validate.synthetic.defects import Defect, defect_of, told, with_defect
+from stillhook.validate.synthetic.reference.pack import simulate_truth
+from stillhook.validate.synthetic.scatter import Setting, setting
+from stillhook.validate.synthetic.tests import Plan, PlannedTest, sea_trials
+from stillhook.validate.synthetic.truth_file import truth_text
+from stillhook.winches.records import Tick
+
+CRANE_FILE = "crane.toml"
+READ = {"s_tip": "s_m", "v_tip": "v_m", "a_tip": "a_m"}
+"""Signals of the motion unit, and the columns of the drive that hold what the PLC got."""
+NOISE: Mapping[str, str] = {
+    "noise_s_tip": "1 mm", "noise_v_tip": "2 mm/s", "noise_a_tip": "0.01 m/s^2", "noise_s_w": "0.3 mm", "noise_F": "2 kN",
+    "step_s_tip": "1 mm", "step_v_tip": "1 mm/s", "step_s_w": "1 mm", "step_F": "0.5 kN",
+}  # fmt: skip
+"""What the PLC reads with (assumed: a good motion unit and encoder, a load pin of some 0.1 % of its range)."""
+
+@dataclass(frozen=True)
+class Written:
+    """What was written: the folder, its campaign file, the logs, the file that tells the truth, and what limits the tests went beyond."""
+
+    folder: Path
+    campaign: Path
+    logs: tuple[Path, ...]
+    truth: Path
+    notes: tuple[str, ...]
+
+
+def write_campaign(
+    out: str | Path,
+    *,
+    plan: Plan | None = None,
+    seed: int = 0,
+    defect: Defect | str | None = None,
+    size: float | None = None,
+    apart: bool = False,
+    parquet: bool = False,
+    threads: int = 2,
+    progress: Progress | None = None,
+) -> Written:
+    """Write a synthetic validation campaign: `campaign.toml`, `logs/*.csv` and `truth.toml`, which the campaign does not name.
+
+    Parameters
+    ----------
+    out: folder, without a campaign in it yet. plan: the tests and the twin under test (default: `sea_trials()` of nov-250t).
+    seed: another seed is another crane, sea and noise; the same seed gives the same bytes, whatever the threads.
+    defect: None for a crane that its twin matches well, or one of `Defect`; size of the defect (default: the one of `DEFECTS`).
+    apart: oil capacitance, leakage and inertia lie 10 to 30 % off the twin's, for tuning. parquet: logs as Parquet instead of CSV.
+
+    Errors: ValidateError, SpecError, SimulationError of one line; nothing is left half-written.
+    """
+    folder, plan = Path(out), plan or sea_trials()
+    named = None if defect is None else defect_of(defect)
+    _check(plan, seed, named, size)
+    check_campaign_folder(folder)
+    check_folder(folder, (CRANE_FILE,))
+    assert plan.crane.passive is not None
+    counts = {"motors": plan.crane.active.motor.count, "passive_motors": plan.crane.passive.motor.count}
+    made = setting(seed, apart=apart, **counts)
+    if named is not None:
+        made = with_defect(made, plan.crane, named, size)
+    sensors = ahc_sensors(plan.crane, motor_speed_max(plan.crane, plan.crane.active.motor.alpha_min), made.calibration)
+    files = [log_file(t.name, parquet) for t in plan.tests]
+    driver("truth", 1)
+    meter = Meter(len(plan.tests), progress)
+    meter.tell()
+    with whole_folder(folder) as part:
+        (part / LOG_FOLDER).mkdir()
+
+        def work(i: int) -> list[str]:
+            reached = meter.part(1.0)
+            notes = _test(plan, i, seed, made, sensors, part / files[i], reached)
+            reached(1.0)
+            return notes
+
+        with ThreadPoolExecutor(threads) as pool:
+            notes = [note for found in pool.map(work, range(len(plan.tests))) for note in found]
+        if not plan.crane_name:
+            (part / CRANE_FILE).write_text(crane_toml(plan.crane), encoding="utf-8")
+        what = "none" if named is None else f"{named}: {told(named, size)}"
+        (part / TRUTH_FILE).write_text(f"# {MARK}. The truth behind the logs.\n{truth_text(plan, seed, what, made)}", encoding="utf-8")
+        (part / CAMPAIGN_FILE).write_text(campaign_text(plan, seed, made, files, sensors), encoding="utf-8")
+    return Written(folder, folder / CAMPAIGN_FILE, tuple(folder / f for f in files), folder / TRUTH_FILE, tuple(notes))
+
+
+def _check(plan: Plan, seed: int, defect: Defect | None, size: float | None) -> None:
+    if type(seed) is not int or seed < 0:
+        raise ValidateError(f"seed = {came(seed)}: give a whole number of 0 or more.")
+    if size is not None and defect is None:
+        raise ValidateError(f"size = {came(size)}: the size of no defect. Name the defect.")
+    if plan.crane.plant is not Plant.ACTIVE_PASSIVE:
+        raise ValidateError(f'"{plan.crane.name}" is {plan.crane.plant}: example campaigns are of active/passive winches. Choose one.')
+
+
+def case_of(test: PlannedTest, number: int, seed: int, made: Setting) -> Scenario:
+    """The run behind a test; number of the test in its campaign."""
+    sensors = CaseSensors(delay=f"{made.delay!r} s", seed=int(np.random.SeedSequence([seed, number]).generate_state(1)[0]), **NOISE)
+    return test.case(sensors, seed, number)
+
+
+def _test(plan: Plan, i: int, seed: int, made: Setting, sensors: Sensors, path: Path, progress: Progress) -> list[str]:
+    """Run one test and write its log; returns limits that it went beyond."""
+    test = plan.tests[i]
+    case = case_of(test, i, seed, made)
+    run = simulate_truth(plan.crane, case, made.truth, progress=progress)
+    rng = np.random.default_rng([seed, i, 2])
+    begins = sum(t.duration for t in plan.tests[:i])
+    signals = _as_logged(plan.crane, case, run, made, sensors, begins, rng)
+    time = np.round(made.clock.stamps(run["time"].values, rng), 4)
+    lost = made.faults.gap if test is max(plan.tests, key=lambda t: t.duration) else 0.0
+    keep = abs(time - 0.5 * test.duration) >= 0.5 * lost
+    write_log(path, time[keep], {name: values[keep] for name, values in signals.items()}, AHC_COLUMNS, sensors)
+    status = str(run["status"].item())
+    return [] if status == "ok" else [f'test "{test.name}": went beyond limits: {status}']
+
+
+def _as_logged(
+    crane: Crane, case: Scenario, run: Any, made: Setting, sensors: Sensors, begins: float, rng: np.random.Generator
+) -> dict[str, FloatArray]:
+    """What the log holds of every signal [SI]; begins time since the campaign began [s]. The tip is what the PLC got, encoder and load
+    cell carry the noise that it saw."""
+    t_cycle, faults = crane.control.t_cycle, made.faults
+    rows = Drive(crane, case).rows(0, run.sizes["time"])
+    seen = {field: rows[:, i] for i, field in enumerate(Tick._fields)}
+    truth = {c.name: run[c.name].values for c in AHC_COLUMNS} | {name: seen[column] for name, column in READ.items()}
+    truth["s_w"] = truth["s_w"] + seen["n_s"]
+    truth["F_w"] = made.truth.cell_gain * filtered(truth["F_w"], t_cycle / made.truth.tau_cell) + made.truth.cell_zero + seen["n_F"]
+    truth |= {name: truth[name] + drift.at(begins + run["time"].values) for name, drift in made.drift.items()}
+    truth["p_a"] = truth["p_a"] + faults.zero_a
+    out = {c.name: logged(truth[c.name], sensors[c.name], t_cycle, rng) for c in AHC_COLUMNS}
+    out["F_w"] = out["F_w"] / faults.cell_unit
+    if faults.swapped > 0.0:
+        out["p_a"], out["p_b"] = out["p_b"], out["p_a"]
+    return out
+
+
+def campaign_text(plan: Plan, seed: int, made: Setting, files: list[str], sensors: Sensors) -> str:
+    """The campaign file, as `load_campaign` reads it. It does not say what is wrong."""
+    lines = [
+        f"# {MARK}. {plan.source}.",
+        f'title = "SYNTHETIC {plan.title}, seed {seed}"',
+        f"date = {plan.date.isoformat()}",
+        f'crane = "{plan.crane_name or CRANE_FILE}"',
+        f'delay = "{show(made.stated_delay, "time", 12)}"',
+        "synthetic = true",
+        "",
+        "[signals]",
+        *mapping_lines(AHC_COLUMNS, sensors),
+    ]
+    for test, file in zip(plan.tests, files, strict=True):
+        lines += ["", "[[test]]", f'name = "{test.name}"', f'log = "{file}"', f'kind = "{test.kind}"']
+        lines.append(f'load = "{show(test.load, "mass", 12)}"')
+        w = test.water
+        if w is not None:
+            area, mass, volume = show(w.area, "area", 12), show(w.added_mass, "mass", 12), f"{w.volume:.12g} m^3"
+            lines.append(f'water = {{ volume = "{volume}", added_mass = "{mass}", C_D = {w.C_D:.12g}, area = "{area}" }}')
+    return "\n".join(lines) + "\n"

@@ -1,0 +1,373 @@
+"""The truth plant: an active/passive winch with more physics than the twin's, to make logs that the twin has never seen.
+
+No full-scale log of such a crane is public. This plant stands in for the crane when `stillhook.validate` is tried. Its circuit is that of
+`stillhook.winches.active_passive` (Moslatt 2020 figure 2.1), with laws of its own for gas, piston, leakage, wire, drum, friction and lines,
+oil that warms and cools, a load cell with a filter, pumps that slow under load and answer late. With the twin it shares the PLC's laws of
+the active drive, the servos and the valves.
+Nothing outside synthetic logs is computed with it.
+"""
+
+from typing import NamedTuple
+
+from stillhook.control.passive import displacement_for_weight, make_up
+from stillhook.control.plc import Drive, Memory, Plc, Sensed, cycle
+from stillhook.physics.friction import bristle_update, dry_torque
+from stillhook.physics.hydraulics.motor import motor_torque
+from stillhook.physics.hydraulics.pump import pump_flow
+from stillhook.physics.hydraulics.swash import displacement, known_displacement, pilot, swash_acceleration, swash_rate
+from stillhook.physics.load_path.drum import K_wire, wire_at_end
+from stillhook.physics.scalar import clip, fmax, scalar
+from stillhook.physics.sensor import quantise
+from stillhook.winches.active_passive import PassiveCircuit
+from stillhook.winches.closed_circuit import ActiveCircuit, out_of_boost, out_of_power, overspeed
+from stillhook.winches.hoist import Hoist
+from stillhook.winches.records import Geometry, Limits, Powers, Sensors, Signals, Tip
+from stillhook.winches.reference.drum import TrueDrum, inertia_true, wound
+from stillhook.winches.reference.gas import heating
+from stillhook.winches.reference.laws import (
+    Flows,
+    Lines,
+    Oil,
+    PassiveFlows,
+    TrueFriction,
+    TruePassive,
+    dry_level_true,
+    line_acceleration,
+    line_energy,
+    moving_loss_true,
+    passive_flows,
+    two_volume_flows,
+)
+from stillhook.winches.reference.leak import TrueLeak
+from stillhook.winches.reference.rope import (
+    Rope,
+    RopeState,
+    half_inverse,
+    rope_energy,
+    rope_loss,
+    rope_state,
+    sliding,
+    stretch_under,
+)
+from stillhook.winches.sensors import obeyed
+
+
+class Extra(NamedTuple):
+    """What the twin has not, or by other laws: lines, oil, friction, rope, drum, leak of the active circuit, passive circuit. slip part
+    by which the pumps slow per power that they give [1/W]; late part of a PLC cycle by which the pumps'
+    servo gets a command late [-]; u_limit to which this crane's PLC holds the pump command [-]; i_tau_cell inverse of the load cell's time
+    constant [1/s]; cell_gain it shows over the true tension [-], cell_zero beyond it [N]; dac smallest step of the PLC's outputs [-]."""
+
+    lines: Lines
+    oil: Oil
+    friction: TrueFriction
+    rope: Rope
+    drum: TrueDrum
+    leak: TrueLeak
+    passive: TruePassive
+    slip: float
+    late: float
+    u_limit: float
+    i_tau_cell: float
+    cell_gain: float
+    cell_zero: float
+    dac: float
+
+
+class Params(NamedTuple):
+    active: ActiveCircuit
+    passive: PassiveCircuit
+    hoist: Hoist
+    plc: Plc
+    sensors: Sensors
+    extra: Extra
+
+
+class State(NamedTuple):
+    """As that of the twin (`active_passive.State`); p_a, p_b are at the motors, where the transmitters sit. Beside it: p_ap, p_bp at the
+    pumps [Pa]; Q_a pumps to motors, Q_b motors to pumps [m^3/s]; s_mid, v_mid middle of the wire [m, m/s]; y_up, y_low stretch of
+    the strands of both halves that has not slid off [m]; g dry level that lags [N m]; F_cell tension behind the load cell's filter [N];
+    T_oil
+    oil above nominal [K] with its rate [K/s]; T_gas gas of the accumulator [K]."""
+
+    alpha_p: float
+    alpha_p_dot: float
+    alpha_m: float
+    alpha_m_dot: float
+    alpha_pp: float
+    alpha_pp_dot: float
+    alpha_pm: float
+    alpha_pm_dot: float
+    p_a: float
+    p_b: float
+    p_ap: float
+    p_bp: float
+    Q_a: float
+    Q_b: float
+    V_o: float
+    omega_m: float
+    s_w: float
+    z: float
+    s_load: float
+    v_load: float
+    s_mid: float
+    v_mid: float
+    y_up: float
+    y_low: float
+    g: float
+    F_cell: float
+    T_oil: float
+    T_oil_dot: float
+    T_gas: float
+
+
+class Command(NamedTuple):
+    """As that of the twin; u_p is what reaches the servo on the mean of the cycle."""
+
+    u_p: float
+    u_m: float
+    u_pp: float
+    u_pm: float
+    f_pump: float
+    f_passive: float
+    brake: float
+
+
+class Circuit(NamedTuple):
+    """Everything at an instant, as in the twin; g dry level in force, g_to the one that it tends to [N m]; thin viscosity over nominal."""
+
+    q: RopeState
+    f: Flows
+    o: PassiveFlows
+    alpha_p: float
+    alpha_m: float
+    alpha_pp: float
+    alpha_pm: float
+    D_m: float
+    D_pm: float
+    Q_pp: float
+    g: float
+    held: float
+    g_to: float
+    T_moving: float
+    thin: float
+
+
+@scalar
+def _pump_flows(x, alpha_p, alpha_pp, f_pump, f_passive, p):
+    """Flows of active and passive pumps [m^3/s]; their electric motors slow by the power that both give."""
+    Q_p, Q_pp = f_pump * pump_flow(alpha_p, p.active.pumps), f_passive * pump_flow(alpha_pp, p.passive.pumps)
+    slow = 1.0 - p.extra.slip * (Q_p * (x.p_ap - x.p_bp) + Q_pp * p.passive.settings.p_set)
+    return slow * Q_p, slow * Q_pp
+
+
+@scalar
+def _passive(x, Q_pp, alpha_pp, alpha_pm, f_passive, thin, p):
+    """The passive circuit, and the displacement of its motors that work [m^3/rad]."""
+    D_pm = p.extra.passive.D_m * alpha_pm
+    return D_pm, passive_flows(Q_pp, alpha_pp, D_pm, x, f_passive, thin, p.passive.relief, p.extra.passive)
+
+
+@scalar
+def circuit(x, u, geo, tip, p):
+    """The whole winch at an instant: wire and load, pumps on their electric motors, active circuit, passive circuit, friction."""
+    A, P, e = p.active, p.passive, p.extra
+    alpha_p = displacement(x.alpha_p, A.pump_servo)
+    alpha_m = displacement(x.alpha_m, A.motor_servo)
+    alpha_pp = displacement(x.alpha_pp, P.pump_servo)
+    alpha_pm = displacement(x.alpha_pm, P.motor_servo)
+    thin = 1.0 - e.oil.thin * x.T_oil
+
+    q = rope_state(x, geo.lever, p.hoist.s_w_0, tip, e.rope)
+
+    Q_p, Q_pp = _pump_flows(x, alpha_p, alpha_pp, u.f_pump, u.f_passive, p)
+    D_m = A.motors.count * A.motors.D_max * alpha_m
+    f = two_volume_flows(Q_p, alpha_p, D_m, x, u.f_pump, thin, e.leak, A)
+    D_pm, o = _passive(x, Q_pp, alpha_pp, alpha_pm, u.f_passive, thin, p)
+
+    T_hyd = D_m * abs(x.p_a - x.p_b) + D_pm * abs(o.p_hp - o.p_lp)
+    g_to = dry_level_true(x.omega_m, q.F_w * geo.lever, T_hyd, e.friction)
+    T_moving = moving_loss_true(x.omega_m, thin, e.friction)
+    return Circuit(
+        q, f, o, alpha_p, alpha_m, alpha_pp, alpha_pm, D_m, D_pm, Q_pp, x.g + u.brake * p.hoist.T_brake, u.brake, g_to, T_moving, thin
+    )
+
+
+@scalar
+def rates(c, x, u, geo, p):
+    """Time derivatives of the state; the bristle z is advanced by `bristle_after` and stands still here."""
+    A, P, e = p.active, p.passive, p.extra
+    T = (
+        motor_torque(c.D_m, x.p_a - x.p_b)
+        + motor_torque(c.D_pm, c.o.p_hp - c.o.p_lp)
+        - c.q.F_w * geo.lever
+        - c.T_moving
+        - dry_torque(x.omega_m, x.z, c.g, c.held, p.hoist.bristle)
+    )
+    return State(
+        alpha_p=swash_rate(x.alpha_p, x.alpha_p_dot, A.pump_servo),
+        alpha_p_dot=swash_acceleration(x.alpha_p, x.alpha_p_dot, u.u_p, A.pump_servo),
+        alpha_m=swash_rate(x.alpha_m, x.alpha_m_dot, A.motor_servo),
+        alpha_m_dot=swash_acceleration(x.alpha_m, x.alpha_m_dot, u.u_m, A.motor_servo),
+        alpha_pp=swash_rate(x.alpha_pp, x.alpha_pp_dot, P.pump_servo),
+        alpha_pp_dot=swash_acceleration(x.alpha_pp, x.alpha_pp_dot, u.u_pp, P.pump_servo),
+        alpha_pm=swash_rate(x.alpha_pm, x.alpha_pm_dot, P.motor_servo),
+        alpha_pm_dot=swash_acceleration(x.alpha_pm, x.alpha_pm_dot, u.u_pm, P.motor_servo),
+        p_a=c.f.Q_ma * e.lines.i_C_m,
+        p_b=c.f.Q_mb * e.lines.i_C_m,
+        p_ap=c.f.Q_pa * e.lines.i_C_p,
+        p_bp=c.f.Q_pb * e.lines.i_C_p,
+        Q_a=line_acceleration(x.p_ap, x.p_a, x.Q_a, c.thin, e.lines),
+        Q_b=line_acceleration(x.p_b, x.p_bp, x.Q_b, c.thin, e.lines),
+        V_o=c.o.Q_o,
+        omega_m=T * geo.i_J,
+        s_w=-c.q.v_w,
+        z=0.0,
+        s_load=x.v_load,
+        v_load=c.q.a_load,
+        s_mid=x.v_mid,
+        v_mid=c.q.a_mid,
+        y_up=sliding(x.y_up, c.q.x_up_dot, e.rope),
+        y_low=sliding(x.y_low, c.q.x_low_dot, e.rope),
+        g=(c.g_to - x.g) * e.friction.i_tau,
+        F_cell=(c.q.F_w - x.F_cell) * e.i_tau_cell,
+        T_oil=x.T_oil_dot,
+        T_oil_dot=-e.oil.omega * e.oil.omega * x.T_oil,
+        T_gas=heating(x.V_o, x.T_gas, c.o.Q_o, e.passive.acc),
+    )
+
+
+@scalar
+def bristle_after(c, x, p, tau):
+    """The bristle's deflection tau [s] later, at the present speed and friction level [rad]."""
+    return bristle_update(x.omega_m, x.z, c.g, c.held, tau, p.hoist.bristle)
+
+
+@scalar
+def geometry(x, p):
+    """The drum during one PLC cycle; its damping of the wire is not used."""
+    drum = p.extra.drum
+    L_left = drum.L_full - x.s_w
+    w = wound(L_left, drum)
+    return Geometry(w.layer - 1.0 + w.turn / drum.turns, w.d, 0.5 * w.d * drum.i_i, 1.0 / inertia_true(L_left, w, drum), 0.0)
+
+
+@scalar
+def _hanging(s_w, alpha_m, alpha_pm, g, tick, p):
+    """The state with everything still; g dry level [N m]."""
+    A, rope, acc = p.active, p.extra.rope, p.extra.passive.acc
+    i_L, W = half_inverse(s_w, rope), rope.W_mid + rope.W_load
+    s_mid = tick.s - stretch_under(W, i_L, rope)
+    s_load = s_mid - stretch_under(rope.W_load, i_L, rope)
+    b, oil = A.boost.p, p.extra.oil
+    return State(
+        0.0, 0.0, alpha_m, 0.0, 0.0, 0.0, alpha_pm, 0.0, b, b, b, b, 0.0, 0.0, 0.5 * acc.V_stroke, 0.0, s_w, 0.0,
+        s_load, 0.0, s_mid, 0.0, 0.0, 0.0, g, W, oil.T_0, oil.T_1, acc.bank.T_w,
+    )  # fmt: skip
+
+
+@scalar
+def at_rest(s_w, m, tick, p):
+    """State, memory and commands with the load hanging still on both circuits, displacements where the PLC wants them; s_w wire out [m]."""
+    x = _hanging(s_w, 1.0, 0.0, 0.0, tick, p)
+    tip, geo = Tip(tick.s, 0.0), geometry(x, p)
+    u, m, _ = control(x, m, tick, tip, geo, p)
+    x = _hanging(s_w, u.u_m, u.u_pm, 0.0, tick, p)
+    return _hanging(s_w, u.u_m, u.u_pm, circuit(x, u, geo, tip, p).g_to, tick, p), m, u
+
+
+@scalar
+def read(x, m, tick, geo, dp_p, p):
+    """What the PLC reads; differs from the twin's in the load cell, which has a filter and a calibration of its own. dp_p pressure over
+    the passive motors [Pa]."""
+    A, e = p.active, p.extra
+    alpha_m = known_displacement(displacement(x.alpha_m, A.motor_servo), m.u_m, A.control)
+    s_w = quantise(x.s_w + tick.n_s, p.sensors.q_s)
+    F = quantise(e.cell_gain * x.F_cell + e.cell_zero + tick.n_F, p.sensors.q_F)
+    ratio = K_wire(geo.d, p.hoist.drum)
+    T_passive = motor_torque(p.passive.settings.D_m_max * displacement(x.alpha_pm, p.passive.motor_servo), dp_p)
+    dp_load = (F * geo.lever - T_passive) / (A.motors.count * A.motors.D_max * alpha_m)
+    return Sensed(
+        tick.s_m, tick.v_m, tick.a_m, tick.v_op, tick.s_op, tick.mode, tick.f_known, s_w, F, alpha_m, ratio, x.p_a - x.p_b, dp_load
+    )  # fmt: skip
+
+
+@scalar
+def control(x, m, tick, tip, geo, p):
+    """One PLC cycle: plant commands, the PLC's new memory, and the active drive's signals.
+
+    The laws of the active drive are the twin's; this PLC holds the pump command within u_limit and puts it out in steps, the pumps get it
+    a part of a cycle late, and its passive circuit works by the pressure at the transmitter.
+    """
+    A, P, e = p.active, p.passive, p.extra
+    thin, before = 1.0 - e.oil.thin * x.T_oil, m.u_p
+    alpha_pp = displacement(x.alpha_pp, P.pump_servo)
+    _, Q_pp = _pump_flows(x, displacement(x.alpha_p, A.pump_servo), alpha_pp, tick.f_pump, tick.f_passive, p)
+    _, o = _passive(x, Q_pp, alpha_pp, displacement(x.alpha_pm, P.motor_servo), tick.f_passive, thin, p)
+    drive, m = cycle(read(x, m, tick, geo, o.p_hp - P.settings.p_lp, p), m, o.p_hp, p.plc)
+    drive = Drive(clip(drive.u_p, -e.u_limit, e.u_limit), drive.u_m, drive.u_ff, drive.u_raw, drive.e_c, drive.brake)
+    drive = obeyed(drive, tick)
+    u_m, held = pilot(drive.u_m, m.held, A.control)
+    u_pm = displacement_for_weight(m.F, geo.lever, o.p_hp, P.settings)
+    u_pp = make_up(m.p_mean, u_pm, tick.v_op / geo.lever, P.settings)
+    u_p = quantise(drive.u_p + e.late * (before - drive.u_p), e.dac)
+    m = Memory(m.mode, m.datum, m.F, m.p_mean, drive.u_p, m.u_m, m.b_p, m.b_m, held, m.brake, m.idle, m.stroke)
+    return Command(u_p, quantise(u_m, e.dac), u_pp, u_pm, tick.f_pump, tick.f_passive, drive.brake), m, drive
+
+
+@scalar
+def power_units(c, x, p):
+    """Hydraulic power that the power units give to active and passive pumps, negative: take back [W]."""
+    return c.f.Q_p * (x.p_ap - x.p_bp) + c.Q_pp * (c.o.p_hp - c.o.p_lp)
+
+
+@scalar
+def signals(c, x, u, m, drive, tick, geo, p):
+    """One row of the time series."""
+    T_f = c.T_moving + dry_torque(x.omega_m, x.z, c.g, c.held, p.hoist.bristle)
+    return Signals(
+        tick.s, tick.v, tick.a, x.s_w, c.q.v_w, m.datum + tick.s - tick.s_op - x.s_w, drive.e_c,
+        drive.u_p, drive.u_m, drive.u_ff, drive.u_raw, c.alpha_p, c.alpha_m, x.p_a, x.p_b, x.omega_m, c.q.F_w,
+        x.s_load, x.v_load, c.f.Q_relief_a + c.f.Q_relief_b, T_f, geo.layers, c.o.p_hp, c.alpha_pp, c.alpha_pm, x.V_o,
+        u.f_pump, tick.mode, tick.v_op, power_units(c, x, p), u.brake,
+    )  # fmt: skip
+
+
+@scalar
+def powers(c, x, tip, p):
+    """Where the power comes from and where it goes [W]; see `Powers`. The lines' resistance counts as leakage."""
+    f, o, dp, dp_pumps = c.f, c.o, x.p_a - x.p_b, x.p_ap - x.p_bp
+    T_f = c.T_moving + dry_torque(x.omega_m, x.z, c.g, c.held, p.hoist.bristle)
+    dp_p = o.p_hp - o.p_lp
+    Q_low = o.Q_m + o.Q_lp - c.Q_pp  # into the low side
+    throttled = c.thin * p.extra.lines.R * (x.Q_a * x.Q_a + x.Q_b * x.Q_b)
+    leaked = f.Q_int_p * dp_pumps + f.Q_int_m * dp + f.Q_ext_pa * x.p_ap + f.Q_ext_pb * x.p_bp + f.Q_ext_ma * x.p_a + f.Q_ext_mb * x.p_b
+    return Powers(
+        pump=f.Q_p * dp_pumps,
+        boost=x.p_ap * f.Q_boost_a + x.p_bp * f.Q_boost_b,
+        passive_pump=c.Q_pp * dp_p,
+        tip=c.q.F_w * tip.v,
+        friction=T_f * x.omega_m,
+        leakage=leaked + throttled + o.Q_lp * dp_p + o.Q_ext * o.p_hp,
+        relief=f.Q_relief_a * x.p_ap + f.Q_relief_b * x.p_bp + o.Q_relief * o.p_hp,
+        flushing=f.Q_flush_a * x.p_ap + f.Q_flush_b * x.p_bp,
+        wire=rope_loss(c.q, x, p.extra.rope),
+        drag=c.q.P_drag,
+        passive=o.Q_o * o.p_hp + o.p_lp * Q_low,
+    )
+
+
+@scalar
+def stored_energy(c, x, geo, p):
+    """Energy stored in shaft, load, wire and the two lines [J]; the accumulator's is counted as power."""
+    return 0.5 * x.omega_m * x.omega_m / geo.i_J + rope_energy(x, c.q, p.extra.rope) + line_energy(x, p.extra.lines)
+
+
+@scalar
+def limits(c, x, u, p):
+    """Which limits are passed now; see `Limits`."""
+    too_fast = fmax(overspeed(c.alpha_m, x.omega_m, p.active), overspeed(c.alpha_pm, x.omega_m, p.passive))
+    at_end = 1.0 if x.V_o <= 0.0 or x.V_o >= p.extra.passive.acc.V_stroke else 0.0
+    relief_p = 1.0 if c.o.Q_relief > 0.0 else 0.0
+    power = out_of_power(power_units(c, x, p), u.f_pump, p.plc, p.active)
+    return Limits(too_fast, at_end, relief_p, wire_at_end(x.s_w, p.hoist.drum), power, out_of_boost(c.f, p.active))

@@ -1,0 +1,37 @@
+"""What the PLC of either winch type reads at the start of a cycle, and commands that stand in for its own."""
+
+from stillhook.control.plc import Drive, Sensed
+from stillhook.physics.hydraulics.swash import displacement, known_displacement
+from stillhook.physics.load_path.drum import K_wire
+from stillhook.physics.scalar import scalar
+from stillhook.physics.sensor import quantise
+from stillhook.winches.hoist import hoist_state
+
+
+@scalar
+def sense(x, m, tick, tip, geo, T_passive, p):
+    """Sensed: motion unit, operator and mode of the tick; encoder and load cell with noise and steps; the motors' known setting; pressures.
+
+    T_passive torque of the passive motors now, without losses [N m].
+    """
+    A = p.active
+    q = hoist_state(x.omega_m, x.s_w, x.s_load, x.v_load, geo, tip, p.hoist)
+    alpha_m = known_displacement(displacement(x.alpha_m, A.motor_servo), m.u_m, A.control)
+    s_w = quantise(x.s_w + tick.n_s, p.sensors.q_s)
+    F = quantise(q.F_w + tick.n_F, p.sensors.q_F)
+    ratio = K_wire(geo.d, p.hoist.drum)
+    dp_load = (F * geo.lever - T_passive) / (A.motors.count * A.motors.D_max * alpha_m)
+    return Sensed(
+        tick.s_m, tick.v_m, tick.a_m, tick.v_op, tick.s_op, tick.mode, tick.f_known, s_w, F, alpha_m, ratio, x.p_a - x.p_b, dp_load
+    )  # fmt: skip
+
+
+@scalar
+def obeyed(drive, tick):
+    """The commands that the active circuit takes: the PLC's, or those that were given for this cycle, such as a measured record."""
+    given = tick.given > 0.0
+    u_p = tick.u_p if given else drive.u_p
+    u_m = tick.u_m if given else drive.u_m
+    u_raw = tick.u_p if given else drive.u_raw
+    brake = 0.0 if given else drive.brake
+    return Drive(u_p, u_m, drive.u_ff, u_raw, drive.e_c, brake)
