@@ -39,7 +39,7 @@ def kernel_hash() -> str:
 
 
 RESULT_FOLDERS = (*KERNEL_FOLDERS, "engine", "sea", "spec", "library")
-RESULT_FILES = ("metrics.py", "variables.py")
+RESULT_FILES = ("metrics.py", "variables.csv", "variables.py")
 
 
 @functools.cache
